@@ -14,6 +14,7 @@ pub mod sightings;
 pub mod streets;
 pub mod terminal;
 pub mod trials;
+pub mod undersampled;
 pub mod vocc;
 
 pub use properties::{all_cases, cases};

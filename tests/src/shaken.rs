@@ -68,7 +68,7 @@ struct Pose {
 }
 
 /// A film being drawn.
-struct Drawing {
+pub(crate) struct Drawing {
     film: Film,
     side: usize,
     random: ChaCha8Rng,
@@ -114,7 +114,7 @@ struct Taken {
 
 impl Drawing {
     /// Draws the surroundings.
-    fn new(film: Film) -> Self {
+    pub(crate) fn new(film: Film) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(film.seed);
         let span = match film.shake {
             // Twice the deviation of a shake whose steps are as wide as this.
@@ -177,8 +177,35 @@ impl Drawing {
     }
 
     /// Pixels along a side of a frame.
-    fn side(&self) -> usize {
+    pub(crate) fn side(&self) -> usize {
         self.side
+    }
+
+    /// The light of the sensor's pixels before a panel that is still and shows `bits`.
+    pub(crate) fn still_light(&mut self, bits: u64) -> &[f32] {
+        self.light.fill(0.0);
+        self.expose(
+            Pose {
+                shift: [0.0; 2],
+                roll: 0.0,
+            },
+            bits,
+            1.0,
+        );
+        self.blur();
+        &self.light
+    }
+
+    /// Where the middle of LED `led` is in a picture of a panel that is still (px).
+    pub(crate) fn still_led_px(&self, led: usize) -> [f64; 2] {
+        let [x, y] = [led % SIDE, led / SIDE].map(|at| (at as f64 - 3.5) * self.film.pitch_px);
+        self.to_picture(
+            Pose {
+                shift: [0.0; 2],
+                roll: 0.0,
+            },
+            [x, y],
+        )
     }
 
     /// Takes frame `number`.
@@ -342,14 +369,7 @@ impl Drawing {
     /// The sensor: 8 000 electrons at white, 6 of read noise, a power law.
     fn encode(&mut self) -> Vec<u8> {
         let random = &mut self.random;
-        self.light
-            .iter()
-            .map(|&light| {
-                let noise = (f64::from(light).max(0.0) / 8000.0 + (6.0f64 / 8000.0).powi(2)).sqrt();
-                let seen = (f64::from(light) + noise * gauss(random)).clamp(0.0, 1.0);
-                (255.0 * seen.powf(1.0 / 2.2)).round() as u8
-            })
-            .collect()
+        self.light.iter().map(|&light| grey(light, gauss(random))).collect()
     }
 }
 
@@ -428,8 +448,15 @@ fn sines(film: &Film, random: &mut ChaCha8Rng) -> Vec<Sine> {
     sines
 }
 
+/// The grey level of a light, of a white sensor, whose noise is so many standard deviations.
+pub(crate) fn grey(light: f32, deviate: f64) -> u8 {
+    let noise = (f64::from(light).max(0.0) / 8000.0 + (6.0f64 / 8000.0).powi(2)).sqrt();
+    let seen = (f64::from(light) + noise * deviate).clamp(0.0, 1.0);
+    (255.0 * seen.powf(1.0 / 2.2)).round() as u8
+}
+
 /// A normal deviate (Box and Muller 1958).
-fn gauss(random: &mut ChaCha8Rng) -> f64 {
+pub(crate) fn gauss(random: &mut ChaCha8Rng) -> f64 {
     let (u, v): (f64, f64) = (random.random(), random.random());
     (-2.0 * (1.0 - u).ln()).sqrt() * (TAU * v).cos()
 }

@@ -1,0 +1,315 @@
+//! Films of a panel that shows its bits as the phase of a carrier, drawn without the simulator.
+//!
+//! An LED that is 1 is On while cos(2π·f·t) is positive, one that is 0 while it is not; the carrier's cycles and the symbols begin together.
+//! Each line of the sensor sees the light of its own exposure, integrated exactly. The picture is that of [`shaken`](crate::shaken), by a
+//! camera that is still.
+
+use crate::shaken::{self, Drawing, Shake};
+use link::fec::Code;
+use link::framing::Framer;
+use link::panel::{LEDS, PanelFrame};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
+use rx_pipeline::frame::Frame;
+
+/// Pixels along a side of a frame.
+const SIDE: usize = 128;
+/// Distance of neighbouring LEDs (px).
+const PITCH_PX: f64 = 5.5;
+/// Normal deviates that the noise is taken from, from another place for each line of a frame.
+const DEVIATES: usize = 1 << 16;
+/// How finely stamps are written (s).
+const STAMP_S: f64 = 1e-5;
+
+/// Rates of usual cameras (frames a second).
+const USUAL_FPS: [f64; 16] = [
+    24.0, 25.0, 29.97, 30.0, 40.0, 48.0, 50.0, 59.94, 60.0, 75.0, 100.0, 119.88, 120.0, 144.0, 200.0, 240.0,
+];
+/// Symbols a second of usual transmitters.
+const USUAL_RATES_HZ: [f64; 12] = [100.0, 90.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30.0, 27.0, 25.0, 24.0, 20.0];
+/// Frames that are looked at after a message has come, for a wrong one.
+const AFTERWARDS: usize = 40;
+
+/// What is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Film {
+    /// The seed of the scene, the noise and the jitter.
+    pub seed: u64,
+    /// Frames a second.
+    pub fps: f64,
+    /// Seconds of exposure.
+    pub exposure_s: f64,
+    /// Symbols a second by the transmitter's clock.
+    pub symbol_rate_hz: f64,
+    /// Cycles of the carrier in a symbol; 0 where the panel is still for as long.
+    pub cycles: u32,
+    /// By how many parts in a million the transmitter's clock is fast.
+    pub clock_ppm: f64,
+    /// The part of a symbol that has passed when the film begins.
+    pub phase: f64,
+    /// The standard deviation of the times at which frames are taken, which their stamps tell (s).
+    pub jitter_s: f64,
+    /// By how much each line is exposed later than the one above (s).
+    pub line_delay_s: f64,
+    /// Frames.
+    pub frames: usize,
+}
+
+impl Film {
+    /// The film of a camera drawn from that seed: 24 to 240 frames a second, usual rates or any; carriers of about 450, 1260 or 1440 Hz; up
+    /// to 1.44 cycles exposed, but for those of which an exposure sees less than a fifth of the contrast; clocks that are 500 ppm off;
+    /// stamps that jitter, in a quarter of them.
+    pub fn of_camera(seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let fps = match random.random_bool(0.6) {
+            true => USUAL_FPS[random.random_range(0..USUAL_FPS.len())],
+            false => random.random_range(24.0..240.0),
+        };
+        let usual = if fps >= 90.0 { 90.0 } else { 0.9 * fps };
+        let followed: Vec<f64> = USUAL_RATES_HZ.into_iter().filter(|&rate| rate <= 0.95 * fps).collect();
+        let symbol_rate_hz: f64 = match random.random_bool(0.6) || followed.is_empty() {
+            true => usual,
+            false => followed[random.random_range(0..followed.len())],
+        };
+        let symbol_rate_hz = (symbol_rate_hz * 1000.0).round() / 1000.0;
+        let about_hz: f64 = [450.0, 1260.0, 1440.0, 1440.0][random.random_range(0..4)];
+        let cycles = (about_hz / symbol_rate_hz).round() as u32;
+        let exposed: f64 = match random.random_range(0..3) {
+            0 => random.random_range(0.05..0.5),
+            1 => random.random_range(0.5..0.83),
+            _ => random.random_range(1.25..1.44),
+        };
+        Self {
+            seed,
+            fps,
+            exposure_s: exposed / (symbol_rate_hz * f64::from(cycles)),
+            symbol_rate_hz,
+            cycles,
+            clock_ppm: random.random_range(-500.0..500.0),
+            phase: random.random_range(0.0..1.0),
+            jitter_s: if random.random_bool(0.25) {
+                random.random_range(0.0002..0.002)
+            } else {
+                0.0
+            },
+            line_delay_s: 0.0,
+            frames: (3.0 * fps).clamp(120.0, 360.0) as usize,
+        }
+    }
+
+    /// The carrier (Hz).
+    pub fn carrier_hz(&self) -> f64 {
+        self.rate_hz() * f64::from(self.cycles)
+    }
+
+    fn rate_hz(&self) -> f64 {
+        self.symbol_rate_hz * (1.0 + 1e-6 * self.clock_ppm)
+    }
+}
+
+/// What became of a film.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fate {
+    /// The frame with which the message came.
+    pub delivered: Option<usize>,
+    /// Messages that nobody sent.
+    pub wrong: usize,
+    /// Frames that were read.
+    pub read: usize,
+    /// Readings that are the panel shown, that are its complement, and those of other symbols or of bits that are wrong.
+    pub panels: [usize; 3],
+}
+
+/// A film being drawn.
+pub struct Drawn {
+    film: Film,
+    symbols: Vec<u64>,
+    off: Vec<f32>,
+    /// What each LED adds when it is On: its first pixel, and lines of so many.
+    leds: Vec<([usize; 2], usize, Vec<f32>)>,
+    deviates: Vec<f64>,
+    random: ChaCha8Rng,
+}
+
+impl Drawn {
+    /// Draws the scene.
+    ///
+    /// # Panics
+    /// Of a message that is too long.
+    pub fn new(film: Film, message: &[u8]) -> Self {
+        let mut drawing = Drawing::new(shaken::Film {
+            seed: film.seed,
+            pitch_px: PITCH_PX,
+            shake: Shake::Random,
+            step: 0.0,
+            frames: 1,
+        });
+        let margin = (drawing.side() - SIDE) / 2;
+        let wide = drawing.side();
+        let crop = |light: &[f32]| -> Vec<f32> {
+            let rows = light.chunks_exact(wide).skip(margin).take(SIDE);
+            rows.flat_map(|row| row[margin..margin + SIDE].to_vec()).collect()
+        };
+        let off = crop(drawing.still_light(0));
+        let side = (3.6 * PITCH_PX) as usize;
+        let mut leds = vec![([0; 2], side, Vec::new()); LEDS];
+        for class in 0..16 {
+            // LEDs four pitches apart do not touch each other.
+            let of_class = |led: usize| (led % 4, led / 8 % 4) == (class % 4, class / 4);
+            let bits = (0..LEDS).filter(|&led| of_class(led)).fold(0, |bits, led| bits | 1u64 << led);
+            let lit = crop(drawing.still_light(bits));
+            for led in (0..LEDS).filter(|&led| of_class(led)) {
+                let first = drawing
+                    .still_led_px(led)
+                    .map(|at| (at - margin as f64 - side as f64 / 2.0).round() as usize);
+                let added = (0..side * side).map(|i| {
+                    let at = (first[1] + i / side) * SIDE + first[0] + i % side;
+                    lit[at] - off[at]
+                });
+                leds[led] = (first, side, added.collect());
+            }
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(film.seed ^ 0xca44_1e40);
+        let mut framer = Framer::new(message, Code::for_length(message.len()), true).expect("a message");
+        let shown = film.frames as f64 / film.fps * film.rate_hz() * 1.01;
+        Self {
+            film,
+            symbols: (0..shown as usize + 8).map(|_| framer.next_panel().bits()).collect(),
+            off,
+            leds,
+            deviates: (0..DEVIATES).map(|_| shaken::gauss(&mut random)).collect(),
+            random,
+        }
+    }
+
+    /// When frame `number` is taken (s).
+    fn time_s(&mut self, number: usize) -> f64 {
+        let jitter = self.film.jitter_s * shaken::gauss(&mut self.random);
+        let limit = 0.4 / self.film.fps;
+        (number as f64 + 0.5) / self.film.fps + jitter.clamp(-limit, limit)
+    }
+
+    /// The share of an exposure from `start_s` on for which each LED is On.
+    fn shares(&self, start_s: f64) -> [f32; LEDS] {
+        let Film {
+            exposure_s, cycles, phase, ..
+        } = self.film;
+        // In symbols.
+        let [from, to] = [start_s, start_s + exposure_s].map(|at| at * self.film.rate_hz() + phase);
+        let mut shares = [0.0; LEDS];
+        for symbol in from as usize..=to as usize {
+            let [begin, end] = [from.max(symbol as f64), to.min(symbol as f64 + 1.0)];
+            let length = end - begin;
+            let lit = match cycles {
+                0 => length,
+                cycles => {
+                    let cycles = f64::from(cycles);
+                    (positive_cosine(end * cycles) - positive_cosine(begin * cycles)) / cycles
+                }
+            };
+            let panel = PanelFrame::from_bits(self.symbols[symbol]);
+            for (led, share) in shares.iter_mut().enumerate() {
+                *share += if panel.led(led) { lit } else { length - lit };
+            }
+        }
+        shares.map(|share| (share / (to - from)) as f32)
+    }
+
+    /// Takes frame `number`: its stamp, its pixels, and the symbol in the middle of its exposure.
+    pub fn take(&mut self, number: usize) -> (Stamp, Vec<u8>, u64) {
+        let start_s = self.time_s(number);
+        let told_s = (start_s / STAMP_S).round() * STAMP_S;
+        let mut light = self.off.clone();
+        let whole = self.shares(start_s);
+        for y in 0..SIDE {
+            let shares = match self.film.line_delay_s {
+                0.0 => whole,
+                delay => self.shares(start_s + delay * y as f64),
+            };
+            for (([left, top], side, added), share) in self.leds.iter().zip(shares) {
+                let Some(line) = y.checked_sub(*top).filter(|line| line < side) else {
+                    continue;
+                };
+                let row = &mut light[y * SIDE + left..][..*side];
+                row.iter_mut()
+                    .zip(&added[line * side..])
+                    .for_each(|(light, added)| *light += share * added);
+            }
+        }
+        let mut grey = Vec::with_capacity(SIDE * SIDE);
+        for row in light.chunks_exact(SIDE) {
+            let from = self.random.random_range(0..DEVIATES - SIDE);
+            grey.extend(
+                row.iter()
+                    .zip(&self.deviates[from..])
+                    .map(|(&light, &deviate)| shaken::grey(light, deviate)),
+            );
+        }
+        let middle = (start_s + 0.5 * self.film.exposure_s) * self.film.rate_hz() + self.film.phase;
+        let late = if self.film.jitter_s == 0.0 {
+            0.0
+        } else {
+            told_s * self.film.fps - 0.5 - number as f64
+        };
+        let stamp = Stamp {
+            number: number as u64,
+            late,
+        };
+        (stamp, grey, self.symbols[middle as usize])
+    }
+}
+
+/// ∫ of 1 where cos(2πx) is positive and 0 elsewhere, from 0 to x.
+fn positive_cosine(x: f64) -> f64 {
+    let (cycle, part) = (x.floor(), x - x.floor());
+    0.5 * cycle + part.min(0.25) + (part - 0.75).max(0.0)
+}
+
+/// Receives a film, told the frames a second and nothing else; `tell` is told of each frame.
+///
+/// # Panics
+/// When the film is refused, which none is.
+pub fn receive(film: Film, message: &[u8], mut tell: impl FnMut(usize, u64, &reception::PanelReport)) -> Fate {
+    let mut drawn = Drawn::new(film, message);
+    let settings = ReceptionSettings {
+        fps: film.fps as f32,
+        ..ReceptionSettings::default()
+    };
+    let mut reception = Reception::new(settings).expect("settings");
+    let no_lens = Err(String::from("no lens"));
+    let mut fate = Fate::default();
+    let count = |fate: &mut Fate, number, event: &PanelEvent| {
+        if let PanelEvent::Message(came) = event {
+            if came.data == message {
+                fate.delivered.get_or_insert(number);
+            } else {
+                fate.wrong += 1;
+            }
+        }
+    };
+    for number in 0..film.frames {
+        if fate.delivered.is_some_and(|delivered| number > delivered + AFTERWARDS) {
+            break;
+        }
+        let (stamp, grey, bits) = drawn.take(number);
+        let frame = Frame::new(&grey, SIDE, SIDE).expect("a frame");
+        for report in reception.frame(stamp, &frame, &no_lens, &mut ()).expect("a report") {
+            report.events.iter().for_each(|event| count(&mut fate, number, event));
+            if let Ok(reading) = &report.reading {
+                fate.read += 1;
+                let wrong = (reading.detection.bits.bits() ^ bits).count_ones();
+                fate.panels[match wrong {
+                    0..=3 => 0,
+                    61..=64 => 1,
+                    _ => 2,
+                }] += 1;
+            }
+            tell(number, bits, &report);
+        }
+    }
+    for (_, event) in reception.finish() {
+        count(&mut fate, film.frames, &event);
+    }
+    fate
+}

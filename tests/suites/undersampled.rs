@@ -1,0 +1,118 @@
+//! A panel that shows bits as the phase of a carrier, in films drawn without the simulator.
+
+use vocc_tests::undersampled::{Fate, Film, receive};
+
+const MESSAGE: &[u8] = b"Lane closed ahead";
+
+/// A usual camera before the usual carrier of 1440 Hz.
+const USUAL: Film = Film {
+    seed: 1,
+    fps: 100.0,
+    exposure_s: 0.000_25,
+    symbol_rate_hz: 90.0,
+    cycles: 16,
+    clock_ppm: 40.0,
+    phase: 0.3,
+    jitter_s: 0.0,
+    line_delay_s: 0.0,
+    frames: 150,
+};
+
+fn received(film: Film) -> Fate {
+    let fate = receive(film, MESSAGE, |_, _, _| ());
+    println!("{film:?}: {fate:?}");
+    fate
+}
+
+/// Of 30 cameras drawn by chance at least 28 receive the message, told nothing but their rate, and none receives another.
+#[test]
+fn messages_arrive_by_a_carrier() {
+    let fates: Vec<Fate> = (1..=30).map(|seed| received(Film::of_camera(seed))).collect();
+    let delivered = fates.iter().filter(|fate| fate.delivered.is_some()).count();
+    assert!(delivered >= 28, "{delivered} of 30");
+    assert_eq!(fates.iter().map(|fate| fate.wrong).sum::<usize>(), 0);
+}
+
+/// Frames of a panel that is still keep their sign: a reading is the complement of the panel in none of them.
+#[test]
+fn still_panels_have_no_carrier() {
+    for seed in 1..=10 {
+        let fate = received(Film {
+            cycles: 0,
+            ..Film::of_camera(seed)
+        });
+        assert!(
+            fate.delivered.is_some() && fate.wrong == 0 && fate.panels[1] == 0,
+            "{seed}: {fate:?}"
+        );
+    }
+}
+
+/// Contrast near 0, a phase that is parked, a carrier within 0.1 Hz of a multiple of the frames, exposures of whole cycles: there may be no
+/// message, but none is wrong.
+#[test]
+fn blind_cameras_receive_nothing_wrong() {
+    let hz = USUAL.symbol_rate_hz * f64::from(USUAL.cycles);
+    // A carrier that is a whole multiple of the frames: the phase stays what it is.
+    let parked = |phase| Film {
+        fps: 120.0,
+        clock_ppm: 0.0,
+        phase,
+        ..USUAL
+    };
+    // A quarter of a cycle is 1/64 of a symbol: there the contrast is 0.
+    let blind = (0.25 - (USUAL.exposure_s / 2.0 + 0.5 / 120.0) * hz).rem_euclid(1.0) / f64::from(USUAL.cycles);
+    let cases = [
+        ("parked at full contrast", parked(blind + 0.25 / 16.0), true),
+        ("parked at no contrast", parked(blind), false),
+        ("parked next to no contrast", parked(blind + 0.01 / 16.0), true),
+        (
+            "0.1 Hz beside",
+            Film {
+                clock_ppm: 0.1 / hz * 1e6,
+                frames: 240,
+                ..parked(blind)
+            },
+            true,
+        ),
+        (
+            "a whole cycle",
+            Film {
+                exposure_s: 1.0 / hz,
+                ..USUAL
+            },
+            false,
+        ),
+        (
+            "nearly a whole cycle",
+            Film {
+                exposure_s: 0.95 / hz,
+                ..USUAL
+            },
+            false,
+        ),
+        (
+            "half a cycle",
+            Film {
+                exposure_s: 0.5 / hz,
+                ..USUAL
+            },
+            true,
+        ),
+        (
+            "half the frame rate",
+            Film {
+                fps: 64.0,
+                symbol_rate_hz: 57.6,
+                cycles: 25,
+                clock_ppm: 20.0,
+                ..USUAL
+            },
+            true,
+        ),
+    ];
+    for (name, film, is_delivered) in cases {
+        let fate = received(film);
+        assert_eq!((fate.wrong, fate.delivered.is_some()), (0, is_delivered), "{name}: {fate:?}");
+    }
+}
