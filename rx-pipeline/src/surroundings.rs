@@ -23,6 +23,9 @@ use tiles::{ROOM, TILES};
 const LEAST_SPREAD: f32 = 0.15;
 /// Nats that count as one where a panel may be in one of two places: what two places say is not independent.
 const DEPENDENCE: f32 = 4.0;
+/// The least probability that a panel is where its lattice explains the light, whatever is around. Lower: rivals are believed sooner, and
+/// less is left of readings before a ground that changes.
+const LEAST: f32 = 0.75;
 /// A panel that is not likelier elsewhere by more is where it was expected (nats).
 const CLEARLY: f32 = 25.0;
 /// A panel with no corner farther off is where it was expected (pitches), nor is one that is off by less than a tile tells (px).
@@ -89,7 +92,7 @@ impl Placement {
         let is_here = |peak: &&Peak| peak.lattice.is_beside(lattice, SAME);
         let here = self.peaks.iter().find(is_here).map_or(self.as_expected, |peak| peak.odds);
         let elsewhere = self.peaks.iter().find(|peak| !is_here(peak));
-        elsewhere.map_or(1.0, |peak| 1.0 / (1.0 + libm::expf((peak.odds - here) / DEPENDENCE)))
+        elsewhere.map_or(1.0, |peak| (1.0 / (1.0 + libm::expf((peak.odds - here) / DEPENDENCE))).max(LEAST))
     }
 
     /// Whether it may be farther off than was looked.

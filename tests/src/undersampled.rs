@@ -1,7 +1,7 @@
 //! Films of a panel that shows its bits as the phase of a carrier, drawn without the simulator.
 //!
 //! An LED that is 1 is On while cos(2π·f·t) is positive, one that is 0 while it is not; the carrier's cycles and the symbols begin together.
-//! Each line of the sensor sees the light of its own exposure, integrated exactly. The picture is that of [`shaken`](crate::shaken), by a
+//! Each line of the sensor sees the light of its own exposure, integrated exactly. The picture is that of [`crate::shaken`], by a
 //! camera that is still.
 
 use crate::shaken::{self, Drawing, Shake};
