@@ -67,11 +67,11 @@ fn h264_of_common_quality_is_received(vocc: &Path) {
     }
 }
 
-/// Writes 48 frames of a link on the day preset, in a smaller picture: four repeats of the message, as one may be lost at the lowest quality.
+/// Writes 24 frames of a link on the day preset, in a smaller picture.
 fn film(vocc: &Path, folder: &Path) {
     let mut link = Command::new(vocc);
     link.args(["link", "day", "--level", "fast", "--message", MESSAGE])
-        .args(["--frames", "48", "--save"])
+        .args(["--frames", "24", "--save"])
         .arg(folder)
         .args(["--set", "camera.width_px=320"])
         .args(["--set", "camera.height_px=240"]);

@@ -12,6 +12,9 @@ const MEMORY_FRAMES: u32 = 64;
 const MISFITS_MAX: u32 = 4;
 /// A frame fits if its noise is at most this (multiple of what it was). Higher: mixtures of symbols pass for one.
 pub(super) const NOISIER: f32 = 1.3;
+/// A frame that does not fit but has at most this much noise still teaches how much noise frames have (multiple of what it was): a codec
+/// leaves more in some frames than in others. Higher: mixtures of symbols teach; lower: noisy frames pass for mixtures.
+const NOISIER_AT_TIMES: f32 = 1.7;
 /// What was learnt in frames of more noise was learnt from a worse fit (multiple of a frame's).
 const QUIETER: f32 = 2.0;
 /// After so many the noise is known (frames).
@@ -204,6 +207,8 @@ impl LevelPrior {
             self.misfits += 1;
             if self.misfits > MISFITS_MAX {
                 *self = self.forgotten();
+            } else if noise <= NOISIER_AT_TIMES * self.noise {
+                self.noise += (noise - self.noise) / self.frames as f32;
             }
             return;
         }
