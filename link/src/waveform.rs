@@ -84,7 +84,7 @@ impl Waveform {
     /// the next state of the LEDs is shifted, is 83 µs: five times what eight shift registers take at 4 MHz.
     pub const MAX_HZ: f64 = 3000.0;
 
-    /// A carrier of so many cycles a symbol; 0: none.
+    /// A carrier of `cycles` cycles a symbol; 0: none.
     ///
     /// # Errors
     /// [`WaveformError::Cycles`] outside [`MIN_CYCLES`](Self::MIN_CYCLES) to [`MAX_CYCLES`](Self::MAX_CYCLES).
@@ -105,7 +105,7 @@ impl Waveform {
         self.cycles == 0
     }
 
-    /// The frequency of the carrier at so many symbols a second, Hz; 0: none.
+    /// The frequency of the carrier at `symbols_hz` symbols a second, Hz; 0: none.
     ///
     /// # Errors
     /// [`WaveformError::Frequency`] where no board latches it: outside [`MIN_HZ`](Self::MIN_HZ) to [`MAX_HZ`](Self::MAX_HZ).
@@ -138,7 +138,17 @@ impl Waveform {
             return if self.is_on(true, from) { 1.0 } else { -1.0 };
         }
         let [from, to] = [from, to].map(|at| f64::from(self.cycles) * at);
-        ((triangle(to) - triangle(from)) / (to - from)).clamp(-1.0, 1.0)
+        ((Self::integral(to) - Self::integral(from)) / (to - from)).clamp(-1.0, 1.0)
+    }
+
+    /// The integral of a 1's wave of −1 and 1 from the beginning of a cycle to `cycles` after it: from −¼ to ¼ cycle.
+    ///
+    /// ```
+    /// use link::waveform::Waveform;
+    /// assert_eq!([0.0, 0.25, 0.5, 0.75, 1.0].map(Waveform::integral), [0.0, 0.25, 0.0, -0.25, 0.0]);
+    /// ```
+    pub const fn integral(cycles: f64) -> f64 {
+        0.25 - (phase(cycles + 0.25) - 0.5).abs()
     }
 
     /// The part of an exposure in which an LED of this bit is On, 0 to 1; times as in [`contrast`](Self::contrast).
@@ -148,14 +158,10 @@ impl Waveform {
     }
 }
 
-/// The integral of a 1's wave from the beginning of a cycle on, in cycles: from −¼ to ¼.
-fn triangle(cycles: f64) -> f64 {
-    0.25 - (phase(cycles + 0.25) - 0.5).abs()
-}
-
-/// What a number is above the whole one below it.
-fn phase(cycles: f64) -> f64 {
-    cycles - libm::floor(cycles)
+/// The difference of a number, less than 2⁶³, from the greatest whole number that is not above it.
+const fn phase(cycles: f64) -> f64 {
+    let part = cycles - cycles as i64 as f64;
+    if part < 0.0 { part + 1.0 } else { part }
 }
 
 #[cfg(test)]

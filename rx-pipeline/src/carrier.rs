@@ -21,9 +21,9 @@ mod waveform;
 
 use crate::detect::{Detection, correlation};
 use crate::symbols::is_sure;
-use fit::{ALL_SHAPES, AtFrequency, BLIND, Fit, still_score};
+use fit::{ALL_SHAPES, AtFrequency, Fit, Shown, still_score};
 use history::{History, Sighting};
-use link::panel::{PanelFrame, SoftPanel};
+use link::panel::SoftPanel;
 use readings::Readings;
 pub use readings::Reread;
 use waveform::PHASES;
@@ -53,11 +53,11 @@ const OTHER: f32 = 0.06;
 const FREQUENCIES_MAX: u32 = 20_000;
 /// After a longer gap, or where time runs backwards, nothing is known of a carrier (frame periods).
 const GAP_MAX: f64 = 64.0;
-/// Carriers of so many cycles a frame period are found where frames are not taken steadily.
+/// The fastest carrier that is looked for where frames are not taken steadily (cycles a frame period).
 const CYCLES_MAX: f64 = 64.0;
-/// Carriers that explain frames as well as each other are tried in turn, so many at most (count),
+/// Carriers that explain the frames equally well and are tried on the readings, at most (count).
 const RIVALS: usize = 6;
-/// after so many searches each time (count).
+/// Searches in vain from one such trial to the next (count).
 const TRIED_SEARCHES: u32 = 4;
 /// A still panel explains frames so badly, on the average, where contrasts alone tell of a carrier (nats a frame),
 const UNEVEN: f32 = 1.2;
@@ -117,10 +117,10 @@ impl Carrier {
         }
     }
 
-    /// Takes the reading of a frame, and gives it the sign of its symbol; a frame at which the carrier is blind says nothing. Gives the
+    /// Takes the reading of frame `number`, taken at `time` (frame periods), and gives it the sign of its symbol; a frame at
+    /// which the carrier is blind says nothing. Gives the
     /// readings before it, when it is the first by which their signs are known.
-    pub fn resolve(&mut self, number: u64, late: f64, detection: &mut Detection) -> Option<Reread<'_>> {
-        let time = number as f64 + late;
+    pub fn resolve(&mut self, number: u64, time: f64, detection: &mut Detection) -> Option<Reread<'_>> {
         if self.time.is_some_and(|before| !(0.0..GAP_MAX).contains(&(time - before))) {
             *self = Self::NONE;
         }
@@ -129,7 +129,7 @@ impl Carrier {
         if !was_known {
             let is_of_one = detection.mixed.is_none() || is_sure(&detection.soft);
             let soft = if is_of_one { detection.soft } else { SoftPanel::ERASED };
-            self.readings.push(number, late, &soft);
+            self.readings.push(number, time, &soft);
         }
         self.see(time, detection);
         self.follow();
@@ -141,16 +141,10 @@ impl Carrier {
                 is_known: false,
             });
         };
-        let contrast = fit.contrast_at(time);
-        if contrast.abs() < BLIND {
-            (detection.soft, detection.mixed) = (SoftPanel::ERASED, None);
-        } else if contrast < 0.0 {
-            detection.bits = PanelFrame::from_bits(!detection.bits.bits());
-            detection.soft = detection.soft.flipped(u64::MAX);
-            if let Some(mixture) = &mut detection.mixed {
-                mixture.ending = mixture.ending.flipped(u64::MAX);
-                mixture.beginning = mixture.beginning.flipped(u64::MAX);
-            }
+        match fit.shown_at(time) {
+            Shown::Symbol => {}
+            Shown::Complement => *detection = detection.complement(),
+            Shown::Nothing => (detection.soft, detection.mixed) = (SoftPanel::ERASED, None),
         }
         (!was_known).then_some(Reread {
             readings: &self.readings,

@@ -37,7 +37,7 @@ impl Lattice {
         }
     }
 
-    /// Whether the middle of another is no farther off than so many pitches.
+    /// Whether the middle of another is at most `pitches` pitches off.
     #[cfg(feature = "surroundings")]
     pub fn is_beside(&self, other: &Self, pitches: f32) -> bool {
         let [dx, dy] = core::array::from_fn(|axis| self.centre[axis] - other.centre[axis]);

@@ -87,7 +87,7 @@ const SPARE_POSES: [u32; 2] = [1, 2];
 /// Turns of frames in each of which another pose of a place is tried (count): two of each of the four sizes that a place may have.
 const SPARE_TURNS: u64 = 8;
 
-/// After searches in vain panels that the next level shows, too, are looked for in one of so many pairs of frames (count). More: faster.
+/// After searches in vain, one pair of frames in this many is searched for panels that the next level shows as well (count). More: faster.
 const LARGE_EVERY: u64 = 5;
 
 /// Finds panels in frames.
@@ -204,7 +204,7 @@ impl Effort {
         let chosen = move |rank: usize| match self {
             Self::Full => true,
             Self::Share(number) | Self::Level(number) => rank < ALWAYS || rank == another(number),
-            // In eight frames each of the most striking is held against each ground.
+            // In eight frames each of the most striking is compared with each ground.
             Self::Spare(number) => rank == ((number / 2 + number / 4) % ALWAYS as u64) as usize || rank == another(number / 4),
         };
         (chosen, grounds)

@@ -21,7 +21,7 @@ impl Carrier {
         symbol
     }
 
-    pub fn resolve(&mut self, _number: u64, _late: f64, _detection: &mut Detection) -> Option<Reread<'_>> {
+    pub fn resolve(&mut self, _number: u64, _time: f64, _detection: &mut Detection) -> Option<Reread<'_>> {
         None
     }
 }

@@ -45,7 +45,7 @@ pub enum Shake {
     Turn,
 }
 
-/// What is drawn.
+/// A film of a shaken camera.
 #[derive(Clone, Copy, Debug)]
 pub struct Film {
     /// The seed of everything that is drawn at random.
@@ -448,7 +448,7 @@ fn sines(film: &Film, random: &mut ChaCha8Rng) -> Vec<Sine> {
     sines
 }
 
-/// The grey level of a light, of a white sensor, whose noise is so many standard deviations.
+/// The grey level of a light at a white sensor, its noise `deviate` standard deviations above the mean.
 pub(crate) fn grey(light: f32, deviate: f64) -> u8 {
     let noise = (f64::from(light).max(0.0) / 8000.0 + (6.0f64 / 8000.0).powi(2)).sqrt();
     let seen = (f64::from(light) + noise * deviate).clamp(0.0, 1.0);

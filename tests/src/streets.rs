@@ -41,7 +41,7 @@ pub const MOTIONS: [(Motion, &str); 5] = [
     (Motion::Rain, "rain"),
 ];
 
-/// What is drawn.
+/// A film of a street.
 #[derive(Clone, Copy, Debug)]
 pub struct Street {
     /// The seed of everything that is drawn at random.
@@ -50,7 +50,7 @@ pub struct Street {
     pub size: [usize; 2],
     /// How the camera moves.
     pub motion: Motion,
-    /// Distance of the panel's neighbouring LEDs (px), if there is a panel. It stays in the picture's middle while the street goes by.
+    /// Distance of the panel's neighbouring LEDs (px), if there is a panel. It stays in the picture's middle while the street passes.
     pub pitch_px: Option<f64>,
     /// The frame in which it appears.
     pub appears: usize,

@@ -31,7 +31,7 @@ const USUAL_RATES_HZ: [f64; 12] = [100.0, 90.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30
 /// Frames that are looked at after a message has come, for a wrong one.
 const AFTERWARDS: usize = 40;
 
-/// What is drawn.
+/// A film of a panel with a carrier.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Film {
     /// The seed of the scene, the noise and the jitter.
@@ -126,7 +126,7 @@ pub struct Drawn {
     film: Film,
     symbols: Vec<u64>,
     off: Vec<f32>,
-    /// What each LED adds when it is On: its first pixel, and lines of so many.
+    /// The light that each LED adds when it is On: its first pixel, and the length of its lines.
     leds: Vec<([usize; 2], usize, Vec<f32>)>,
     deviates: Vec<f64>,
     random: ChaCha8Rng,

@@ -33,7 +33,7 @@ fn messages_arrive_by_a_carrier() {
     assert_eq!(fates.iter().map(|fate| fate.wrong).sum::<usize>(), 0);
 }
 
-/// Frames of a panel that is still keep their sign: a reading is the complement of the panel in none of them.
+/// Frames of a still panel keep their sign: no reading is the complement of the panel.
 #[test]
 fn still_panels_have_no_carrier() {
     for seed in 1..=10 {

@@ -5,7 +5,7 @@ use super::waveform::{PHASES, SHAPES, WAVEFORMS};
 use link::panel::SoftPanel;
 
 /// A frame of less contrast shows nothing (share of the greatest).
-pub(super) const BLIND: f32 = 0.08;
+const BLIND: f32 = 0.08;
 /// The noise of a frame's modulation, at least (share of its root mean square). Less: what the shapes do not explain counts for more.
 const NOISE: f32 = 0.08;
 /// What a frame of another modulation than is expected costs, at most (nats): it may have caught two symbols.
@@ -14,6 +14,17 @@ const ODD: f32 = 3.0;
 const CONTRARY: f32 = 5.0;
 /// The same for each product of contrasts of which the greatest is 1.
 const CONTRARY_SLOPE: f32 = 12.0;
+
+/// What a frame shows of a symbol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shown {
+    /// The symbol.
+    Symbol,
+    /// Its complement.
+    Complement,
+    /// Neither: the carrier spends as much of the exposure in one as in the other.
+    Nothing,
+}
 
 /// A carrier: what it does between two frames, and where it stands.
 #[derive(Clone, Copy, Debug)]
@@ -42,15 +53,24 @@ impl Fit {
         WAVEFORMS[self.shape][step(self.phase_at(time))]
     }
 
-    /// A reading with the sign of its symbol: nothing where the carrier is blind.
-    pub fn signed(&self, time: f64, seen: &SoftPanel) -> SoftPanel {
+    /// What the frame of that time shows.
+    pub fn shown_at(&self, time: f64) -> Shown {
         let contrast = self.contrast_at(time);
         if contrast.abs() < BLIND {
-            SoftPanel::ERASED
+            Shown::Nothing
         } else if contrast < 0.0 {
-            seen.flipped(u64::MAX)
+            Shown::Complement
         } else {
-            *seen
+            Shown::Symbol
+        }
+    }
+
+    /// The soft values of a symbol, from those of the frame of that time.
+    pub fn signed(&self, time: f64, seen: &SoftPanel) -> SoftPanel {
+        match self.shown_at(time) {
+            Shown::Nothing => SoftPanel::ERASED,
+            Shown::Complement => seen.flipped(u64::MAX),
+            Shown::Symbol => *seen,
         }
     }
 
@@ -76,7 +96,7 @@ fn step(phase: f64) -> usize {
     (phase * PHASES as f64 + 0.5) as usize % PHASES
 }
 
-/// What frames showed, held against one frequency.
+/// What frames showed, compared with one frequency.
 pub(super) struct AtFrequency<'a> {
     sightings: &'a [Sighting],
     /// The phase of each, where that at the middle of them is 0.
@@ -128,7 +148,7 @@ impl<'a> AtFrequency<'a> {
         -self.sightings.iter().enumerate().map(odd).sum::<f32>() - contrary
     }
 
-    /// The best of some shapes and of phases `steps` apart, and it alone.
+    /// The best of some shapes and phases (steps of 1/256 cycle) at this frequency.
     pub fn best(&self, shapes: core::ops::Range<usize>, phases: impl Iterator<Item = u8> + Clone) -> Fit {
         let mut best = (f32::NEG_INFINITY, 0, 0);
         for shape in shapes {

@@ -8,7 +8,8 @@ use link::panel::SoftPanel;
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     number: u64,
-    late: f64,
+    /// When it was taken (frame periods).
+    time: f64,
     soft: SoftPanel,
 }
 
@@ -24,15 +25,15 @@ impl Readings {
     pub const NONE: Self = Self {
         seen: [Seen {
             number: 0,
-            late: 0.0,
+            time: 0.0,
             soft: SoftPanel::ERASED,
         }; FRAMES],
         len: 0,
         next: 0,
     };
 
-    pub fn push(&mut self, number: u64, late: f64, soft: &SoftPanel) {
-        self.seen[self.next] = Seen { number, late, soft: *soft };
+    pub fn push(&mut self, number: u64, time: f64, soft: &SoftPanel) {
+        self.seen[self.next] = Seen { number, time, soft: *soft };
         self.next = (self.next + 1) % FRAMES;
         self.len = (self.len + 1).min(FRAMES);
     }
@@ -62,8 +63,8 @@ impl Reread<'_> {
     pub fn each(&self) -> impl Iterator<Item = impl Iterator<Item = (u64, f64, SoftPanel)>> {
         self.fits.iter().map(|fit| {
             self.readings.oldest_first().map(|seen| {
-                let soft = fit.signed(seen.number as f64 + seen.late, &seen.soft);
-                (seen.number, seen.late, soft)
+                let soft = fit.signed(seen.time, &seen.soft);
+                (seen.number, seen.time - seen.number as f64, soft)
             })
         })
     }

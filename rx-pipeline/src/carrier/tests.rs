@@ -1,4 +1,5 @@
 use super::*;
+use link::panel::PanelFrame;
 use std::vec::Vec;
 
 /// Symbols a frame period.
@@ -30,7 +31,7 @@ fn signs(frames: u64, contrast: impl Fn(u64) -> f32) -> Vec<(u64, bool)> {
     for number in 0..frames {
         let bits = symbol((number as f64 * SYMBOLS) as u64);
         let mut detection = seen(bits, contrast(number));
-        carrier.resolve(number, 0.0, &mut detection);
+        carrier.resolve(number, number as f64, &mut detection);
         if detection.soft.0.iter().any(|llr| llr.unsigned_abs() > 8) {
             signs.push((number, detection.bits.bits() == bits));
         }
@@ -81,6 +82,6 @@ fn what_is_no_number_is_no_carrier() {
     for number in 0..60 {
         let mut detection = seen(symbol(number / 2), if number % 2 == 0 { 1.0 } else { -1.0 });
         detection.modulation = [f32::NAN, f32::INFINITY, 0.0, -1.0][number as usize % 4];
-        carrier.resolve(number, 1e9 * (number % 3) as f64, &mut detection);
+        carrier.resolve(number, number as f64 + 1e9 * (number % 3) as f64, &mut detection);
     }
 }

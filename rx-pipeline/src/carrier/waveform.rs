@@ -1,5 +1,7 @@
 //! What exposures see of a square carrier, by the phase at which they fall.
 
+use link::waveform::Waveform;
+
 /// Phases that are told apart in a cycle.
 pub(super) const PHASES: usize = 256;
 /// The parts of a cycle by which exposures exceed whole ones, of the shapes that are tried: beyond a half they are the same again, upside
@@ -19,7 +21,7 @@ pub(super) static WAVEFORMS: [Shape; SHAPES] = {
         let mut phase = 0;
         while phase < PHASES {
             let (middle, reach) = (phase as f64 / PHASES as f64, 0.5 * EXCESS[shape]);
-            let seen = lead(middle + reach) - lead(middle - reach);
+            let seen = Waveform::integral(middle + reach) - Waveform::integral(middle - reach);
             shapes[shape][phase] = (seen / EXCESS[shape]) as f32;
             phase += 1;
         }
@@ -27,18 +29,6 @@ pub(super) static WAVEFORMS: [Shape; SHAPES] = {
     }
     shapes
 };
-
-/// ∫ of the sign of cos(2πx) from 0 to x, for x from −1 to 2.
-const fn lead(x: f64) -> f64 {
-    let part = x + 1.0 - ((x + 1.0) as i64) as f64;
-    if part < 0.25 {
-        part
-    } else if part < 0.75 {
-        0.5 - part
-    } else {
-        part - 1.0
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -50,6 +50,21 @@ impl Detection {
         }
     }
 
+    /// That of the complement: each LED is On where it was Off.
+    #[cfg(feature = "carrier")]
+    pub(crate) fn complement(&self) -> Self {
+        Self {
+            bits: PanelFrame::from_bits(!self.bits.bits()),
+            soft: self.soft.flipped(u64::MAX),
+            mixed: self.mixed.map(|mixture| Mixture {
+                ending: mixture.ending.flipped(u64::MAX),
+                beginning: mixture.beginning.flipped(u64::MAX),
+                ..mixture
+            }),
+            ..*self
+        }
+    }
+
     /// The same of the panel itself, where this is of a picture that has it in that orientation.
     pub(crate) fn upright(&self, orientation: Orientation) -> Self {
         Self {

@@ -250,3 +250,31 @@ fn inverse(covariance: &Matrix) -> Option<Matrix> {
 fn matrix(rows: &[[f32; LEVELS]; LEVELS]) -> Matrix {
     Matrix::from(*rows)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is known after frames of such noise.
+    fn after(noises: impl IntoIterator<Item = f32>) -> LevelPrior {
+        let mut prior = LevelPrior::NONE;
+        let unsure = Matrix::from_diagonal_element(1e-4);
+        for noise in noises {
+            prior.update(&Levels::from_values([10.0, 20.0, 100.0, 1.0, 0.0, 0.0], noise), &unsure);
+        }
+        prior
+    }
+
+    #[test]
+    fn frames_that_a_codec_makes_noisier_fit_soon() {
+        let codec = (0..24).map(|frame| if frame >= 6 && frame % 2 == 0 { 1.5 } else { 1.0 });
+        assert!(!after([1.0; 6]).fits(1.5));
+        assert!(after(codec).fits(1.5));
+    }
+
+    #[test]
+    fn mixtures_of_symbols_do_not_make_others_fit() {
+        let mixtures = (0..64).map(|frame| if frame % 5 == 4 { 2.5 } else { 1.0 });
+        assert!(!after(mixtures).fits(1.4));
+    }
+}

@@ -60,8 +60,7 @@ impl SignedDecoder {
         let Self { decoder, carrier } = self;
         profile.timed(Stage::Decode, || match reading {
             Ok(mut reading) => {
-                let late = decoder.time_of(number) - number as f64;
-                let reread = carrier.resolve(number, late, &mut reading.detection);
+                let reread = carrier.resolve(number, decoder.time_of(number), &mut reading.detection);
                 let detection = &reading.detection;
                 let Decoded {
                     symbol,

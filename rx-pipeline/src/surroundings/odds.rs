@@ -146,7 +146,7 @@ impl<'a> Odds<'a> {
         turned.fold(f32::NEG_INFINITY, f32::max)
     }
 
-    /// The likeliest places, none of them beside another.
+    /// The likeliest places, no two of them beside each other.
     pub fn peaks(&self) -> heapless::Vec<Peak, PEAKS> {
         let upright = &self.turns[TURNS as usize].1;
         let mut places = self.likeliest_by_leds(upright);

@@ -25,7 +25,7 @@ const SMOOTHED_S: f64 = 0.3;
 const HIGHEST_HZ: f64 = 200.0;
 /// Samples a second, at least: squares of lines go up to 400 Hz.
 const SAMPLED_HZ: f64 = 1000.0;
-/// How often the smoothing's time constant goes by until it has forgotten how it began.
+/// Time constants of the smoothing until it has forgotten how it began (count).
 const FORGOTTEN: f64 = 30.0;
 /// Of how much of the time the level is exceeded, %, with the weight of its square root's argument (IEC 61000-4-15, 5.7.2).
 const EXCEEDED: [(&[f64], f64); 5] = [

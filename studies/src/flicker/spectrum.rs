@@ -83,7 +83,7 @@ impl Spectrum {
         }
     }
 
-    /// The root of a mean of squares, of which the sum over so many lights is here.
+    /// The root of the mean of squares whose sum over `lights` lights this is.
     pub(super) fn root_of_mean(mut self, lights: usize) -> Self {
         self.percents
             .iter_mut()

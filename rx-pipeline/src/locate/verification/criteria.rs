@@ -52,8 +52,8 @@ const FARTHEST_REPEAT: u32 = 4;
 const DARKEST_OFF: [f32; 2] = [-0.3, -1.0];
 /// Pitch along rows over pitch along columns (ratio): seen from up to 40° aside.
 const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
-/// Before the fit LEDs that are On and neighbours that differ may be more or less by so many (count), and a lattice narrower or wider (ratio):
-/// so much the fit changes. Higher: slower; lower: panels are missed whose pose is not yet right.
+/// Before the fit the counts of On LEDs and of differing neighbours may be this far out of range, and a lattice this much narrower or
+/// wider (ratio): so much the fit changes. Higher: slower; lower: panels are missed whose pose is not yet right.
 const SLACK: (u32, u32, f32) = (4, 8, 1.1);
 /// The least pitch (px): LEDs closer together run into each other under any blur that is looked for, and any smooth
 /// patch looks like them.
