@@ -231,13 +231,21 @@ impl SymbolClock {
     /// known of the next: a trace of another symbol may be other light, and the next frame shows it better.
     pub fn push_mixed(&mut self, frame: u64, reading: &SoftPanel, mixture: &Mixture) -> Option<Symbol> {
         let is_repeat = |current: &Current| correlation(&current.reading, reading) >= REPEAT_CORRELATION;
-        let is_of_one = *mixture == Mixture::INSEPARABLE || !is_sure(&mixture.beginning) && self.current.as_ref().is_some_and(is_repeat);
-        if is_of_one && is_sure(reading) {
+        let is_inseparable = *mixture == Mixture::INSEPARABLE;
+        let is_of_one = is_inseparable || !is_sure(&mixture.beginning) && self.current.as_ref().is_some_and(is_repeat);
+        if is_of_one && is_sure(reading) || is_inseparable && !self.may_catch_two(frame) {
             self.push(frame, reading)
         } else {
             self.count(true);
             self.change(frame, mixture)
         }
+    }
+
+    /// Whether the exposure of a frame may catch the end of a symbol and the beginning of the next, as far as its phase is known.
+    fn may_catch_two(&self, frame: u64) -> bool {
+        let current = self.current.as_ref();
+        let phase = current.and_then(|current| current.phase_at(frame, self.late, self.symbols_per_frame));
+        phase.is_none_or(|(_, (earliest, latest))| libm::floor(earliest) != libm::floor(latest + self.exposure(self.is_long)))
     }
 
     /// Ends a symbol and begins the next.
@@ -472,7 +480,9 @@ mod tests {
             symbols.extend(if (begin + exposure * symbols_per_frame) as u64 == symbol {
                 clock.push(frame, &panel(shown(symbol)))
             } else {
-                clock.push_mixed(frame, &SoftPanel::ERASED, &mixed(symbol))
+                // What the frame shows as a single symbol is the one that had most of the exposure.
+                let longer = (begin + 0.5 * exposure * symbols_per_frame) as u64;
+                clock.push_mixed(frame, &panel(shown(longer)), &mixed(symbol))
             });
         }
         symbols.extend(clock.flush());
@@ -557,6 +567,24 @@ mod tests {
         clock.push_mixed(20, &panel(shown(10)), &Mixture::INSEPARABLE);
         assert_eq!(clock.current(), Some(10));
         assert_eq!(clock.before(21), SoftPanel::ERASED);
+    }
+
+    #[test]
+    fn a_noisy_frame_in_the_middle_of_a_symbol_is_no_mixture() {
+        let mut clock = SymbolClock::new(0.9).unwrap();
+        let mut symbols = Vec::new();
+        for frame in 0..100 {
+            let symbol = (0.05 + 0.9 * frame as f64) as u64;
+            let reading = panel(shown(symbol));
+            // Symbols of which two frames tell the phase, and one in the middle of them that is noisy.
+            symbols.extend(if frame > 1 && frame % 10 == 5 {
+                clock.push_mixed(frame, &reading, &Mixture::INSEPARABLE)
+            } else {
+                clock.push(frame, &reading)
+            });
+        }
+        let symbols: Vec<_> = symbols.iter().map(|symbol| (symbol.index, symbol.panel.hard().bits())).collect();
+        assert_eq!(symbols, expected(symbols.len() as u32));
     }
 
     #[test]
