@@ -53,6 +53,11 @@ impl Orientation {
         self.is_mirrored
     }
 
+    /// By how much readings of such a picture are turned back: mirror images are reported as they are seen.
+    pub fn turn(self) -> Self {
+        if self.is_mirrored { Self::default() } else { self }
+    }
+
     /// The place, 8·row + column of the picture, in which LED `led` (0 to 63) is seen.
     pub const fn place_of(self, led: usize) -> usize {
         let last = SIDE - 1;

@@ -192,10 +192,10 @@ impl Road {
         let straddled = self.renderer.straddles(0, &moment);
         self.renderer.frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
         let sensor = self.renderer.sensor();
-        if self.true_corners {
-            self.place(&moment);
-        }
         let truth = self.renderer.corners_in(sensor, &moment).ok();
+        if let Some(corners) = truth.filter(|_| self.true_corners) {
+            self.place(corners);
+        }
         let outcome = self.receiver.frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
         let read = outcome.reading.map(|reading| {
             let reading = truth.map_or(reading, |truth| own_way_up(&reading, &truth));
@@ -220,14 +220,11 @@ impl Road {
     }
 
     /// Tells the receiver where the panel is, unless it follows it there. Where that is no place to read, the receiver will say so.
-    fn place(&mut self, moment: &Moment) {
-        let sensor = self.renderer.sensor();
-        if let Ok(corners) = self.renderer.corners_in(sensor, moment) {
-            let followed = self.receiver.corners();
-            if !followed.is_some_and(|followed| are_near(&followed, &corners)) {
-                let size = (sensor.width, sensor.height);
-                let _ = self.receiver.place(corners, [0; 2], size);
-            }
+    fn place(&mut self, corners: Corners) {
+        let followed = self.receiver.corners();
+        if !followed.is_some_and(|followed| are_near(&followed, &corners)) {
+            let sensor = self.renderer.sensor();
+            let _ = self.receiver.place(corners, [0; 2], (sensor.width, sensor.height));
         }
     }
 

@@ -345,11 +345,9 @@ fn learnt(receiver: &dyn Panels, panels: &[Panel]) -> Vec<Option<Learnt>> {
 }
 
 impl Panel {
-    /// By how much what is told of it is turned back: mirror images are told as they are.
+    /// By how much readings of it are turned back.
     fn turn(&self) -> Orientation {
-        self.orientation
-            .filter(|orientation| !orientation.is_mirrored())
-            .unwrap_or_default()
+        self.orientation.unwrap_or_default().turn()
     }
 
     /// What a frame's outcome means for the panel; its pose is measured afterwards.

@@ -23,9 +23,7 @@ impl Reading {
     /// The same in the panel's own rows and columns, where this is in those of a picture that has it in that orientation. Of a mirrored
     /// picture it stays as it is: corners run clockwise.
     pub fn upright(&self, orientation: Orientation) -> Self {
-        if orientation.is_mirrored() {
-            return *self;
-        }
+        let orientation = orientation.turn();
         Self {
             corners: self.corners.upright(orientation.quarter_turns()),
             detection: self.detection.upright(orientation),

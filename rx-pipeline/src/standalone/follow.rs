@@ -33,9 +33,7 @@ pub struct Sighting {
 impl Sighting {
     /// In the panel's own rows and columns, once it is known which way up it is; those of a mirrored picture stay as they are.
     fn upright(self, orientation: Option<Orientation>) -> Self {
-        let Some(orientation) = orientation.filter(|orientation| !orientation.is_mirrored()) else {
-            return self;
-        };
+        let orientation = orientation.unwrap_or_default().turn();
         Self {
             corners: self.corners.upright(orientation.quarter_turns()),
             bits: self.bits.upright(orientation),
