@@ -80,7 +80,7 @@ fn what_is_too_large_is_not_read() {
     }
     let panels = "[[panel]]\n".repeat(4097);
     std::fs::write(place.join("panels.toml"), panels).expect("written");
-    refused_soon(&place, &["plan", "panels.toml"], &["4097 panels", "at most 4096"]);
+    refused_soon(&place, &["plan", "panels.toml"], &["4097 panels", "1 to 4096"]);
     let panels = "[[panel]]\n".repeat(100_000);
     std::fs::write(place.join("panels.toml"), panels).expect("written");
     refused_soon(&place, &["plan", "panels.toml"], &["100000 panels"]);

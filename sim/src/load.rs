@@ -99,6 +99,19 @@ impl Scene {
 mod tests {
     use super::*;
 
+    #[test]
+    fn a_scene_without_a_panel_is_an_error_and_no_panic() {
+        use crate::accuracy::Level;
+        use crate::renderer::Renderer;
+        let error = Renderer::new(&Scene::default(), Level::Fast).err().unwrap().to_string();
+        assert!(error.contains("0 panels") && error.contains("give the one that sends"), "{error}");
+        let scene = Scene {
+            panels: vec![Panel::default()],
+            ..Scene::default()
+        };
+        assert!(Renderer::new(&scene, Level::Fast).is_ok());
+    }
+
     fn message(overrides: &[&str]) -> String {
         let overrides: Vec<String> = overrides.iter().map(|s| s.to_string()).collect();
         Scene::load("paper", &overrides).unwrap_err().to_string()

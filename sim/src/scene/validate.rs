@@ -13,12 +13,12 @@ impl Scene {
     /// The first key that is out of range.
     pub fn validate(&self) -> Result<(), RangeError> {
         self.camera.check(|key| format!("camera.{key}"))?;
-        if self.panels.len() > PANELS_MAX {
+        if !(1..=PANELS_MAX).contains(&self.panels.len()) {
             return Err(RangeError {
                 key: "panel".into(),
                 value: format!("{} panels", self.panels.len()),
-                allowed: format!("at most {PANELS_MAX} of them"),
-                way_out: "leave out those that are not looked at".into(),
+                allowed: format!("1 to {PANELS_MAX} of them"),
+                way_out: "give the one that sends, and leave out those that are not looked at".into(),
             });
         }
         for (index, panel) in self.panels.iter().enumerate() {
