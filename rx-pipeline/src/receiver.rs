@@ -20,7 +20,7 @@ mod view;
 
 pub use crate::carrier::Reread;
 pub use crate::locate::SearchMemory;
-pub use crate::track::TrackError;
+pub use crate::track::{TrackError, TrackErrorKind};
 pub use integer::{BlinkSearch, BlinkSearchError, IntegerOutcome, IntegerReading, IntegerReceiver};
 pub use memory::ReceiverMemory;
 pub use outcome::{Loss, LossKind, Outcome, Reading};

@@ -201,6 +201,34 @@ pub enum TrackError {
     Corners(#[from] CornersError),
 }
 
+/// What errors of a track have in common, whatever their numbers are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum TrackErrorKind {
+    /// The panel moved otherwise than it used to.
+    OffCourse,
+    /// The frame does not look like the panel in its place.
+    DoesNotFit,
+    /// That place has no bits to tell apart.
+    Unreadable,
+    /// What was followed is no panel any more.
+    Corners,
+    /// The panel has left the frame.
+    OutOfFrame,
+}
+
+impl TrackError {
+    /// What it has in common with errors of other numbers.
+    pub fn kind(&self) -> TrackErrorKind {
+        match self {
+            Self::DoesNotFit { .. } => TrackErrorKind::DoesNotFit,
+            Self::Unreadable(_) => TrackErrorKind::Unreadable,
+            Self::OffCourse { .. } => TrackErrorKind::OffCourse,
+            Self::OutOfFrame => TrackErrorKind::OutOfFrame,
+            Self::Corners(_) => TrackErrorKind::Corners,
+        }
+    }
+}
+
 impl Track {
     /// Follows the panel that was found in frame `number`.
     pub fn new(spots: LatticeModel, number: u64, frame_size: (usize, usize)) -> Self {

@@ -149,6 +149,7 @@ mod tests {
     use rx_pipeline::features::Features;
     use rx_pipeline::frame::Frame;
     use rx_pipeline::locate::LocateError;
+    use rx_pipeline::receiver::TrackError;
 
     #[test]
     fn losses_of_a_kind_count_together() {
@@ -167,6 +168,29 @@ mod tests {
         assert!(lines[0].starts_with("in 4 of 7 frames: no random pattern: 8 LEDs"), "{lines:?}");
         assert!(
             lines[1].starts_with("no panel was found") && !lines[1].contains("vocc"),
+            "{lines:?}"
+        );
+    }
+
+    #[test]
+    fn frames_without_the_panel_count_by_their_reason() {
+        let mut diagnosis = Diagnosis::default();
+        let gone = Loss::Lost(TrackError::OutOfFrame);
+        let coasting = |missed, why| Loss::Coasting { missed, patience: 12, why };
+        for missed in 1..=3 {
+            diagnosis.count(&Err(coasting(missed, TrackError::OffCourse { off_px: missed as f32 })));
+            diagnosis.count(&Err(coasting(missed, TrackError::OutOfFrame)));
+        }
+        diagnosis.count(&Err(coasting(4, TrackError::OffCourse { off_px: 4.0 })));
+        diagnosis.count(&Err(gone));
+        let rates = LinkRates {
+            symbols_hz: 90.0,
+            fps: 100.0,
+            changes_hz: None,
+        };
+        let lines = diagnosis.lines(&rates, None, false);
+        assert!(
+            lines[0].starts_with("in 4 of 8 frames: coasting, frame 4 of 12 without the panel: the panel is 4.0 px"),
             "{lines:?}"
         );
     }

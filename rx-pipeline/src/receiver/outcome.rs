@@ -6,7 +6,7 @@ use crate::corners::Corners;
 use crate::detect::{DetectError, Detection};
 use crate::features::FeaturesError;
 use crate::locate::LocateError;
-use crate::track::TrackError;
+use crate::track::{TrackError, TrackErrorKind};
 use link::framing::Event;
 use link::orientation::Orientation;
 
@@ -74,12 +74,12 @@ pub enum LossKind {
     Undetected,
     /// An outer line of LEDs was not seen.
     EdgeUnseen,
-    /// The panel that is followed was not seen.
-    Coasting,
+    /// The panel that is followed was not seen, for such a reason.
+    Coasting(TrackErrorKind),
     /// The LEDs are lost in noise.
     ContrastTooLow,
-    /// The panel that was followed is given up.
-    Lost,
+    /// The panel that was followed is given up, for such a reason.
+    Lost(TrackErrorKind),
     /// Nothing that stands out has the size of a panel.
     NoCandidate,
     /// No panel is followed, and none is looked for.
@@ -110,8 +110,8 @@ impl Loss {
             Self::Features(_) => return LossKind::NoFeatures,
             Self::Detect(DetectError::Covered { .. }) => return LossKind::Covered,
             Self::Detect(_) => return LossKind::Undetected,
-            Self::Coasting { .. } => return LossKind::Coasting,
-            Self::Lost(_) => return LossKind::Lost,
+            Self::Coasting { why, .. } => return LossKind::Coasting(why.kind()),
+            Self::Lost(why) => return LossKind::Lost(why.kind()),
         };
         match why {
             LocateError::NothingStandsOut | LocateError::NoCandidate { .. } => LossKind::NoCandidate,
