@@ -190,13 +190,29 @@ fn count(value: Option<u64>) -> String {
 }
 
 fn line(fields: &[String]) -> String {
-    let quoted = |field: &String| {
-        if field.contains([',', '"', '\n']) {
-            format!("\"{}\"", field.replace('"', "\"\""))
-        } else {
-            field.clone()
-        }
-    };
-    let fields: Vec<String> = fields.iter().map(quoted).collect();
+    let fields: Vec<String> = fields.iter().map(|field| cell(field)).collect();
     fields.join(",") + "\n"
+}
+
+/// A field as a cell, which no spreadsheet takes for a formula: a text that begins as one gets an apostrophe before it.
+fn cell(field: &str) -> String {
+    let is_formula = field.starts_with(['=', '+', '-', '@', '\t', '\r']) && field.parse::<f64>().is_err();
+    let text = format!("{}{field}", if is_formula { "'" } else { "" });
+    match text.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"")),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_cell_is_a_formula() {
+        assert_eq!(
+            ["=1+1", "@SUM(A1)", "+cmd", "-cmd", "-3.2", "+1e3", "a=b", "=\"a\",b"].map(cell),
+            ["'=1+1", "'@SUM(A1)", "'+cmd", "'-cmd", "-3.2", "+1e3", "a=b", "\"'=\"\"a\"\",b\""]
+        );
+    }
 }
