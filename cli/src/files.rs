@@ -1,12 +1,13 @@
 //! Files that are written whole or not at all.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use atomic_write_file::AtomicWriteFile;
 
+use crate::output::Output;
 use crate::stop;
 
 /// Where the bytes of a path go.
@@ -65,10 +66,12 @@ pub fn check_new(path: &Path) -> anyhow::Result<()> {
 
 fn write_to(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> anyhow::Result<()> {
     let place = place(path)?;
-    let _whole = matches!(place, Place::File(_)).then(stop::writing);
+    let whole = matches!(place, Place::File(_)).then(stop::writing);
     let mut growing = Growing::open(place, path)?;
-    write_through(&mut growing, write)?;
-    Ok(growing.put()?)
+    let written = write_through(&mut growing, write).and_then(|()| Ok(growing.put()?));
+    drop(whole);
+    stop::give_way();
+    written
 }
 
 /// A file that is written while the program works, aside, and is put into its place by [`Growing::keep`], or is not there; a device or a
@@ -100,8 +103,8 @@ impl Growing {
 
     fn open(place: Place, path: &Path) -> std::io::Result<Self> {
         Ok(Self(match place {
-            Place::Output => Target::Through(Box::new(std::io::stdout())),
-            Place::Device => Target::Through(Box::new(File::options().append(true).open(path)?)),
+            Place::Output => Target::Through(Box::new(Output)),
+            Place::Device => Target::Through(Box::new(Pipe(File::options().append(true).open(path)?))),
             Place::File(file) => Target::Aside(AtomicWriteFile::open(file)?),
         }))
     }
@@ -123,8 +126,31 @@ impl Growing {
     }
 }
 
+/// A pipe or a device. A reader who leaves changes nothing but what he would have read.
+pub struct Pipe(pub File);
+
+impl Pipe {
+    fn unless_left<T>(written: std::io::Result<T>, all: T) -> std::io::Result<T> {
+        match written {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(all),
+            written => written,
+        }
+    }
+}
+
+impl Write for Pipe {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        Self::unless_left(self.0.write(bytes), bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Self::unless_left(self.0.flush(), ())
+    }
+}
+
 impl Write for Growing {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        stop::allow()?;
         self.writer().write(bytes)
     }
 

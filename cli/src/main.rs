@@ -35,7 +35,7 @@ mod results;
 mod show;
 mod stop;
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -98,7 +98,13 @@ fn main() -> ExitCode {
     match Arguments::try_parse() {
         Ok(Arguments { command, shared }) => end(run(command, &shared)),
         Err(told) if told.use_stderr() => {
-            let _ = told.print();
+            // What was given may be a name that a shell has found.
+            let text = told.render().to_string();
+            if text.chars().any(|c| output::is_control(c) && c != '\n') {
+                output::tell(text.trim_end());
+            } else {
+                let _ = told.print();
+            }
             ExitCode::from(2)
         }
         // Help, or the version.
@@ -107,9 +113,11 @@ fn main() -> ExitCode {
 }
 
 fn print(told: &clap::Error) -> anyhow::Result<Verdict> {
-    told.print()?;
-    std::io::stdout().flush()?;
-    Ok(Verdict::Yes)
+    match told.print().and_then(|()| std::io::stdout().flush()) {
+        // Whoever reads it has had enough.
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(Verdict::Yes),
+        printed => Ok(printed.map(|()| Verdict::Yes)?),
+    }
 }
 
 /// The exit status, and why it is no other.
@@ -117,8 +125,6 @@ fn end(answer: anyhow::Result<Verdict>) -> ExitCode {
     match answer {
         Ok(Verdict::Yes) => ExitCode::SUCCESS,
         Ok(Verdict::No) => ExitCode::from(1),
-        // Whoever reads the output has had enough.
-        Err(error) if output::is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             output::tell(format_args!("vocc: {}", output::explain(&error)));
             ExitCode::from(2)

@@ -1,7 +1,13 @@
-//! What goes to standard output, and what is told beside it on standard error.
+//! What goes to standard output, and what is told beside it on standard error: escaped, so that no name and no message moves a cursor.
+//!
+//! A reader who leaves changes nothing but what he would have read: what is printed after that is dropped, and the work goes on.
 
-use std::io::Write;
+use std::borrow::Cow;
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use reception::bytes;
 use serde::Serialize;
 use sim::accuracy::Level;
 use sim::plan::Plan;
@@ -32,35 +38,126 @@ pub fn explain(error: &anyhow::Error) -> String {
         })
 }
 
-/// Whether nobody reads any more what is printed.
-pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error
-        .chain()
-        .filter_map(|cause| cause.downcast_ref::<std::io::Error>())
-        .any(|cause| cause.kind() == std::io::ErrorKind::BrokenPipe)
+/// Whether whoever read standard output has left.
+static IS_UNREAD: AtomicBool = AtomicBool::new(false);
+
+/// Whether whoever read standard output has left: what never ends, and keeps nothing, may then.
+pub fn is_unread() -> bool {
+    IS_UNREAD.load(Ordering::Relaxed)
 }
 
-/// Whether what was printed found a reader; one who has left is no fault.
-pub fn is_read(printed: anyhow::Result<()>) -> anyhow::Result<bool> {
-    match printed {
-        Err(error) if is_broken_pipe(&error) => Ok(false),
-        printed => printed.map(|()| true),
+/// Standard output.
+pub struct Output;
+
+impl Output {
+    fn until_unread<T>(all: T, write: impl FnOnce() -> std::io::Result<T>) -> std::io::Result<T> {
+        if is_unread() {
+            return Ok(all);
+        }
+        match write() {
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => {
+                IS_UNREAD.store(true, Ordering::Relaxed);
+                Ok(all)
+            }
+            written => written,
+        }
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        Self::until_unread(bytes.len(), || std::io::stdout().write(bytes))
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Self::until_unread((), || std::io::stdout().flush())
+    }
+}
+
+/// Whether a terminal does something else with a character than to show it: C0, DEL and C1, and what ends lines or turns their direction.
+pub fn is_control(c: char) -> bool {
+    c.is_control() || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
+/// A text with some of its characters replaced.
+fn replaced(text: &str, is_meant: impl Fn(char) -> bool, by: impl Fn(char) -> String) -> Cow<'_, str> {
+    if !text.contains(&is_meant) {
+        return text.into();
+    }
+    let each = text.chars().map(|c| if is_meant(c) { by(c) } else { c.into() });
+    each.collect::<String>().into()
+}
+
+/// A text of several lines as a terminal may show it.
+fn shown(text: &str) -> Cow<'_, str> {
+    replaced(
+        text,
+        |c| is_control(c) && !matches!(c, '\n' | '\t'),
+        |c| c.escape_default().to_string(),
+    )
+}
+
+/// Bytes in quotes: text as it stands in a program, and `\xff` for what is no UTF-8.
+pub fn quoted(bytes: &[u8]) -> String {
+    let mut quoted = String::from("\"");
+    for chunk in bytes.utf8_chunks() {
+        let valid = format!("{:?}", chunk.valid());
+        quoted.push_str(&valid[1..valid.len() - 1]);
+        quoted.push_str(&chunk.invalid().escape_ascii().to_string());
+    }
+    quoted + "\""
+}
+
+/// A file's name on one line, and `\xff` for what is no UTF-8.
+pub fn name(path: &Path) -> String {
+    let chunks = path.as_os_str().as_encoded_bytes().utf8_chunks();
+    let chunks = chunks.map(|chunk| format!("{}{}", chunk.valid(), chunk.invalid().escape_ascii()));
+    one_line(&chunks.collect::<String>()).into_owned()
+}
+
+fn one_line(text: &str) -> Cow<'_, str> {
+    replaced(text, is_control, |c| c.escape_default().to_string())
+}
+
+/// How bytes that may be text are told in JSON.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct Hex {
+    /// Tell each message in JSON as hexadecimal digits, too (message_hex); without it only one that is no UTF-8.
+    #[arg(long)]
+    hex: bool,
+}
+
+impl Hex {
+    /// A message's bytes as hexadecimal digits, if they are asked for or no text holds them.
+    pub fn of(self, message: &[u8]) -> Option<String> {
+        match self.hex {
+            true => Some(bytes::hex(message)),
+            false => bytes::hex_if_no_text(message),
+        }
     }
 }
 
 /// Tells something on standard error. If nobody listens, that is no reason to end.
 pub fn tell(text: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stderr(), "{text}");
+    let _ = writeln!(std::io::stderr(), "{}", shown(&text.to_string()));
 }
 
 /// Prints one line.
 pub fn line(text: &str) -> anyhow::Result<()> {
-    Ok(writeln!(std::io::stdout(), "{text}")?)
+    Ok(writeln!(Output, "{}", one_line(text))?)
 }
 
-/// Prints one line of JSON.
+/// Prints a text of several lines.
+pub fn lines(text: &str) -> anyhow::Result<()> {
+    Ok(writeln!(Output, "{}", shown(text.trim_end()))?)
+}
+
+/// Prints one line of JSON, which no terminal does anything with but show it.
 pub fn json(value: &impl Serialize) -> anyhow::Result<()> {
-    line(&serde_json::to_string(value)?)
+    let text = serde_json::to_string(value)?;
+    // Such characters stand in its strings only.
+    let escaped = replaced(&text, is_control, |c| format!("\\u{:04x}", u32::from(c)));
+    Ok(writeln!(Output, "{escaped}")?)
 }
 
 /// Prints which effects a plan includes, and what the others could change; [`crate::commands::plan`] has more.
@@ -185,6 +282,30 @@ fn panel_errors(found: &Summary) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_text_moves_a_cursor() {
+        let hostile = "a\u{1b}[2J\u{7f}\u{9b}\u{202e}\u{2066}\u{2028}\nb";
+        assert_eq!(one_line(hostile), r"a\u{1b}[2J\u{7f}\u{9b}\u{202e}\u{2066}\u{2028}\nb");
+        assert_eq!(shown(hostile), "a\\u{1b}[2J\\u{7f}\\u{9b}\\u{202e}\\u{2066}\\u{2028}\nb");
+        assert_eq!(one_line("größer als 2 µm²"), "größer als 2 µm²");
+    }
+
+    #[test]
+    fn bytes_in_quotes_can_be_told_apart() {
+        assert_eq!(quoted("Glatteis \"Brücke\"\n".as_bytes()), r#""Glatteis \"Brücke\"\n""#);
+        let [one, other, spelt] = [&b"\xff\x01"[..], b"\xfe\x01", br"\xff\u{1}"].map(quoted);
+        assert_eq!((&one[..], &other[..]), (r#""\xff\u{1}""#, r#""\xfe\u{1}""#));
+        assert_ne!(one, spelt);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn names_of_any_bytes_are_shown() {
+        use std::os::unix::ffi::OsStrExt;
+        let path = Path::new(std::ffi::OsStr::from_bytes(b"b\xff\n.png"));
+        assert_eq!(name(path), r"b\xff\n.png");
+    }
 
     #[test]
     fn no_error_is_told_by_what_it_says() {

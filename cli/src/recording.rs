@@ -6,6 +6,7 @@
 //! | `/panel_0/outline` | `foxglove_msgs/msg/ImageAnnotations` | the panel's outline in the frame, and its bits |
 //! | `/panel_0/pose` | `geometry_msgs/msg/PoseWithCovarianceStamped` | where it is before the camera, while that is known |
 //! | `/panel_0/message` | `std_msgs/msg/String` | each message, with the frame in which it became whole |
+//! | `/panel_0/message_bytes` | `std_msgs/msg/UInt8MultiArray` | its bytes, of which a text need not hold all |
 //!
 //! Further panels are `/panel_1` and so on. Poses are in the frame `camera`: x right, y down, z forward, as ROS has it of cameras (REP 103);
 //! covariances of x, y, z in metres and of rotations about these axes in radians. Times are those of the frames, from the first one on.
@@ -42,6 +43,7 @@ struct Panel {
     outline: u16,
     pose: u16,
     message: u16,
+    bytes: u16,
 }
 
 impl Recording {
@@ -57,6 +59,7 @@ impl Recording {
                 outline: channel::<ros::ImageAnnotations>(&mut writer, &format!("/panel_{number}/outline")),
                 pose: channel::<ros::PoseWithCovarianceStamped>(&mut writer, &format!("/panel_{number}/pose")),
                 message: channel::<ros::Text>(&mut writer, &format!("/panel_{number}/message")),
+                bytes: channel::<ros::Bytes>(&mut writer, &format!("/panel_{number}/message_bytes")),
             })
             .collect();
         Ok(Self {
@@ -115,11 +118,13 @@ impl Recording {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn message(&mut self, panel: usize, text: &str) -> anyhow::Result<()> {
-        match self.panels.get(panel) {
-            Some(panel) => self.write(panel.message, &ros::Text { data: text }),
-            None => Ok(()),
-        }
+    pub fn message(&mut self, panel: usize, message: &[u8]) -> anyhow::Result<()> {
+        let Some(&Panel { message: text, bytes, .. }) = self.panels.get(panel) else {
+            return Ok(());
+        };
+        let data = &String::from_utf8_lossy(message);
+        self.write(text, &ros::Text { data })?;
+        self.write(bytes, &ros::Bytes::of(message))
     }
 
     /// Puts the file into its place.

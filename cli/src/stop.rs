@@ -24,6 +24,8 @@ use crate::output::{self, Verdict};
 static ASKED: AtomicBool = AtomicBool::new(false);
 /// Whether the command ends by itself when it is.
 static IS_HEARD: AtomicBool = AtomicBool::new(false);
+/// Whether it has to end now.
+static IS_OVERDUE: AtomicBool = AtomicBool::new(false);
 /// Held while a file is written.
 static WRITING: Mutex<()> = Mutex::new(());
 
@@ -65,6 +67,7 @@ fn end(signal: i32) {
     if is_heard {
         std::thread::sleep(PATIENCE);
     }
+    IS_OVERDUE.store(true, Ordering::Relaxed);
     let _whole = writing();
     if is_heard {
         end_other();
@@ -93,6 +96,24 @@ pub fn interrupted(kept: &Path) -> Verdict {
 /// Keeps the program from ending until this is dropped: for a file, which is written whole or not at all.
 pub fn writing() -> MutexGuard<'static, ()> {
     WRITING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Refuses to write more once the program has to end: [`writing`] keeps it from that for as long as no file is half written.
+///
+/// # Errors
+/// Then.
+pub fn allow() -> std::io::Result<()> {
+    match IS_OVERDUE.load(Ordering::Relaxed) {
+        true => Err(std::io::Error::other("interrupted")),
+        false => Ok(()),
+    }
+}
+
+/// Waits for the end of the program if it has to end: what comes of a refusal is told by nobody.
+pub fn give_way() {
+    while IS_OVERDUE.load(Ordering::Relaxed) {
+        std::thread::park();
+    }
 }
 
 /// Lets a program that was started end with this one, or when that is asked for.

@@ -303,7 +303,7 @@ fn what_is_sent_is_received() {
     );
     let receive = vocc(&["receive", "--json", frames]);
     assert_eq!(
-        (receive.status.code(), &json(&receive)["message"]),
+        (receive.status.code(), &json_lines(&receive)[0]["message"]),
         (Some(0), &"Ice on the bridge".into())
     );
     let transmit = vocc(&["transmit", "--message", "Ice on the bridge", "--count", "1"]);

@@ -3,6 +3,7 @@
 use std::io::Read;
 
 use link::camera::Encoding;
+use reception::bytes::hex_if_no_text;
 use reception::colour::Channel;
 use reception::stream::{SIDE_MAX, Stream};
 use reception::{Message, PanelEvent, Reception, ReceptionSettings, Stamp, USUAL_FPS, learnt};
@@ -107,7 +108,7 @@ impl Film {
             });
         }
         self.fill(format, bytes)?;
-        self.next = number + 1;
+        self.next = number.saturating_add(1);
         self.frames += 1;
         let (width, height) = self.size;
         let frame = Frame::new(&self.grey, width, height)?;
@@ -222,7 +223,7 @@ fn as_json(event: &PanelEvent) -> Option<Value> {
         return None;
     };
     Some(json!({
-        "text": String::from_utf8_lossy(data), "first_frame": first_frame, "last_frame": last_frame, "corrected_bits": corrected_bits,
+        "text": String::from_utf8_lossy(data), "hex": hex_if_no_text(data), "first_frame": first_frame, "last_frame": last_frame, "corrected_bits": corrected_bits,
     }))
 }
 

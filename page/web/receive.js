@@ -254,15 +254,17 @@ function showPanel(panel, rate) {
 }
 
 /** @param {any} message */
-function showText({ text, first_frame: first, last_frame: last, corrected_bits: corrected }) {
-  const known = receiving.texts.get(text);
+function showText({ text, hex, first_frame: first, last_frame: last, corrected_bits: corrected }) {
+  // Bytes that are no text can be told apart as digits only.
+  const shown = hex ? `bytes ${hex}` : text;
+  const known = receiving.texts.get(shown);
   const place = known?.place ?? make("p");
   const times = (known?.times ?? 0) + 1;
   const often = times > 1 ? `, ${times} times so far` : "";
   const note = ` frames ${first} to ${last}, ${several(corrected, "bit")} corrected${often}`;
-  place.replaceChildren(text, make("small", { textContent: note }));
+  place.replaceChildren(shown, make("small", { textContent: note }));
   if (!known) byId("texts").append(place);
-  receiving.texts.set(text, { place, times });
+  receiving.texts.set(shown, { place, times });
 }
 
 /** What is learnt, in the order in which it is shown. */

@@ -1,7 +1,9 @@
 //! `vocc decode`: the bits of single frames.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
+use reception::bytes::hex_if_no_text;
 use reception::still::{StillDecoder, StillError};
 use reception::whereabouts::{PoseInput, PoseMeter, PoseResult};
 use rx_pipeline::corners::Corners;
@@ -40,7 +42,10 @@ pub struct Arguments {
 
 #[derive(Serialize)]
 struct Report<'a> {
-    file: &'a Path,
+    file: Cow<'a, str>,
+    /// The bytes of a name that is no UTF-8.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file_hex: Option<String>,
     found: bool,
     bits: Option<String>,
     centre_px: Option<[f32; 2]>,
@@ -140,11 +145,13 @@ impl Decoder {
 }
 
 fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shared: &Shared) -> anyhow::Result<()> {
+    let (file, file_hex) = (path.to_string_lossy(), hex_if_no_text(path.as_os_str().as_encoded_bytes()));
     let PanelReading { reading, pose } = match read {
         Ok(panel) => panel,
         Err(why) if shared.json => {
             return output::json(&Report {
-                file: path,
+                file,
+                file_hex,
                 found: false,
                 bits: None,
                 centre_px: None,
@@ -154,12 +161,13 @@ fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shar
                 pose: None,
             });
         }
-        Err(why) => return line(&format!("{}: no panel: {why}", path.display())),
+        Err(why) => return line(&format!("{}: no panel: {why}", output::name(path))),
     };
     let Reading { corners, detection } = reading;
     if shared.json {
         return output::json(&Report {
-            file: path,
+            file,
+            file_hex,
             found: true,
             bits: Some(detection.bits.to_string()),
             centre_px: Some(corners.centre_px()),
@@ -172,13 +180,13 @@ fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shar
     let [x, y] = corners.centre_px();
     line(&format!(
         "{}: {}, panel at ({x:.2}, {y:.2}) px, LEDs {:.2} px apart, confidence {:.4}",
-        path.display(),
+        output::name(path),
         detection.bits,
         corners.pitch_px(),
         detection.confidence
     ))?;
     if with_pose {
-        line(&format!("{}: {}", path.display(), pose::as_text(&pose)))?;
+        line(&format!("{}: {}", output::name(path), pose::as_text(&pose)))?;
     }
     Ok(())
 }

@@ -173,7 +173,7 @@ fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Verdict> {
     );
     let mut client = client.transmitter().with_context(|| port.name())?;
     let mut told = 0;
-    while !stop.is_asked() && count.is_none_or(|count| told < count) {
+    while !stop.is_asked() && !output::is_unread() && count.is_none_or(|count| told < count) {
         let asked = std::time::Instant::now();
         let status = status(&mut client, port)?;
         if shared.json {

@@ -108,9 +108,9 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     });
     let seconds = started.elapsed().as_secs_f64();
     drop(progress);
-    // What cannot be kept is at least printed; a reader who has left changes nothing of what is done.
+    // What cannot be kept is at least printed.
     if done.is_ok() || results.chunks_of(0) > 0 {
-        output::is_read(output::evaluation(&results, Some(seconds), shared.json))?;
+        output::evaluation(&results, Some(seconds), shared.json)?;
     }
     Ok(if done? { Verdict::Yes } else { Verdict::No })
 }

@@ -17,7 +17,7 @@ use studies::statistics::FrameErrors;
 
 use crate::camera::CameraArguments;
 use crate::options::{Message, Shared};
-use crate::output::{self, Verdict, line};
+use crate::output::{self, Hex, Verdict, line, quoted};
 use crate::outputs;
 use crate::pictures;
 use crate::progress::Progress;
@@ -44,6 +44,8 @@ pub struct Arguments {
     #[arg(long, default_value = "fine", value_parser = super::evaluate::single_precision)]
     level: Level,
     #[command(flatten)]
+    hex: Hex,
+    #[command(flatten)]
     camera: CameraArguments,
 }
 
@@ -54,7 +56,11 @@ const MESSAGE: &str = "Braking hard: queue behind the bend, 200 m ahead";
 struct Report<'a> {
     delivered: bool,
     message: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    message_hex: Option<String>,
     sent: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sent_hex: Option<String>,
     frames: u64,
     bits: u64,
     bit_errors: u64,
@@ -86,7 +92,7 @@ struct FrameCounts {
 pub fn demonstrate(shared: &Shared) -> anyhow::Result<Verdict> {
     let scene = shared.scene("paper")?;
     let settings = settings(&scene, MESSAGE.into(), DetectorChoice::Best, Level::Fine, shared)?;
-    send(&scene, &settings, None, None, shared)
+    send(&scene, &settings, None, None, Hex::default(), shared)
 }
 
 /// Sends, films, receives and reports.
@@ -97,7 +103,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         camera: arguments.camera.camera_if_any()?.unwrap_or_default(),
         ..settings(&scene, message, arguments.detector, arguments.level, shared)?
     };
-    send(&scene, &settings, arguments.frames, arguments.save.as_deref(), shared)
+    let (frames, save) = (arguments.frames, arguments.save.as_deref());
+    send(&scene, &settings, frames, save, arguments.hex, shared)
 }
 
 fn settings(scene: &Scene, message: Vec<u8>, detector: DetectorChoice, level: Level, shared: &Shared) -> anyhow::Result<LinkSettings> {
@@ -112,7 +119,14 @@ fn settings(scene: &Scene, message: Vec<u8>, detector: DetectorChoice, level: Le
     })
 }
 
-fn send(scene: &Scene, settings: &LinkSettings, frames: Option<u64>, save: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict> {
+fn send(
+    scene: &Scene,
+    settings: &LinkSettings,
+    frames: Option<u64>,
+    save: Option<&Path>,
+    hex: Hex,
+    shared: &Shared,
+) -> anyhow::Result<Verdict> {
     let mut road = Road::new(scene, settings)?;
     let frames = match frames {
         Some(frames) => frames,
@@ -169,7 +183,7 @@ fn send(scene: &Scene, settings: &LinkSettings, frames: Option<u64>, save: Optio
     }
     drop(progress);
     let received = received.or_else(|| road.finish());
-    report(&road, settings, received.as_ref(), &counts, shared)?;
+    report(&road, settings, received.as_ref(), &counts, hex, shared)?;
     if let Some(why) = ended {
         output::tell(format_args!("the run ended early, {why}"));
     }
@@ -197,7 +211,14 @@ fn frames_for(scene: &Scene, message: &[u8]) -> anyhow::Result<u64> {
     Ok((2.0 * f64::from(panels) * scene.camera.frame_rate_hz / scene.link.symbol_rate_hz).ceil() as u64 + 1)
 }
 
-fn report(road: &Road, settings: &LinkSettings, received: Option<&Received>, counts: &FrameCounts, shared: &Shared) -> anyhow::Result<()> {
+fn report(
+    road: &Road,
+    settings: &LinkSettings,
+    received: Option<&Received>,
+    counts: &FrameCounts,
+    hex: Hex,
+    shared: &Shared,
+) -> anyhow::Result<()> {
     let errors = &counts.errors;
     let dimming = road.transmitter().dimming().context("the transmitter has seen light")?;
     let exposure = road.renderer().view().exposure;
@@ -205,7 +226,9 @@ fn report(road: &Road, settings: &LinkSettings, received: Option<&Received>, cou
     let report = Report {
         delivered: received.is_some_and(|received| received.message == settings.message),
         message: received.map(|received| text(&received.message)),
+        message_hex: received.and_then(|received| hex.of(&received.message)),
         sent: text(&settings.message),
+        sent_hex: hex.of(&settings.message),
         frames: errors.frames(),
         bits: errors.bits(),
         bit_errors: errors.errors(),
@@ -237,11 +260,11 @@ fn report(road: &Road, settings: &LinkSettings, received: Option<&Received>, cou
         1.0 / report.exposure_s,
         report.iso
     ))?;
-    line(&format!("sent          {:?}", report.sent))?;
+    line(&format!("sent          {}", quoted(&settings.message)))?;
     match received {
         Some(received) => line(&format!(
-            "received      {:?} in frames {} to {}, {} bits corrected",
-            text(&received.message),
+            "received      {} in frames {} to {}, {} bits corrected",
+            quoted(&received.message),
             received.first_frame,
             received.last_frame,
             received.corrected_bits

@@ -2,7 +2,7 @@
 
 use sim::scene::{PRESETS, preset_toml};
 
-use crate::output::{Verdict, line};
+use crate::output::{self, Verdict, line};
 
 /// Arguments of `vocc scene`.
 #[derive(clap::Args)]
@@ -17,7 +17,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<Verdict> {
         Some(name) => {
             let known = || PRESETS.map(|preset| preset.name).join(", ");
             let text = preset_toml(name).ok_or_else(|| anyhow::anyhow!("no preset {name:?}: choose one of {}", known()))?;
-            line(text.trim_end())?;
+            output::lines(&text)?;
         }
         None => {
             for preset in PRESETS {

@@ -85,6 +85,9 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
             } else {
                 line(&panel.to_string())?;
             }
+            if output::is_unread() {
+                break;
+            }
         }
         return Ok(Verdict::Yes);
     };

@@ -196,7 +196,7 @@ fn places(times_s: &[f64], period_s: f64) -> Vec<(u64, f64)> {
         let periods = (time_s - from_s) / period_s;
         // A cast of what is negative is 0.
         let number = (periods.round() as u64).max(next);
-        next = number + 1;
+        next = number.saturating_add(1);
         (number, periods - number as f64)
     };
     times_s.iter().map(place).collect()

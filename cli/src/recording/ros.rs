@@ -93,6 +93,40 @@ impl Ros for Text<'_> {
 }
 
 #[derive(Serialize)]
+pub struct Bytes<'a> {
+    /// It says nothing of what the bytes are.
+    dimensions: [u32; 1],
+    data_offset: u32,
+    data: &'a [u8],
+}
+
+impl<'a> Bytes<'a> {
+    pub fn of(data: &'a [u8]) -> Self {
+        Self {
+            dimensions: [0],
+            data_offset: 0,
+            data,
+        }
+    }
+}
+
+impl Ros for Bytes<'_> {
+    const NAME: &'static str = "std_msgs/msg/UInt8MultiArray";
+    const DEFINITION: &'static str = "std_msgs/MultiArrayLayout layout
+uint8[] data
+================================================================================
+MSG: std_msgs/MultiArrayLayout
+std_msgs/MultiArrayDimension[] dim
+uint32 data_offset
+================================================================================
+MSG: std_msgs/MultiArrayDimension
+string label
+uint32 size
+uint32 stride
+";
+}
+
+#[derive(Serialize)]
 pub struct PoseWithCovarianceStamped {
     header: Header,
     /// x, y, z; then the quaternion's x, y, z, w.

@@ -8,7 +8,7 @@ use studies::table::{AtPlace, Cell, CriterionSurvey, Entry, Findings, InFile, Ne
 
 use super::table;
 use crate::numbers::two_decimals;
-use crate::output::{is_read, json, line, tell};
+use crate::output::{json, line, tell};
 use crate::progress::Progress;
 
 /// Ratios of a finer grid that get all frames.
@@ -34,12 +34,11 @@ pub trait Presentation: Survey<Entry: InFile> {
     fn print(&self, entry: &Self::Entry, details: &[<Self::Entry as Outcome>::Detail]) -> anyhow::Result<()>;
 }
 
-/// Progress on standard error, results on standard output while somebody reads them.
+/// Progress on standard error, results on standard output.
 pub struct Report<'a, S> {
     survey: &'a S,
     progress: Progress,
     as_json: bool,
-    is_read: bool,
     settings: u64,
     settings_done: u64,
     work_done: u64,
@@ -49,11 +48,10 @@ impl<'a, S: Presentation> Report<'a, S> {
     /// For a survey of which so many places are missing; what was found at others is printed first.
     pub fn new(survey: &'a S, begun: &Findings<S::Entry>, missing: usize, as_json: bool) -> anyhow::Result<Self> {
         let settings = missing as u64 * survey.settings();
-        let mut report = Self {
+        let report = Self {
             survey,
             progress: Progress::new(settings * survey.work(), S::UNIT),
             as_json,
-            is_read: true,
             settings,
             settings_done: 0,
             work_done: 0,
@@ -82,21 +80,12 @@ impl<'a, S: Presentation> Report<'a, S> {
         self.progress.done(self.work_done);
     }
 
-    /// Whether somebody reads the results.
-    pub fn is_read(&self) -> bool {
-        self.is_read
-    }
-
     /// Prints what was found at a place.
-    pub fn entry(&mut self, entry: &S::Entry, details: &[<S::Entry as Outcome>::Detail]) -> anyhow::Result<()> {
-        if self.is_read {
-            let print = || match self.as_json {
-                true => details.iter().try_for_each(json).and_then(|()| json(entry)),
-                false => self.survey.print(entry, details),
-            };
-            self.is_read = is_read(self.progress.aside(print))?;
-        }
-        Ok(())
+    pub fn entry(&self, entry: &S::Entry, details: &[<S::Entry as Outcome>::Detail]) -> anyhow::Result<()> {
+        self.progress.aside(|| match self.as_json {
+            true => details.iter().try_for_each(json).and_then(|()| json(entry)),
+            false => self.survey.print(entry, details),
+        })
     }
 }
 

@@ -4,10 +4,10 @@ use serde_json::{Map, Value};
 use studies::sweep::{News, Results, Summary, Sweep};
 
 use crate::numbers::two_decimals;
-use crate::output::{is_read, json, line};
+use crate::output::{json, line};
 use crate::progress::Progress;
 
-/// Progress on standard error, finished cells on standard output while somebody reads them.
+/// Progress on standard error, finished cells on standard output.
 pub struct Report {
     progress: Progress,
     lines: Lines,
@@ -29,15 +29,14 @@ pub fn print(results: &Results, as_json: bool) -> anyhow::Result<()> {
 impl Report {
     /// For a whole sweep.
     pub fn new(sweep: &Sweep, as_json: bool) -> anyhow::Result<Self> {
-        let mut report = Self {
+        if !as_json {
+            line(&heading(sweep))?;
+        }
+        Ok(Self {
             progress: Progress::new(0, "frames"),
             lines: if as_json { Lines::Json } else { Lines::Table },
             told: vec![false; sweep.cells()],
-        };
-        if !as_json {
-            report.printed(line(&heading(sweep)))?;
-        }
-        Ok(report)
+        })
     }
 
     /// For a part, whose cells say nothing until they are merged.
@@ -47,11 +46,6 @@ impl Report {
             lines: Lines::None,
             told: Vec::new(),
         }
-    }
-
-    /// Whether somebody reads the cells.
-    pub fn is_read(&self) -> bool {
-        !matches!(self.lines, Lines::None)
     }
 
     /// Tells how many frames earlier runs have done.
@@ -77,20 +71,11 @@ impl Report {
         }
         self.told[cell] = true;
         let summary = results.summary(cell);
-        let printed = self.progress.aside(|| match self.lines {
+        self.progress.aside(|| match self.lines {
             Lines::Table => line(&row(results.sweep(), &summary)),
             Lines::Json => json(&object(results.sweep(), &summary)?),
             Lines::None => Ok(()),
-        });
-        self.printed(printed)
-    }
-
-    /// Says nothing more once nobody reads it.
-    fn printed(&mut self, printed: anyhow::Result<()>) -> anyhow::Result<()> {
-        if !is_read(printed)? {
-            self.lines = Lines::None;
-        }
-        Ok(())
+        })
     }
 }
 

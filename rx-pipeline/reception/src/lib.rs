@@ -28,8 +28,10 @@
 //! | [`learnt`] | what was learnt of a camera, in words |
 //! | [`still`] | single frames |
 //! | [`picture`], [`colour`], [`deep`] | 8-bit grey of pictures, of colours, and of 9 to 16 bits |
+//! | [`bytes`] | messages that are no text |
 //! | [`stream`] | frames of films that are not compressed: y4m, raw bytes |
 
+pub mod bytes;
 pub mod colour;
 pub mod deep;
 mod diagnosis;

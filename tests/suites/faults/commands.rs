@@ -213,6 +213,103 @@ pub const WORKS: &[Work] = &[
     work("scene", &["night"]),
 ];
 
+/// Work whose answer is no, or that finds a fault of its own: its status is told whoever reads.
+pub const REFUSING: &[Work] = &[
+    work("table diff", &["<table.toml", "<reach.toml"]),
+    work("decode", &["<grey.pgm"]),
+    work("decode", &["<grey.pgm", "<broken.png", "<frame.png"]),
+    work("receive", &["<grey.pgm", "<broken.png", "--bits"]),
+    work("link", &["--frames", "3"]),
+    work("sweep", &["--status", "half"]),
+];
+
+/// Every command at the most that its arguments allow, as far as those make it long.
+pub const LARGEST: &[Work] = &[
+    work("", &WIDEST),
+    work("link", &["day", "--message-file", "<long.txt", "--frames", "18446744073709551615"]),
+    work(
+        "render",
+        &[
+            "--level",
+            "reference",
+            "--out",
+            "@widest.png",
+            "--linear",
+            "@widest.npy",
+            "--set",
+            "camera.width_px=8192",
+            "--set",
+            "camera.height_px=8192",
+        ],
+    ),
+    work("plan", &["--camera", "<scene.toml", "--runs", "10000", "--bytes", "1024"]),
+    work(
+        "evaluate",
+        &["--frames", "1000000000000", "--detector", "ml", "--out", "@most.json"],
+    ),
+    work("figures", &["--frames", "100000000", "--out", "@figures/"]),
+    work("sweep", &["<longest.toml", "--out", "@sweep/"]),
+    work("accuracy", &["--out", "@accuracy/"]),
+    work("merge", &["<shard-0.json", "<shard-1.json", "--out", "@merged.json"]),
+    work(
+        "optimize",
+        &["--frames", "100000000", "--detector", "ml", "--tolerance", "0", "-o", "@best.toml"],
+    ),
+    work("table show", &["<reach.toml", "--plot", "@plot"]),
+    work("table check", &["<reach.toml"]),
+    work("table diff", &["<reach.toml", "<reach.toml"]),
+    work("table regret", &["<reach.toml", "--in", "<reach.toml", "--out", "@robust.toml"]),
+    work("table push", &["<table.toml", "--port", "%port", "--timeout", "60"]),
+    work("table pull", &["@pulled.toml", "--port", "%port", "--timeout", "60"]),
+    work("table verify", &["<table.toml", "--port", "%port", "--timeout", "60"]),
+    work(
+        "transmit",
+        &["--message-file", "<long.txt", "--count", "4294967295", "--symbols", "@symbols.txt"],
+    ),
+    work("transmit", &["--message-file", "<long.txt", "--raw", "--count", "4294967295"]),
+    work("transmit", &["--message-file", "<long.txt", "--flicker", "--plot", "@flicker"]),
+    work("decode", &["<widest.png"]),
+    Work {
+        input: Some("/dev/zero"),
+        ..work(
+            "receive",
+            &[
+                "-",
+                "--raw",
+                "8192x8192",
+                "--panels",
+                "4",
+                "--mcap",
+                "@received.mcap",
+                "--out",
+                "@bytes",
+            ],
+        )
+    },
+    work("device list", &[]),
+    work("device status", &["--port", "%port", "--timeout", "60"]),
+    work("device watch", &["--interval", "3600", "--port", "%port", "--timeout", "60"]),
+    work("device snapshot", &["--port", "%port", "--timeout", "60", "--out", "@snapshot.png"]),
+    work("device calibration", &["--port", "%port", "--timeout", "60"]),
+    work("device rate", &["27", "--port", "%port", "--timeout", "60"]),
+    work(
+        "device send",
+        &["--message-file", "<long.txt", "--port", "%port", "--timeout", "60"],
+    ),
+    work(
+        "device calibrate",
+        &["--frames", "duties", "--illuminance-lx", "10000", "--out", "@panel.toml"],
+    ),
+    Work {
+        input: Some("/dev/zero"),
+        ..work("device simulate", &["--symbols", "@shown.txt", "--film", "/dev/null"])
+    },
+    work("scene", &["night"]),
+];
+
+/// The widest sensor.
+const WIDEST: [&str; 4] = ["--set", "camera.width_px=8192", "--set", "camera.height_px=8192"];
+
 /// The commands that a help text lists.
 pub fn listed(help: &str) -> Vec<String> {
     let lines = help.lines().skip_while(|line| *line != "Commands:").skip(1);

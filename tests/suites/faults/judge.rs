@@ -100,7 +100,11 @@ impl Known {
         let outcome = attempt::run(workshop, &self.work, Some(fault), false, folder.path());
         self.ended_well(fault, &outcome, patience)?;
         if !self.is_seen {
-            return Ok(outcome.after_signal);
+            let asides = self.left(workshop, fault, folder.path()).into_keys();
+            let aside = asides
+                .into_iter()
+                .find(|name| name.rsplit('/').next().is_some_and(|name| name.starts_with('.')));
+            return aside.map_or(Ok(outcome.after_signal), |name| Err(format!("it left {name}")));
         }
         let left = self.left(workshop, fault, folder.path());
         self.left_well(fault, &outcome, &left, over_old)?;
@@ -114,6 +118,17 @@ impl Known {
         self.is_whole(&self.left(workshop, fault, folder.path()))
             .map_err(|why| format!("done again, {why}"))?;
         Ok(outcome.after_signal)
+    }
+
+    /// Lets the reader of what is printed leave.
+    ///
+    /// # Errors
+    /// When anything else changes than what he would have read.
+    pub fn go_unread(&self, workshop: &Workshop, patience: Duration) -> Result<(), String> {
+        let folder = workshop.folder();
+        let outcome = attempt::run(workshop, &self.work, Some(Fault::ClosedOutput), false, folder.path());
+        self.ended_well(Fault::ClosedOutput, &outcome, patience)?;
+        self.is_whole(&self.left(workshop, Fault::ClosedOutput, folder.path()))
     }
 
     /// What is in the folder beside inputs. After the one signal that nobody hears the aside of a file may be there, by a name of its own.
@@ -145,6 +160,12 @@ impl Known {
         }
         if let Some(time) = outcome.after_signal.filter(|time| *time > patience) {
             return said(format!("it took {time:.1?} to end"));
+        }
+        if fault == Fault::ClosedOutput && outcome.status.code() != Some(self.status) {
+            return said(format!(
+                "it ended with {}, and where it is read with {}",
+                outcome.status, self.status
+            ));
         }
         let causes = fault.causes();
         let is_named = causes.is_empty() || causes.iter().any(|cause| outcome.errors.contains(cause));
@@ -182,6 +203,7 @@ impl Known {
             Fault::FileLimit(_) | Fault::AddressSpace(_) if has_finished => self
                 .is_whole(left)
                 .map_err(|why| format!("it ended as if all were well, but {why}")),
+            Fault::ClosedOutput => self.is_whole(left),
             _ => Ok(()),
         }
     }

@@ -20,7 +20,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use libtest_mimic::Arguments;
@@ -29,8 +29,8 @@ use rand_chacha::ChaCha8Rng;
 use vocc_tests::programs;
 use vocc_tests::trials::{self, Unready};
 
-use commands::{WORKS, Work, listed};
-use fault::Fault;
+use commands::{LARGEST, REFUSING, WORKS, Work, listed};
+use fault::{Fault, Signal};
 use judge::Known;
 use workshop::Workshop;
 
@@ -54,8 +54,16 @@ const AT_ONCE: usize = 2;
 type Test = fn(&Workshop);
 
 fn main() -> ExitCode {
-    let tests: [(&str, Test); 3] = [
+    let tests: [(&str, Test); 5] = [
         ("every_command_is_disturbed", every_command_is_disturbed),
+        (
+            "a_reader_who_leaves_changes_only_what_he_reads",
+            a_reader_who_leaves_changes_only_what_he_reads,
+        ),
+        (
+            "every_command_ends_at_once_at_its_largest",
+            every_command_ends_at_once_at_its_largest,
+        ),
         ("nothing_is_lost_whatever_goes_wrong", nothing_is_lost_whatever_goes_wrong),
         (
             "a_long_stream_takes_no_more_memory_and_is_told_of_at_once",
@@ -90,8 +98,50 @@ fn every_command_is_disturbed(workshop: &Workshop) {
             all.extend(inner.iter().map(|inner| format!("{command} {inner}")));
         }
     }
-    let disturbed: BTreeSet<String> = WORKS.iter().map(|work| work.command.into()).collect();
-    assert_eq!(disturbed, all);
+    for works in [WORKS, LARGEST] {
+        let disturbed: BTreeSet<String> = works.iter().map(|work| work.command.into()).collect();
+        assert_eq!(disturbed, all);
+    }
+}
+
+/// Checks each of some works, a few at once.
+fn all(works: &[&Work], check: impl Fn(&Work) -> Result<(), String> + Sync) {
+    let (next, faults) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..AT_ONCE {
+            scope.spawn(|| {
+                while let Some(work) = works.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    if let Err(why) = check(work) {
+                        let what = format!("{} {}", work.command, work.arguments.join(" "));
+                        faults.lock().expect("nobody panics").push(format!("{what}: {why}"));
+                    }
+                }
+            });
+        }
+    });
+    let faults = faults.into_inner().expect("nobody panics");
+    assert!(faults.is_empty(), "{} of {}:\n{}", faults.len(), works.len(), faults.join("\n"));
+}
+
+/// Files are finished and the status is the answer's, for every command.
+fn a_reader_who_leaves_changes_only_what_he_reads(workshop: &Workshop) {
+    let works: Vec<&Work> = WORKS.iter().filter(|work| !work.is_slow).chain(REFUSING).collect();
+    all(&works, |&work| Known::of(workshop, work).go_unread(workshop, patience()));
+    for &work in REFUSING {
+        assert_ne!(Known::of(workshop, work).status, 0, "{work:?} is to be refused");
+    }
+}
+
+/// A stop at once and in the midst of work ends it, whatever it was asked for.
+fn every_command_ends_at_once_at_its_largest(workshop: &Workshop) {
+    all(&LARGEST.iter().collect::<Vec<_>>(), |&work| {
+        let known = Known::unseen(work);
+        let stops = [(Signal::Interrupt, 100), (Signal::Terminate, 1200)];
+        stops.into_iter().try_for_each(|(signal, after_ms)| {
+            let fault = Fault::Signal(signal, Duration::from_millis(after_ms));
+            known.suffer(workshop, fault, false, patience()).map(drop)
+        })
+    });
 }
 
 fn nothing_is_lost_whatever_goes_wrong(workshop: &Workshop) {

@@ -24,6 +24,14 @@ camera.height_px = 240
 pose.distance_m = [60, 70]
 ";
 
+/// Takes longer than anyone waits.
+const LONGEST: &str = "\
+frames = 1000000000000
+detectors = [\"ml\", \"best\"]
+[grid]
+pose.distance_m = [30, 40, 50, 60, 70]
+";
+
 impl Workshop {
     /// With all inputs.
     pub fn new(vocc: PathBuf) -> Self {
@@ -35,6 +43,13 @@ impl Workshop {
         write("plan.toml", PLAN.as_bytes());
         write("message.txt", b"bend ahead");
         write("orders.txt", b"light 500\nrestart\n");
+        write("longest.toml", LONGEST.as_bytes());
+        write("long.txt", &[0xff; 1024]);
+        write("grey.pgm", &[&b"P5 320 240 255\n"[..], &[90; 320 * 240]].concat());
+        write("broken.png", b"\x89PNG\r\n\x1a\n");
+        // LEDs everywhere.
+        let dots = image::GrayImage::from_fn(8192, 8192, |x, y| image::Luma([if x % 16 < 6 && y % 16 < 6 { 230 } else { 40 }]));
+        dots.save(workshop.inputs.path().join("widest.png")).expect("room");
         write("reach.toml", include_bytes!("../../../docs/optimum/kmeans.toml"));
         for (shard, file) in [("0/2", "shard-0.json"), ("1/2", "shard-1.json")] {
             workshop.make(&["evaluate", "--frames", "1024", "--shard", shard, "--out", file]);
@@ -51,6 +66,7 @@ impl Workshop {
             "table.toml",
         ]);
         write("scene.toml", &workshop.make(&["scene", "night"]));
+        workshop.make(&["sweep", "plan.toml", "--out", "half", "--shard", "0/2"]);
         let film = [
             "link",
             "day",

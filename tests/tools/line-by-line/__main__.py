@@ -57,7 +57,8 @@ def receive(folder, args, vocc, camera):
     ended = subprocess.run(command, capture_output=True, text=True)
     lines = [json.loads(line) for line in ended.stdout.splitlines() if line.startswith("{")]
     whole = [line["last_frame"] for line in lines if line.get("message") == MESSAGE]
-    delays = [line["camera"].get("line_delay_exposures") for line in lines if line.get("camera")]
+    told = [line for line in lines if "message" in line] or lines
+    delays = [line["camera"].get("line_delay_exposures") for line in told if line.get("camera")]
     return (whole[0] if whole else None), (delays[-1] if delays else None)
 
 

@@ -58,7 +58,7 @@ pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<
     if shared.json {
         output::json(&values)?;
     } else {
-        line(toml::to_string(&values)?.trim_end())?;
+        output::lines(&toml::to_string(&values)?)?;
     }
     Ok(Verdict::Yes)
 }
@@ -67,7 +67,7 @@ pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<
 pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict> {
     match file {
         None if shared.json => output::json(&Values::of(&BENCH))?,
-        None => line(filled_in(&BENCH).trim_end())?,
+        None => output::lines(&filled_in(&BENCH))?,
         Some(path) => {
             files::check_new(path)?;
             files::write(path, filled_in(&BENCH))?;

@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
+use reception::bytes::hex_if_no_text;
 use rx_pipeline::standalone::{self, CameraSettings, Request, Status};
 use serde_json::{Value, json};
 
@@ -284,13 +285,17 @@ fn message_as_json(message: &Message) -> Value {
     if message.count == 0 {
         return Value::Null;
     }
-    json!({
+    let mut told = json!({
         "count": message.count,
         "text": text(&message.bytes),
         "age_s": message.age_ms as f64 / 1e3,
         "frames": message.frames,
         "corrected_bits": message.corrected_bits,
-    })
+    });
+    if let Some(hex) = hex_if_no_text(&message.bytes) {
+        told["message_hex"] = hex.into();
+    }
+    told
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use studies::table::{InFile, News, TableFile};
 
 use super::rounds::{About, Rounds};
 use super::{Arguments, as_toml, verdict};
-use crate::output::Verdict;
+use crate::output::{self, Verdict};
 use crate::plot::{self, Drawing};
 use crate::report::optimum::{Presentation, Report, interrupted};
 use crate::results;
@@ -32,8 +32,8 @@ pub fn search<S: Presentation>(
     let out = arguments.out.as_deref();
     for place @ [illuminance_lx, interval] in missing {
         // What is written may be read later.
-        if out.is_none() && !report.is_read() {
-            return Ok(Verdict::Yes);
+        if out.is_none() && output::is_unread() {
+            return Ok(verdict(&file));
         }
         let about = About {
             table: &settings,

@@ -20,7 +20,7 @@ use crate::frames::files::{self, FrameFile, Frames};
 use crate::frames::film::{self, Film};
 use crate::frames::picture::PictureReader;
 use crate::options::Shared;
-use crate::output::{self, Verdict};
+use crate::output::{self, Hex, Verdict};
 use crate::outputs;
 use crate::pose::PanelArguments;
 use crate::stop::{Input, stop};
@@ -66,6 +66,11 @@ pub struct Arguments {
     /// Write frames, outlines, poses and messages into this MCAP file, which Foxglove and the tools of ROS 2 open.
     #[arg(long, value_name = "FILE.mcap")]
     mcap: Option<PathBuf>,
+    /// Write the bytes of all messages into this file, one after another as they come.
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    hex: Hex,
     /// Write what was learnt of the camera into this file, for --camera.
     #[arg(long, value_name = "FILE")]
     save_camera: Option<PathBuf>,
@@ -139,7 +144,10 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         crate::files::check(&folder.join("frame-000000-panel-0.png"))?;
     }
     outputs::check(
-        [&arguments.save_camera, &arguments.mcap].into_iter().flatten().cloned(),
+        [&arguments.save_camera, &arguments.mcap, &arguments.out]
+            .into_iter()
+            .flatten()
+            .cloned(),
         read.into_iter().chain(arguments.camera.file()),
     )?;
     let hints = arguments.camera.hints(arguments.pixels)?;
@@ -149,13 +157,21 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         Source::Input => {
             let input = Input::new(std::io::stdin(), stop()).context("cannot read the stream")?;
             let stream = Stream::open(input, arguments.raw, channel)?;
-            receive_stream(session, stream, || Ok(()))
+            // It may never end: who has left it, and keeps nothing, has had enough once there is an answer.
+            let keeps = [&arguments.show, &arguments.mcap, &arguments.save_camera, &arguments.out];
+            let is_kept = keeps.iter().any(|path| path.is_some());
+            receive_stream(
+                session,
+                stream,
+                |session| !is_kept && output::is_unread() && session.has_message(),
+                || Ok(()),
+            )
         }
         Source::Film(path) => {
             let (film, frames) = Film::open(path)?;
             let input = Input::new(frames, stop()).context("cannot read the film")?;
             match Stream::open(input, None, channel) {
-                Ok(stream) => receive_stream(session, stream, || film.end()),
+                Ok(stream) => receive_stream(session, stream, |_| false, || film.end()),
                 // Whoever decodes it knows better what is wrong with it.
                 Err(error) => film.end().and(Err(error.into())),
             }
@@ -164,10 +180,11 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     }
 }
 
-/// Receives a stream to its end, and then looks whether what gave it has `ended` well.
+/// Receives a stream to its end or until there is `enough`, and then looks whether what gave it has `ended` well.
 fn receive_stream(
     mut session: Session,
     mut stream: Stream<impl BufRead>,
+    enough: impl Fn(&Session) -> bool,
     ended: impl FnOnce() -> anyhow::Result<()>,
 ) -> anyhow::Result<Verdict> {
     let stop = stop();
@@ -176,6 +193,9 @@ fn receive_stream(
         session.set_usual_fps(rate)?;
     }
     let end = loop {
+        if enough(&session) {
+            break Ok(());
+        }
         match stream.next_frame() {
             Ok(Some(grey)) => session.next_frame(&Frame::new(grey, width, height)?)?,
             Ok(None) => break Ok(()),

@@ -16,7 +16,7 @@ impl Places {
         if self.runs.is_empty() || number != self.next {
             self.runs.push((number, self.count));
         }
-        self.next = number + 1;
+        self.next = number.saturating_add(1);
         self.count += 1;
     }
 

@@ -1,5 +1,7 @@
 //! What is told of frames: messages and bits on standard output, losses and progress on standard error.
 
+use std::io::Write;
+
 use anyhow::Context;
 use link::orientation::Orientation;
 use reception::whereabouts::Whereabouts;
@@ -10,6 +12,7 @@ use rx_pipeline::receiver::Reading;
 
 use super::Arguments;
 use super::places::Places;
+use crate::files::Growing;
 use crate::output::{self, Verdict, line};
 use crate::pose;
 use crate::progress::Progress;
@@ -30,9 +33,12 @@ pub struct Report<'a> {
     progress: Progress,
     /// Where it is kept, too, if that is asked for.
     recording: Option<Recording>,
-    /// Why there are no more pictures, or no more is recorded.
+    /// Where the bytes of messages go, if that is asked for.
+    bytes: Option<Growing>,
+    /// Why there are no more pictures, no more is recorded, or no more bytes are written.
     undrawn: Option<anyhow::Error>,
     unrecorded: Option<anyhow::Error>,
+    unwritten: Option<anyhow::Error>,
 }
 
 impl<'a> Report<'a> {
@@ -52,8 +58,10 @@ impl<'a> Report<'a> {
             new_messages: Vec::new(),
             progress,
             recording: recording.map(|path| Recording::create(path, arguments.panels.into())).transpose()?,
+            bytes: arguments.out.as_deref().map(Growing::create).transpose()?,
             undrawn: None,
             unrecorded: None,
+            unwritten: None,
         })
     }
 
@@ -68,6 +76,26 @@ impl<'a> Report<'a> {
             self.recording = None;
             self.unrecorded = Some(error);
         }
+    }
+
+    /// Writes a message's bytes, if that is asked for.
+    fn write(&mut self, message: &[u8]) {
+        let Some(mut file) = self.bytes.take() else {
+            return;
+        };
+        match file.write_all(message).and_then(|()| file.flush()) {
+            Ok(()) => self.bytes = Some(file),
+            Err(error) => {
+                let error = anyhow::Error::from(error).context("cannot write the messages' bytes");
+                self.say(&format!("vocc: {error:#}; going on without them"));
+                self.unwritten = Some(error);
+            }
+        }
+    }
+
+    /// Whether a message has come.
+    pub fn has_message(&self) -> bool {
+        self.messages > 0
     }
 
     /// Begins a frame that the camera took as its `number`th.
@@ -89,13 +117,16 @@ impl<'a> Report<'a> {
     /// Says why there was no message, if there was none, and what would help.
     ///
     /// # Errors
-    /// When a picture could not be drawn, or something not be recorded.
+    /// When a picture could not be drawn, or something not be recorded or written.
     pub fn end(mut self, advice: &[String]) -> anyhow::Result<Verdict> {
         if let Some(recording) = self.recording.take() {
             let about = recording.about();
             recording.finish().context(about)?;
         }
-        if let Some(error) = self.undrawn.take().or(self.unrecorded.take()) {
+        if let Some(file) = self.bytes.take().filter(|_| self.messages > 0) {
+            file.keep().context("cannot write the messages' bytes")?;
+        }
+        if let Some(error) = self.undrawn.take().or(self.unrecorded.take()).or(self.unwritten.take()) {
             return Err(error);
         }
         if self.messages > 0 {
@@ -114,15 +145,12 @@ impl<'a> Report<'a> {
         self.places.count().saturating_sub(1)
     }
 
-    /// Says what was learnt of the camera by a panel; where no message could, in JSON too.
+    /// Says what was learnt of the camera by a panel in all frames; in JSON it is the panel's last object.
     pub fn learnt(&mut self, panel: usize, learnt: &Learnt) -> anyhow::Result<()> {
         if self.as_json {
-            if self.messages == 0 {
-                output::json(&serde_json::json!({ "panel": panel, "camera": learnt::as_json(learnt) }))?;
-            }
-        } else {
-            self.say(&learnt::as_text(learnt));
+            return output::json(&serde_json::json!({ "panel": panel, "camera": learnt::as_json(learnt) }));
         }
+        self.say(&learnt::as_text(learnt));
         Ok(())
     }
 
@@ -218,14 +246,14 @@ impl<'a> Report<'a> {
     /// Prints the messages that have become whole, with what is learnt of each panel's camera, and where the panel is.
     pub fn deliver(&mut self, reception: &Reception) -> anyhow::Result<()> {
         for (panel, message) in std::mem::take(&mut self.new_messages) {
-            let text = String::from_utf8_lossy(&message.data);
-            self.record(|recording| recording.message(panel, &text));
-            self.message(panel, &text, &message, reception)?;
+            self.record(|recording| recording.message(panel, &message.data));
+            self.write(&message.data);
+            self.message(panel, &message, reception)?;
         }
         Ok(())
     }
 
-    fn message(&self, panel: usize, text: &str, message: &Message, reception: &Reception) -> anyhow::Result<()> {
+    fn message(&self, panel: usize, message: &Message, reception: &Reception) -> anyhow::Result<()> {
         let [first, last] = [message.first_frame, message.last_frame].map(|number| self.places.of(number));
         let (corrected, whereabouts) = (message.corrected_bits, reception.whereabouts(panel));
         let learnt = reception.learnt_each().get(panel).and_then(Option::as_ref);
@@ -235,16 +263,21 @@ impl<'a> Report<'a> {
         } else {
             String::new()
         };
+        let mut told = serde_json::json!({
+            "message": String::from_utf8_lossy(&message.data), "panel": panel, "first_frame": first, "last_frame": last,
+            "corrected_bits": corrected, "turned_deg": turned_deg, "is_mirrored": is_mirrored,
+            "camera": learnt.map(learnt::as_json), "pose": pose::whereabouts_json(whereabouts),
+        });
+        if let Some(hex) = self.arguments.hex.of(&message.data) {
+            told["message_hex"] = hex.into();
+        }
         self.print(
             &format!(
-                "{of_panel}{text:?} in frames {first} to {last}, {corrected} bits corrected{}",
+                "{of_panel}{} in frames {first} to {last}, {corrected} bits corrected{}",
+                output::quoted(&message.data),
                 pose::whereabouts_text(whereabouts, self.with_pose)
             ),
-            &serde_json::json!({
-                "message": text, "panel": panel, "first_frame": first, "last_frame": last, "corrected_bits": corrected,
-                "turned_deg": turned_deg, "is_mirrored": is_mirrored,
-                "camera": learnt.map(learnt::as_json), "pose": pose::whereabouts_json(whereabouts),
-            }),
+            &told,
         )
     }
 }

@@ -64,6 +64,11 @@ impl<'a> Session<'a> {
         Ok(self.reception.set_fps(fps)?)
     }
 
+    /// Whether a message has come.
+    pub fn has_message(&self) -> bool {
+        self.report.has_message()
+    }
+
     /// Expects frames that were brought to 8 bits from more.
     pub fn expect_deep(&mut self) {
         self.is_deep = true;
@@ -82,7 +87,7 @@ impl<'a> Session<'a> {
 
     /// Receives a frame.
     pub fn frame(&mut self, stamp: Stamp, frame: &Frame) -> anyhow::Result<()> {
-        self.next = stamp.number + 1;
+        self.next = stamp.number.saturating_add(1);
         self.report.begin(stamp.number);
         let time_s = self.reception.time_s(stamp);
         self.report.record(|recording| recording.frame(time_s, frame));
@@ -97,7 +102,7 @@ impl<'a> Session<'a> {
 
     /// Counts a frame that cannot be used.
     pub fn skip(&mut self, number: u64, why: &str) {
-        self.next = number + 1;
+        self.next = number.saturating_add(1);
         self.report.begin(number);
         self.report.skip(why);
     }

@@ -13,7 +13,7 @@ use sim::input;
 use studies::sweep::{EXAMPLE, PlanFile, Results, Run, Shard, Sweep};
 
 use crate::options::Shared;
-use crate::output::Verdict;
+use crate::output::{self, Verdict};
 use crate::outputs;
 use crate::report::sweep::Report;
 use crate::stop::stop;
@@ -156,11 +156,11 @@ fn whole(arguments: &Arguments, plan: &PlanFile, folder: Option<&Path>, as_json:
         |news| {
             report.heard(news)?;
             // What is kept may be read later.
-            Ok(path.is_some() || report.is_read())
+            Ok(path.is_some() || !output::is_unread())
         },
     )?;
     // A reader who has left has had enough.
-    let enough = done || path.is_none() && !report.is_read();
+    let enough = done || path.is_none() && output::is_unread();
     report.end(&results)?;
     Ok(if enough { Verdict::Yes } else { Verdict::No })
 }

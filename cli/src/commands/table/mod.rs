@@ -16,7 +16,7 @@ use studies::table::TableFile;
 use self::regret::Regret;
 use self::transfer::Transfer;
 use crate::options::Shared;
-use crate::output::{Verdict, json, line};
+use crate::output::{self, Verdict, json, line};
 use crate::{outputs, plot, report};
 
 /// Arguments of `vocc table`.
@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         } => {
             // A table that no transmitter takes is not shipped.
             let (file, _) = TableFile::read_with_table(path)?;
-            line(source(&file).trim_end())?;
+            output::lines(&source(&file))?;
         }
         Action::Show { file, plot, .. } => show(file.as_deref(), plot.as_deref(), shared.json)?,
         Action::Diff { old, new, scene } => {

@@ -54,7 +54,7 @@ impl Transfer {
             }
             None if shared.json => self.report(&table, shared, ""),
             None => {
-                line(text.trim_end())?;
+                output::lines(&text)?;
                 Ok(Verdict::Yes)
             }
         }

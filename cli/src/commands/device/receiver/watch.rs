@@ -29,7 +29,7 @@ pub fn watch(client: Connection, arguments: &Watch, shared: &Shared) -> anyhow::
     let mut status = asked_status(client, &name)?;
     let mut news = News::since(&status);
     let mut told = 0;
-    while !stop.is_asked() && count.is_none_or(|count| told < count) {
+    while !stop.is_asked() && !output::is_unread() && count.is_none_or(|count| told < count) {
         let due = Instant::now() + arguments.interval();
         let item = news.fetch(client, &name, &status)?;
         let reading = readings.then(|| asked_reading(client, &name)).transpose()?;

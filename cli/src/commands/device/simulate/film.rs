@@ -17,6 +17,7 @@ use sim::scene::Scene;
 use tx_firmware::calibration::BENCH;
 
 use super::board::Symbol;
+use crate::files::Pipe;
 use crate::outputs;
 use crate::pictures;
 
@@ -30,7 +31,7 @@ pub enum Reel {
         _held: Option<File>,
     },
     /// Into a y4m film, or a pipe for one.
-    Film(BufWriter<File>),
+    Film(BufWriter<Pipe>),
 }
 
 impl Reel {
@@ -48,7 +49,7 @@ impl Reel {
     pub fn pipe(path: &Path) -> anyhow::Result<Self> {
         let pipe = File::options().write(true).open(path);
         let pipe = pipe.with_context(|| format!("cannot write {}", path.display()))?;
-        Ok(Self::Film(BufWriter::new(pipe)))
+        Ok(Self::Film(BufWriter::new(Pipe(pipe))))
     }
 }
 

@@ -122,8 +122,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let link = arguments.link.as_deref();
     let link = link.map(|path| Link::new(path, terminal.name()));
     let _link = link.transpose()?;
-    // Whoever does not read it knows the link.
-    output::is_read(announce(arguments, &terminal, shared))?;
+    announce(arguments, &terminal, shared)?;
 
     let mut sensor = LightSensor::new(scene.ambient.illuminance_lx);
     let orders = Orders::listen()?;

@@ -2,7 +2,7 @@
 
 use std::io::Read;
 use std::os::unix::fs::MetadataExt;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -18,6 +18,8 @@ use super::light_sensor::Health;
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 /// More than this is no line.
 const LINE_MAX: usize = 1024;
+/// Lines that wait for the board.
+const LINES_MAX: usize = 64;
 
 /// What can be told.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,7 +82,8 @@ impl Orders {
     /// # Errors
     /// When there is no room for another thread.
     pub fn listen() -> std::io::Result<Self> {
-        let (sender, lines) = channel();
+        // Whoever says more than the board does waits.
+        let (sender, lines) = sync_channel(LINES_MAX);
         std::thread::Builder::new().spawn(move || {
             let mut read = Vec::new();
             let mut bytes = [0; LINE_MAX];

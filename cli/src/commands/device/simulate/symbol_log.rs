@@ -8,7 +8,7 @@ use anyhow::Context;
 use serde_json::json;
 
 use super::board::Symbol;
-use crate::files;
+use crate::files::{self, Pipe};
 use crate::output;
 
 /// Where it is written.
@@ -16,7 +16,7 @@ pub enum SymbolLog {
     /// On standard output, at once.
     Output,
     /// To a pipe or a device, at once.
-    Pipe(File),
+    Pipe(Pipe),
     /// In a file, at the end.
     File(PathBuf, String),
 }
@@ -32,7 +32,7 @@ impl SymbolLog {
         }
         let pipe = File::options().append(true).open(path);
         let pipe = pipe.with_context(|| format!("cannot write {}", path.display()))?;
-        Ok(Self::Pipe(pipe))
+        Ok(Self::Pipe(Pipe(pipe)))
     }
 
     /// Writes one symbol: its bits and the part of its full light that an On LED gives.
