@@ -135,6 +135,38 @@ fn a_table_is_pushed_verified_and_pulled_back_the_same() {
 }
 
 #[test]
+fn a_table_for_another_place_is_stored_with_a_warning() {
+    let board = Board::honest();
+    let table = file("elsewhere.toml", "illuminance_lx = [50]\ninterval = [2]\nl2a = [[3]]\n");
+    let elsewhere = board.vocc(&["table", "push", table.to_str().unwrap()]);
+    let told = [
+        "light, in lx, is 2000",
+        "made for 50",
+        "LED interval is 1",
+        "made for 2",
+        "stored and in use",
+    ];
+    ends(&elsewhere, 0, &told);
+    let here = file("here.toml", TABLE);
+    let here = board.vocc(&["table", "push", here.to_str().unwrap()]);
+    assert!(here.stderr.is_empty(), "{}", String::from_utf8_lossy(&here.stderr));
+}
+
+#[test]
+fn a_symbol_rate_that_is_not_kept_is_told() {
+    // Whatever is asked for, it says what it has shown all along.
+    let board = Board::start(|fake, bytes| {
+        let stubborn = Answer::SymbolRate { millihertz: 90_000 };
+        instead(bytes, &stubborn, |request| matches!(request, Request::WriteSymbolRate { .. })).unwrap_or_else(|| fake.exchange(bytes))
+    });
+    ends(
+        &board.vocc(&["device", "rate", "30"]),
+        1,
+        &["30 symbols a second were asked for", "90"],
+    );
+}
+
+#[test]
 fn a_transmitter_tells_how_it_is() {
     let board = Board::honest();
     let status = json(&board.vocc(&["device", "status", "--json"]));
@@ -233,25 +265,31 @@ fn a_symbol_rate_is_told_set_kept_and_refused() {
     assert_eq!(fake.memory.symbol_rate, Some(fastest));
 }
 
-/// What comes back from a transmitter whose firmware knows the first twelve requests alone.
-fn first_firmware(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
+/// An answer to the first of some requests that is of a kind, if one is.
+fn instead(bytes: &[u8], answer: &Answer<'_>, is_meant: impl Fn(&Request<'_>) -> bool) -> Option<Vec<u8>> {
     let mut reader = FrameReader::<REQUEST_FRAME_MAX>::new();
     for &byte in bytes {
         if let Some(Ok(frame)) = reader.push(byte)
-            && let Ok(
-                Request::ReadSymbolRate
-                | Request::WriteSymbolRate { .. }
-                | Request::ReadIntensityLimit
-                | Request::WriteIntensityLimit { .. },
-            ) = frame.request()
+            && frame.request().is_ok_and(|request| is_meant(&request))
         {
             let (sequence, mut wire) = (frame.sequence(), [0; 32]);
-            let unknown = Answer::Refused(Refusal::Unknown);
-            let answer = encode(Kind::Answer, sequence, &unknown, &mut wire);
-            return answer.expect("it fits").to_vec();
+            let answer = encode(Kind::Answer, sequence, answer, &mut wire);
+            return Some(answer.expect("it fits").to_vec());
         }
     }
-    fake.exchange(bytes)
+    None
+}
+
+/// What comes back from a transmitter whose firmware knows the first twelve requests alone.
+fn first_firmware(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
+    let unknown = Answer::Refused(Refusal::Unknown);
+    let is_later = |request: &Request<'_>| {
+        matches!(
+            request,
+            Request::ReadSymbolRate | Request::WriteSymbolRate { .. } | Request::ReadIntensityLimit | Request::WriteIntensityLimit { .. }
+        )
+    };
+    instead(bytes, &unknown, is_later).unwrap_or_else(|| fake.exchange(bytes))
 }
 
 #[test]

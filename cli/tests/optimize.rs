@@ -79,6 +79,27 @@ fn a_table_is_made_and_can_be_used() {
         &[&QUICK[..], &[&table, "--resume", "--seed", "2"]].concat(),
         &["other settings", "seed"],
     );
+
+    // A ratio that is not the one found is no result to go on from.
+    let row = whole.lines().find(|line| line.ends_with("],  # 10000 lx")).expect("a row");
+    let first = row.trim_start_matches([' ', '[']).split(',').next().expect("a ratio");
+    std::fs::write(&table, whole.replacen(row, &row.replacen(first, "3.95", 1), 1)).expect("a file");
+    let said = ["table.toml", "interval 0.5 is 3.95", "changed since"];
+    refused(&[&QUICK[..], &[&table, "--resume"]].concat(), &said);
+    refused(&["merge", &table, "--out", &path("merged.toml")], &said);
+    refused(&["table", "check", &table], &said);
+}
+
+#[test]
+fn published_tables_agree_with_themselves() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let published = std::fs::read_dir(root.join("docs/optimum")).expect("a folder");
+    let paths = published.map(|entry| entry.expect("an entry").path());
+    let tables: Vec<_> = paths.filter(|path| path.extension().is_some_and(|kind| kind == "toml")).collect();
+    assert!(tables.len() > 5);
+    for table in tables.iter().chain([&root.join("link/shipped_table.toml")]) {
+        says(&vocc(&["table", "check", common::name(table)]), 0, &[]);
+    }
 }
 
 #[test]

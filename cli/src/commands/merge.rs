@@ -73,6 +73,7 @@ fn merge_tables(parts: &[PathBuf], out: Option<&Path>) -> anyhow::Result<Verdict
     let mut whole: Option<TableFile> = None;
     for path in parts {
         let part = TableFile::read(path)?;
+        part.check().with_context(|| path.display().to_string())?;
         match &mut whole {
             None => whole = Some(part),
             Some(whole) => whole.merge(part).with_context(|| path.display().to_string())?,

@@ -143,7 +143,8 @@ impl TableFile {
 
     /// Whether both are of the same survey of the same scene, finished or not.
     pub fn is_of_same_survey(&self, other: &Self) -> bool {
-        (&self.search.record, &self.reach.record, &self.scene) == (&other.search.record, &other.reach.record, &other.scene)
+        (&self.search.record, &self.reach.record) == (&other.search.record, &other.reach.record)
+            && (&self.regret.record, &self.scene) == (&other.regret.record, &other.scene)
             && (&self.ratios.illuminance_lx, &self.ratios.interval) == (&other.ratios.illuminance_lx, &other.ratios.interval)
     }
 
@@ -209,6 +210,7 @@ impl TableFile {
         }
         self.search.extend(part.search.entries, part.search.details);
         self.reach.extend(part.reach.entries, part.reach.details);
+        self.regret.extend(part.regret.entries, part.regret.details);
         let own = self.ratios.l2a.iter_mut().flatten();
         for (own, found) in own.zip(part.ratios.l2a.iter().flatten()) {
             if own.is_nan() {
@@ -218,9 +220,21 @@ impl TableFile {
         Ok(())
     }
 
-    /// Whether something was found at a place.
+    /// Whether something was found at a place, or is there in a table that nothing is said of.
     fn is_found(&self, place: [f64; 2]) -> bool {
-        self.search.entry(place).is_some() || self.reach.entry(place).is_some()
+        let is_plain = !self.is_searched() && self.regret.record.is_none();
+        self.search.entry(place).is_some()
+            || self.reach.entry(place).is_some()
+            || self.regret.entry(place).is_some()
+            || is_plain && self.ratio(place).is_some_and(|ratio| !ratio.is_nan())
+    }
+
+    /// The ratio at a place, if there is one.
+    pub(super) fn ratio(&self, [illuminance_lx, interval]: [f64; 2]) -> Option<f64> {
+        let ratios = &self.ratios;
+        let row = ratios.illuminance_lx.iter().position(|&e| e == illuminance_lx)?;
+        let column = ratios.interval.iter().position(|&i| i == interval)?;
+        ratios.l2a.get(row)?.get(column).copied()
     }
 
     /// The places at which nothing was found yet.
@@ -321,6 +335,54 @@ mod tests {
     use crate::optimum::Search;
     use crate::table::CriterionSurvey;
 
+    const PLAIN: &str = "illuminance_lx = [50, 5000]\ninterval = [1, 2]\nl2a = [[2, 3], [nan, nan]]\n";
+
+    #[test]
+    fn plain_tables_are_merged_by_their_ratios() {
+        let part = |text: &str| TableFile::from_toml(text).unwrap();
+        let other = PLAIN.replace("[2, 3], [nan, nan]", "[nan, nan], [1.5, 2.5]");
+        let mut whole = part(PLAIN);
+        whole.merge(part(&other)).unwrap();
+        assert_eq!(whole.ratios.l2a, [[2.0, 3.0], [1.5, 2.5]]);
+        assert_eq!(whole.missing().count(), 0);
+        let again = whole.merge(part(PLAIN)).unwrap_err();
+        assert!(matches!(again, PartError::Doubled { .. }), "{again}");
+    }
+
+    #[test]
+    fn tables_of_least_regret_keep_what_they_lose() {
+        let entry = |illuminance_lx: f64, l2a: f64| RegretEntry {
+            illuminance_lx,
+            interval: 1.0,
+            l2a,
+            l2a_95: [l2a - 0.1, l2a + 0.1],
+            most_lost: 0.02,
+            no_worse: [l2a - 0.2, l2a + 0.2],
+            is_flat: false,
+            reach_m: vec![60.0, 50.0],
+            mean_cd: 1.0,
+            peak_cd: 2.0,
+            luminance_cd_m2: 3.0,
+        };
+        let part = |illuminance_lx, l2a| {
+            let mut part = TableFile::plain(RatioFile::empty(vec![50.0, 5000.0], vec![1.0]));
+            part.regret.record = Some(RegretRecord {
+                version: "0".into(),
+                tables: vec!["a.toml".into(), "b.toml".into()],
+                range: [0.2, 4.0],
+            });
+            part.add(entry(illuminance_lx, l2a), Vec::new());
+            part
+        };
+        let mut whole = part(5000.0, 2.5);
+        whole.merge(part(50.0, 1.5)).unwrap();
+        assert_eq!(whole.ratios.l2a, [[1.5], [2.5]]);
+        assert_eq!((whole.regret.entries.len(), whole.missing().count()), (2, 0));
+        whole.check().unwrap();
+        let again = whole.merge(part(50.0, 1.5)).unwrap_err();
+        assert!(matches!(again, PartError::Doubled { .. }), "{again}");
+    }
+
     #[test]
     fn what_was_written_is_read_back() {
         let scene = Scene::load("night", &[]).unwrap();
@@ -365,6 +427,28 @@ mod tests {
         assert_eq!(back.ratios.l2a[1][2], 2.346);
         assert_eq!(back.search.entry([100.0, 1.5]), Some(&found));
         assert_eq!(back.to_toml().unwrap(), text);
+        back.check().unwrap();
+        for (from, to, words) in [
+            ("2.346", "3.95", &["100 lx and interval 1.5 is 3.95", "found 2.346", "entries"][..]),
+            ("2.346", "nan", &["is NaN"]),
+            ("mean_l2a = 2.3457", "mean_l2a = 0.2", &["found 0.200"]),
+            ("[2.1, 2.6]", "[nan, -inf]", &["mean_l2a_95 = [nan, -inf]", "must be a number"]),
+            ("least_ber = 0.00000012346", "least_ber = -5.0", &["least_ber = -5.0", "below 0"]),
+            (" ber = 0.0,", " ber = 5.0,", &["cells", "ber = 5.0", "0 to 1"]),
+            ("[1.9, 2.1]", "[2.1, 1.9]", &["lower end"]),
+            (
+                "100.0, interval = 1.5, mean",
+                "200.0, interval = 1.5, mean",
+                &["200 lx", "1 entries"],
+            ),
+        ] {
+            assert!(text.contains(from), "{from} is to be replaced in {text}");
+            let changed = TableFile::from_toml(&text.replacen(from, to, 1)).unwrap();
+            let said = changed.check().expect_err(to).to_string();
+            words
+                .iter()
+                .for_each(|word| assert!(said.contains(word), "{word:?} is not in: {said}"));
+        }
         let missing = back.ratios.table().unwrap_err().to_string();
         assert!(missing.contains("50 lx and interval 0.5"), "{missing}");
     }

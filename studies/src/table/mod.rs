@@ -13,6 +13,7 @@
 mod by_criterion;
 mod by_reach;
 mod condition;
+mod contradiction;
 mod file;
 mod findings;
 mod intensity;
@@ -23,6 +24,7 @@ mod survey;
 pub use by_criterion::{Cell, CriterionSurvey, Entry, Rule, SearchRecord};
 pub use by_reach::{ReachEntry, ReachPoint, ReachRecord, ReachSurvey};
 pub use condition::Condition;
+pub use contradiction::Contradiction;
 pub use file::{InFile, PartError, TableFile};
 pub use findings::{AtPlace, Findings, Outcome, Unknown};
 pub use intensity::{Bounds, luminance_cd_m2, panel_cd};

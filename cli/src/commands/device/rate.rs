@@ -52,6 +52,15 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
     } else {
         line(&format!("{}: {rate_hz} symbols a second", port.name()))?;
     }
+    // Rates are told in thousandths.
+    let other = wanted.filter(|wanted_hz| (wanted_hz - rate_hz).abs() > 1e-3);
+    if let Some(wanted_hz) = other {
+        output::tell(format_args!(
+            "vocc: {}: {wanted_hz} symbols a second were asked for, and it keeps to {rate_hz}: update its firmware",
+            port.name()
+        ));
+        return Ok(Verdict::No);
+    }
     Ok(Verdict::Yes)
 }
 

@@ -167,6 +167,7 @@ impl Arguments {
                  detector, level and version, by reach the message, the choice and the light too, must be the same",
                 path.display()
             );
+            begun.check().with_context(|| path.display().to_string())?;
             begun
         } else {
             empty

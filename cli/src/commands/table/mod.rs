@@ -96,6 +96,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         Action::Verify(transfer) => return transfer.verify(shared),
         Action::Check { file: path } => {
             let (file, table) = TableFile::read_with_table(path)?;
+            file.check().with_context(|| path.display().to_string())?;
             if let Some(unknown) = file.unknown().next() {
                 return Err(unknown).with_context(|| path.display().to_string());
             }

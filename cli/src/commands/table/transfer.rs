@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use link::l2a_table::L2aTable;
+use link::serial::{Answer, Request};
 use serde_json::json;
 use sim::input;
 use sim::l2a::{read_table, table_file};
 
 use crate::device::table::{pull, push};
 use crate::files;
-use crate::options::{Port, Shared};
+use crate::options::{Connection, Port, Shared};
 use crate::output::{self, Verdict, line};
 use crate::progress::Progress;
 
@@ -31,6 +32,9 @@ impl Transfer {
         let mut progress = Progress::new(table.image().len() as u64, "bytes");
         push(&mut client, &table, |bytes| progress.done(bytes as u64)).with_context(|| self.port.name())?;
         drop(progress);
+        for outside in outside(&table, &mut client) {
+            output::tell(format_args!("vocc: {}: {outside}", self.port.name()));
+        }
         self.report(&table, shared, "is stored and in use")
     }
 
@@ -112,6 +116,37 @@ impl Transfer {
         }
         Ok(Verdict::Yes)
     }
+}
+
+/// In what a transmitter's own light and LED interval are none that the table was made for: it then takes the nearest that are.
+fn outside(table: &L2aTable, client: &mut Connection) -> Vec<String> {
+    let light = client.ask(&Request::Status, |answer| match answer {
+        Answer::Status(status) => Some(status.illuminance_lx.map(|lux| lux.to_num())),
+        _ => None,
+    });
+    let interval = client.ask(&Request::ReadCalibration, |answer| match answer {
+        Answer::Calibration(measured) => Some(measured.interval.to_num()),
+        _ => None,
+    });
+    let lights: Vec<f64> = table.illuminances_lx().iter().map(|lux| lux.to_num()).collect();
+    let intervals: Vec<f64> = table.intervals().iter().map(|interval| interval.to_num()).collect();
+    // A transmitter that does not tell is not judged.
+    let light = light.ok().flatten().and_then(|lux| beyond("light, in lx,", lux, &lights));
+    let interval = interval.ok().and_then(|own| beyond("LED interval", own, &intervals));
+    light.into_iter().chain(interval).collect()
+}
+
+/// Says that a value is beyond an axis of a table, if it is.
+fn beyond(what: &str, own: f64, axis: &[f64]) -> Option<String> {
+    let (first, last) = (*axis.first()?, *axis.last()?);
+    let made_for = if first == last {
+        first.to_string()
+    } else {
+        format!("{first} to {last}")
+    };
+    (!(first..=last).contains(&own)).then(|| {
+        format!("its {what} is {own:.4}, and the table is made for {made_for}: it carries the ratio of the nearest, which may be far from the best")
+    })
 }
 
 fn read(path: &Path) -> anyhow::Result<L2aTable> {
