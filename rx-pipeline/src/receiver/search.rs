@@ -14,7 +14,7 @@ use crate::spots::Residuals;
 
 /// Searches in vain after which each looks at less (count). More: panels are found in fewer frames, and it takes longer until frames are
 /// cheap where there is none.
-const PATIENCE_SEARCHES: u32 = 12;
+const PATIENCE_SEARCHES: u32 = 30;
 /// Earlier frames that tell what blinks.
 const KEPT_FRAMES: usize = 2;
 
