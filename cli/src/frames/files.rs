@@ -5,14 +5,15 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 
 use super::film;
-use super::names::{has_ending, number};
+use super::names::{has_ending, is_hidden, natural_order, number};
 use super::stamps::Stamps;
 pub use super::stamps::{FrameFile, Frames};
 
 /// How the names of pictures end.
 const PICTURES: [&str; 4] = ["png", "jpg", "jpeg", "pgm"];
 
-/// The frames of folders, in the order of their names, and single files.
+/// The frames of folders, in the [natural order](natural_order) of their names, and single files: in the order given, but where that is
+/// the order of their letters, as a shell makes of `*`, in the natural one, too.
 ///
 /// Where the names end in numbers that mostly rise by one, those are the frames' numbers, and a number that is missing is a frame that
 /// the camera lost. Otherwise each frame follows the one before.
@@ -39,8 +40,11 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
             "the folder {} has no PNG, JPEG or PGM files; a film is received by its own name",
             source.display()
         );
-        inside.sort();
+        inside.sort_by(|a, b| natural_order(a, b));
         frames.extend(inside);
+    }
+    if frames.is_sorted_by_key(|path| path.as_os_str()) {
+        frames.sort_by(|a, b| natural_order(a, b));
     }
     let numbers = numbers(&frames);
     let files = frames.into_iter().zip(numbers);
@@ -64,11 +68,11 @@ pub fn by_time(sources: &[PathBuf]) -> anyhow::Result<Frames> {
     }
 }
 
-/// The pictures in a folder, in no order.
+/// The pictures in a folder, in no order. Those whose names begin with a dot are none.
 pub fn pictures_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let paths = std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
     let mut paths: Vec<PathBuf> = paths.collect::<std::io::Result<_>>()?;
-    paths.retain(|path| has_ending(path, &PICTURES));
+    paths.retain(|path| has_ending(path, &PICTURES) && !is_hidden(path));
     Ok(paths)
 }
 
@@ -92,6 +96,24 @@ mod tests {
 
     fn numbered(names: &[&str]) -> Vec<u64> {
         numbers(&names.iter().map(PathBuf::from).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn frames_come_in_the_order_of_their_numbers() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["f0", "f1", "f2", "f9", "f10", "f11", "._f1", ".f3"] {
+            std::fs::write(folder.path().join(format!("{name}.png")), "").unwrap();
+        }
+        let names = |sources: &[PathBuf]| -> Vec<String> {
+            let names = of(sources).unwrap().into_iter().map(|file| file.path);
+            names.map(|path| path.file_stem().unwrap().display().to_string()).collect()
+        };
+        let natural = ["f0", "f1", "f2", "f9", "f10", "f11"];
+        assert_eq!(names(&[folder.path().into()]), natural);
+        // A shell has them in the order of their letters, a person in any other.
+        let given = |names: &[&str]| -> Vec<PathBuf> { names.iter().map(|name| folder.path().join(format!("{name}.png"))).collect() };
+        assert_eq!(names(&given(&["f0", "f1", "f10", "f11", "f2", "f9"])), natural);
+        assert_eq!(names(&given(&["f10", "f9", "f11"])), ["f10", "f9", "f11"]);
     }
 
     #[test]

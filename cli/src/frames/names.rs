@@ -1,5 +1,6 @@
 //! What the names of files say: what they are, by their endings, and which frame of several.
 
+use std::cmp::Ordering;
 use std::path::Path;
 
 /// Whether a name ends in one of these, in letters of any size.
@@ -13,4 +14,82 @@ pub fn number(path: &Path) -> Option<u64> {
     let stem = path.file_stem()?.to_str()?;
     let digits = stem.len() - stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     stem[stem.len() - digits..].parse().ok()
+}
+
+/// Whether a name begins with a dot: files that systems keep beside those of people, such as the `._frame.png` of macOS.
+pub fn is_hidden(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default();
+    name.as_encoded_bytes().starts_with(b".")
+}
+
+/// The order of names in which `frame2` comes before `frame10`: digits in a row are one number, all else counts byte by byte.
+///
+/// Digits after a decimal point are a fraction, so that `0.15.png` comes before `0.2.png`: names that are seconds stay in their order.
+pub fn natural_order(a: &Path, b: &Path) -> Ordering {
+    let names = [a, b].map(|path| path.as_os_str().as_encoded_bytes());
+    let [mut a_rest, mut b_rest] = names;
+    // What stood before: a digit, or a digit and a point.
+    let (mut after_digit, mut after_point) = (false, false);
+    while let ([a_first, ..], [b_first, ..]) = (a_rest, b_rest) {
+        let order = match a_first.is_ascii_digit() && b_first.is_ascii_digit() {
+            true => {
+                let [a_number, b_number] = [&mut a_rest, &mut b_rest].map(take_digits);
+                let order = if after_point {
+                    a_number.cmp(b_number)
+                } else {
+                    let [a_number, b_number] = [a_number, b_number].map(without_zeros);
+                    a_number.len().cmp(&b_number.len()).then(a_number.cmp(b_number))
+                };
+                (after_digit, after_point) = (true, false);
+                order
+            }
+            false => {
+                (after_digit, after_point) = (false, after_digit && *a_first == b'.');
+                (a_rest, b_rest) = (&a_rest[1..], &b_rest[1..]);
+                a_first.cmp(b_first)
+            }
+        };
+        if order.is_ne() {
+            return order;
+        }
+    }
+    // The same numbers with other zeros.
+    a_rest.len().cmp(&b_rest.len()).then(names[0].cmp(names[1]))
+}
+
+/// The digits that a name begins with, taken from it.
+fn take_digits<'a>(name: &mut &'a [u8]) -> &'a [u8] {
+    let count = name.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let (digits, rest) = name.split_at(count);
+    *name = rest;
+    digits
+}
+
+fn without_zeros(digits: &[u8]) -> &[u8] {
+    let zeros = digits.iter().take_while(|&&digit| digit == b'0').count();
+    &digits[zeros..]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_in_names_count_as_numbers() {
+        for names in [
+            &["f0.png", "f1.png", "f2.png", "f10.png", "f11.png", "f100.png"][..],
+            &["a/f9.png", "a/f10.png", "b/f1.png"],
+            &["f000009.png", "f000010.png", "f1000000.png"],
+            &["take2-9.png", "take2-10.png", "take10-1.png"],
+            &["f01.png", "f1.png", "f2.png"],
+            &["0.15.png", "0.2.png", "1.05.png", "1.5.png", "10.25.png"],
+            &["f.png", "f0.png", "fa.png"],
+            &["18446744073709551615.png", "18446744073709551616.png"],
+        ] {
+            let mut sorted = names.to_vec();
+            sorted.reverse();
+            sorted.sort_by(|a, b| natural_order(Path::new(a), Path::new(b)));
+            assert_eq!(sorted, names);
+        }
+    }
 }
