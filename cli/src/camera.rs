@@ -26,7 +26,7 @@ use calibration::{Focal, Keys};
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use link::camera::{Camera, Encoding};
 use reception::colour::Channel;
 use reception::{deep, learnt};
@@ -205,6 +205,9 @@ fn read(path: &Path) -> anyhow::Result<(File, Calibration)> {
     let text = input::read_text(path, input::SCENE_MAX).with_context(about)?;
     if let Some(calibration) = Calibration::of_opencv(&text).with_context(about)? {
         return Ok((File::default(), calibration));
+    }
+    if let Some(form) = calibration::foreign(&text) {
+        bail!("{}: it is {form}", about());
     }
     let file: File = toml::from_str(&text).with_context(about)?;
     if let Some(depth) = file.depth {

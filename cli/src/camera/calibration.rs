@@ -1,9 +1,13 @@
 //! A camera's geometry, as a person or a calibration tells it.
 //!
 //! Beside keys of our own, a calibration of OpenCV is read as it is: what its `calibration` sample writes (`%YAML:1.0`,
-//! `!!opencv-matrix`, `distortion_coefficients`), and what ROS's `camera_calibration` makes of it (`image_width`, `camera_name`).
+//! `!!opencv-matrix`, `distortion_coefficients`), what ROS's `camera_calibration` makes of it (`image_width`, `camera_name`), and what
+//! `ros2 topic echo` shows of a topic `camera_info`. Other forms are named.
 
+mod form;
 mod yaml;
+
+pub use form::foreign;
 
 use anyhow::{Context, bail, ensure};
 use rx_pipeline::pose::Lens;
@@ -34,7 +38,7 @@ pub struct Keys {
     pub pixel_pitch_um: Option<f64>,
     /// The pixel on the optical axis.
     pub principal_px: Option<[f64; 2]>,
-    /// k1, k2, p1, p2, k3, k4, k5, k6, as many as there are.
+    /// k1, k2, p1, p2, k3, k4, k5, k6, as many as there are; and those of OpenCV's further models, where they are 0.
     pub distortion: Option<Vec<f64>>,
 }
 
@@ -69,13 +73,23 @@ impl Keys {
     }
 }
 
-/// k1, k2, p1, p2, k3, k4, k5, k6, of which the last may be left out.
+/// k1, k2, p1, p2, k3, k4, k5, k6, of which the last may be left out; OpenCV's s1 to s4 and τx, τy may follow if they are 0.
 fn coefficients(told: &[f64]) -> anyhow::Result<[f64; 8]> {
     ensure!(
-        matches!(told.len(), 0 | 1 | 2 | 4 | 5 | 8),
+        matches!(told.len(), 0 | 1 | 2 | 4 | 5 | 8 | 12 | 14),
         "{} distortion coefficients: give k1, k2, p1, p2, k3, k4, k5, k6, or the first 1, 2, 4 or 5 of them",
         told.len()
     );
+    let (told, further) = told.split_at(told.len().min(8));
+    for (numbers, what, flag) in [
+        (further.get(..4), "a thin prism (s1 to s4)", "CALIB_THIN_PRISM_MODEL"),
+        (further.get(4..), "a tilted sensor (τx, τy)", "CALIB_TILTED_MODEL"),
+    ] {
+        ensure!(
+            numbers.unwrap_or_default().iter().all(|&number| number == 0.0),
+            "the distortion is that of {what}, which is not read: calibrate without {flag}"
+        );
+    }
     let mut all = [0.0; 8];
     all[..told.len()].copy_from_slice(told);
     Ok(all)
@@ -129,8 +143,12 @@ impl Calibration {
         })
     }
 
-    /// Reads OpenCV's YAML; `None` if it is no calibration of OpenCV.
+    /// Reads OpenCV's YAML, and what ROS makes of it; `None` if it is no calibration of these.
     pub fn of_opencv(text: &str) -> anyhow::Result<Option<Self>> {
+        if let Some(message) = form::camera_info(text) {
+            let file = OpenCv::of_message(message).context("ROS's camera_info cannot be read")?;
+            return file.calibration().map(Some);
+        }
         if !text.lines().any(|line| line.starts_with("camera_matrix")) {
             return Ok(None);
         }
@@ -140,26 +158,7 @@ impl Calibration {
             _ => text,
         };
         let file = OpenCv::read(text).context("OpenCV's calibration cannot be read")?;
-        if let Some(model) = &file.distortion_model {
-            ensure!(
-                matches!(model.as_str(), "plumb_bob" | "rational_polynomial"),
-                "the distortion model {model:?} is none that is read: give plumb_bob or rational_polynomial"
-            );
-        }
-        let [fx, skew, cx, below, fy, cy, g, h, one] = file.camera_matrix[..] else {
-            bail!("camera_matrix has {} numbers instead of 3 × 3", file.camera_matrix.len());
-        };
-        ensure!(
-            skew == 0.0 && [below, g, h] == [0.0; 3] && one == 1.0,
-            "camera_matrix is not [fx 0 cx; 0 fy cy; 0 0 1]: give the one that OpenCV's calibrateCamera returns"
-        );
-        let calibration = Self {
-            focal_px: Some([fx, fy]),
-            principal_px: Some([cx, cy]),
-            distortion: coefficients(&file.distortion_coefficients)?,
-            size: file.image_width.zip(file.image_height).map(|(width, height)| [width, height]),
-        };
-        calibration.checked().map(Some)
+        file.calibration().map(Some)
     }
 }
 
@@ -173,6 +172,60 @@ struct OpenCv {
 }
 
 impl OpenCv {
+    fn calibration(self) -> anyhow::Result<Calibration> {
+        let file = self;
+        if let Some(model) = &file.distortion_model {
+            ensure!(
+                matches!(model.as_str(), "plumb_bob" | "rational_polynomial"),
+                "the distortion model {model:?} is none that is read: give plumb_bob or rational_polynomial"
+            );
+        }
+        let [fx, skew, cx, below, fy, cy, g, h, one] = file.camera_matrix[..] else {
+            bail!("camera_matrix has {} numbers instead of 3 × 3", file.camera_matrix.len());
+        };
+        ensure!(
+            skew == 0.0 && [below, g, h] == [0.0; 3] && one == 1.0,
+            "camera_matrix is not [fx 0 cx; 0 fy cy; 0 0 1]: give the one that OpenCV's calibrateCamera returns"
+        );
+        Calibration {
+            focal_px: Some([fx, fy]),
+            principal_px: Some([cx, cy]),
+            distortion: coefficients(&file.distortion_coefficients)?,
+            size: file.image_width.zip(file.image_height).map(|(width, height)| [width, height]),
+        }
+        .checked()
+    }
+
+    /// A message of the type `sensor_msgs/CameraInfo`, of ROS 2 or 1.
+    fn of_message(text: &str) -> anyhow::Result<Self> {
+        let message = Yaml::read(text)?;
+        let get = |names: [&'static str; 2]| anyhow::Ok((names[0], message.get(names[0])?.or(message.get(names[1])?)));
+        let numbers = |names| {
+            let (name, list) = get(names)?;
+            list.map(Yaml::numbers).transpose().context(name)
+        };
+        let count = |name| message.get(name)?.map(Yaml::count).transpose().context(name);
+        for name in ["binning_x", "binning_y"] {
+            let binning = count(name)?.unwrap_or_default();
+            ensure!(
+                binning <= 1,
+                "{name} is {binning}, and the calibration is that of all pixels: write the one of the frames as focal_px, principal_px and \
+                 distortion"
+            );
+        }
+        Ok(Self {
+            image_width: count("width")?,
+            image_height: count("height")?,
+            camera_matrix: numbers(["k", "K"])?.context("k is missing")?,
+            distortion_model: get(["distortion_model"; 2])?
+                .1
+                .map(Yaml::text)
+                .transpose()?
+                .filter(|model| !model.is_empty()),
+            distortion_coefficients: numbers(["d", "D"])?.unwrap_or_default(),
+        })
+    }
+
     fn read(text: &str) -> anyhow::Result<Self> {
         let file = Yaml::read(text)?;
         let size = |key| file.get(key)?.map(Yaml::count).transpose().context(key);
@@ -217,6 +270,75 @@ mod tests {
         let other_size = ros.lens([320, 240]).unwrap_err();
         assert!(other_size.contains("640 × 480") && other_size.contains("320 × 240"), "{other_size}");
         assert_eq!(Calibration::of_opencv("blur_sigma_px = 1.0").unwrap(), None);
+    }
+
+    #[test]
+    fn coefficients_of_further_models_are_read_where_they_are_0_and_named_where_not() {
+        for (further, refused) in [
+            ("0., 0., 0., 0.", None),
+            ("0., 0., 0., 0., 0., 0.", None),
+            ("0., 0., 1e-3, 0.", Some("thin prism")),
+            ("0., 0., 0., 0., 0., 1e-3", Some("tilted sensor")),
+        ] {
+            let data = format!("-2e-4, 0., 0.1, 0.2, 0.3, {further} ]");
+            let read = Calibration::of_opencv(&OPENCV.replace("-2e-4, 0. ]", &data));
+            match refused {
+                None => {
+                    let lens = read.unwrap().unwrap().lens([1920, 1080]).unwrap();
+                    assert_eq!(lens.distortion, [-0.15, 0.02, 1e-4, -2e-4, 0.0, 0.1, 0.2, 0.3]);
+                }
+                Some(what) => assert!(format!("{:#}", read.unwrap_err()).contains(what), "{further}"),
+            }
+        }
+    }
+
+    #[test]
+    fn what_ros_shows_of_a_camera_is_read() {
+        let ros2 = "header:\n  stamp:\n    sec: 1\n    nanosec: 2\n  frame_id: front\nheight: 480\nwidth: 640\ndistortion_model: \
+            plumb_bob\nd:\n- 0.1\n- -0.2\n- 0.0\n- 0.0\n- 0.0\nk:\n- 500.0\n- 0.0\n- 320.5\n- 0.0\n- 501.0\n- 240.5\n- 0.0\n- 0.0\n- 1.0\n\
+            r:\n- 1.0\nbinning_x: 0\nbinning_y: 0\nroi:\n  x_offset: 0\n  do_rectify: false\n---\n";
+        let ros1 = "header: \n  seq: 7\nheight: 480\nwidth: 640\ndistortion_model: \"plumb_bob\"\nD: [0.1, -0.2, 0.0, 0.0, 0.0]\n\
+            K: [500.0, 0.0, 320.5, 0.0, 501.0, 240.5, 0.0, 0.0, 1.0]\nbinning_x: 0\n---\n";
+        let file = Calibration::of_opencv(ROS).unwrap();
+        for text in [ros2, &ros2.repeat(2), &format!("---\n{ros2}"), ros1] {
+            assert_eq!(Calibration::of_opencv(text).unwrap(), file);
+        }
+        for (from, to, wrong) in [
+            ("- 500.0", "- 0.0", "focal length"),
+            ("plumb_bob", "equidistant", "equidistant"),
+            ("binning_x: 0", "binning_x: 2", "binning_x is 2"),
+            ("- 501.0\n", "", "8 numbers instead of 3 × 3"),
+        ] {
+            let error = Calibration::of_opencv(&ros2.replace(from, to)).unwrap_err();
+            assert!(format!("{error:#}").contains(wrong), "{error:#}");
+        }
+    }
+
+    #[test]
+    fn forms_that_are_not_read_are_named() {
+        for (text, form) in [
+            ("<?xml version=\"1.0\"?>\n<opencv_storage>\n</opencv_storage>", "XML"),
+            ("{\"camera_matrix\": [[1, 0, 0]]}", "JSON"),
+            ("[[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]", "JSON"),
+            (
+                "cam0:\n  camera_model: pinhole\n  distortion_coeffs: [0.1, 0, 0, 0]\n  distortion_model: radtan\n  intrinsics: [500, 500, \
+                 320, 240]\n  resolution: [640, 480]\n",
+                "Kalibr",
+            ),
+            ("mtx:\n- [500, 0, 320]\ndist: [0.1]\n", "YAML"),
+        ] {
+            let named = foreign(text);
+            assert!(named.is_some_and(|named| named.contains(form)), "{form}: {named:?}");
+        }
+        for own in [
+            "blur_sigma_px = 1.5\n",
+            "# by hand: 2026\nencoding = \"srgb\"\n",
+            "",
+            "focal_px = 0: 1",
+            "[camera]\n",
+        ] {
+            assert_eq!(foreign(own), None);
+        }
     }
 
     #[test]
