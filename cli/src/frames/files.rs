@@ -55,7 +55,7 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
 pub fn by_time(sources: &[PathBuf]) -> anyhow::Result<Frames> {
     let files = of(sources)?;
     let stamps = match sources {
-        [folder] => Stamps::in_folder(folder)?,
+        [folder] if folder.is_dir() => Stamps::in_folder(folder)?,
         _ => None,
     };
     match stamps {
@@ -68,11 +68,16 @@ pub fn by_time(sources: &[PathBuf]) -> anyhow::Result<Frames> {
     }
 }
 
+/// Whether a file's name is that of a picture.
+pub fn is_picture(path: &Path) -> bool {
+    has_ending(path, &PICTURES)
+}
+
 /// The pictures in a folder, in no order. Those whose names begin with a dot are none.
 pub fn pictures_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let paths = std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
     let mut paths: Vec<PathBuf> = paths.collect::<std::io::Result<_>>()?;
-    paths.retain(|path| has_ending(path, &PICTURES) && !is_hidden(path));
+    paths.retain(|path| is_picture(path) && !is_hidden(path));
     Ok(paths)
 }
 

@@ -1,9 +1,11 @@
 //! When frames were taken: `timestamps.csv` in their folder, for cameras that do not keep their rate, drop frames or give one twice.
 //!
 //! Each line has a frame, by the name of its file or by the number that the name ends in, and the seconds at which it was taken, from
-//! whenever on; a first line of titles is passed over.
+//! whenever on; a first line of titles is passed over. Where semicolons stand between them, as many spreadsheets write it, or quotes
+//! around them, seconds may have a decimal comma.
 
 use std::collections::HashMap;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
@@ -44,6 +46,8 @@ pub struct Stamps {
     path: PathBuf,
     /// By what stands for a frame.
     seconds: HashMap<Key, f64>,
+    /// Whether the seconds may have a decimal comma, and have lost what stands behind it.
+    may_have_commas: bool,
 }
 
 /// What stands for a frame: the name of its file, or the number that this ends in.
@@ -75,23 +79,29 @@ impl Stamps {
     /// Those of a folder; none where it has no such file.
     pub fn in_folder(folder: &Path) -> anyhow::Result<Option<Self>> {
         let path = folder.join(NAME);
-        if !path.is_file() {
+        // A link that leads nowhere, a folder or a pipe of that name is no lack of time stamps.
+        if path.symlink_metadata().is_err_and(|error| error.kind() == ErrorKind::NotFound) {
             return Ok(None);
         }
         let about = || format!("cannot read the time stamps {}", path.display());
         let text = input::read_text(&path, BYTES_MAX).with_context(about)?;
+        let has_semicolons = text.lines().any(|line| !line.starts_with('#') && line.contains(';'));
         let mut lines = ReaderBuilder::new()
+            .delimiter(if has_semicolons { b';' } else { b',' })
             .has_headers(false)
             .flexible(true)
             .trim(Trim::All)
             .comment(Some(b'#'))
             .from_reader(text.as_bytes());
         let mut seconds = HashMap::new();
+        // Each line has whole seconds, and a whole number behind them.
+        let mut may_have_commas = true;
         for (index, line) in lines.records().enumerate() {
             let line = line.with_context(about)?;
             let at = line.position().map_or(0, csv::Position::line);
             match stamp(&line) {
                 Some((frame, time_s)) => {
+                    may_have_commas &= line.len() == 3 && line.iter().skip(1).all(is_whole);
                     let twice = seconds.insert(Key::of(frame), time_s).is_some();
                     ensure!(
                         !twice,
@@ -107,7 +117,11 @@ impl Stamps {
                 ),
             }
         }
-        Ok(Some(Self { path, seconds }))
+        Ok(Some(Self {
+            path,
+            seconds,
+            may_have_commas,
+        }))
     }
 
     /// The frames by their times. A frame of the same time as the one before is left out.
@@ -142,6 +156,18 @@ impl Stamps {
             );
         }
         let doubled = count - taken.len();
+        ensure!(
+            !(self.may_have_commas && 2 * doubled >= count),
+            "{}: by its seconds, most frames are taken with the one before, so their decimal commas seem to part them: write points, or \
+             semicolons between frame and seconds",
+            self.path.display()
+        );
+        ensure!(
+            doubled == 0 || taken.len() > 1,
+            "{}: all {count} frames have the same time, {} s: give the time at which each was taken, or take the file away",
+            self.path.display(),
+            taken[0].1
+        );
         let times_s: Vec<f64> = taken.iter().map(|(_, time_s)| *time_s).collect();
         let period_s = period_s(&times_s);
         if let Some(rate_hz) = period_s.map(f64::recip) {
@@ -174,8 +200,13 @@ impl Stamps {
 /// A frame's name and its seconds.
 fn stamp(line: &StringRecord) -> Option<(&str, f64)> {
     let (frame, seconds) = (line.get(0)?, line.get(1)?);
-    let seconds = seconds.parse().ok()?;
+    let seconds = seconds.replacen(',', ".", 1).parse().ok()?;
     (!frame.is_empty() && (-SECONDS_MAX..=SECONDS_MAX).contains(&seconds)).then_some((frame, seconds))
+}
+
+/// Whether a text is a whole number.
+fn is_whole(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
 /// The time from one frame to the next: that of most of them, refined by the length of all; none of fewer than two frames.
@@ -255,11 +286,39 @@ mod tests {
                 "frames a second are not 1 to 100000: give the times in seconds",
             ),
             ("1,0\n2,1e-300\n3,2e-300", "give the times in seconds"),
+            ("1,7.5\n2,7.5\n3,7.5", "all 3 frames have the same time, 7.5 s"),
+            ("frame,time\n1,7,500\n2,7,533\n3,7,566", "their decimal commas"),
             ("\u{0}\u{1}garbage\n\u{7}", "is no frame and the seconds"),
         ] {
             let error = ordered(csv, &["1.png", "2.png", "3.png"]).err().expect(csv);
             assert!(format!("{error:#}").contains(why), "{error:#}");
         }
+    }
+
+    #[test]
+    fn seconds_may_have_decimal_commas() {
+        let names = ["f08.png", "f09.png", "f10.png", "f12.png"];
+        for csv in [
+            "frame;seconds\nf08.png;5,0\nf09.png;5,1\nf10.png;5,2\nf12.png;5,4",
+            "8;5.0\n9;5.1\n10;5.2\n12;5.4",
+            "8,\"5,0\"\n9,\"5,1\"\n10,\"5,2\"\n12,\"5,4\"",
+            // Whole numbers behind the seconds are of something else where the seconds tell the frames apart.
+            "8,50,1\n9,51,1\n10,52,1\n12,54,1",
+        ] {
+            assert_eq!(numbers(csv, &names), [0, 1, 2, 4], "{csv}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_cannot_be_read_is_not_passed_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(NAME);
+        std::os::unix::fs::symlink("nowhere", &path).unwrap();
+        assert!(Stamps::in_folder(folder.path()).is_err());
+        std::fs::remove_file(&path).unwrap();
+        std::fs::create_dir(&path).unwrap();
+        assert!(Stamps::in_folder(folder.path()).is_err());
     }
 
     #[test]
