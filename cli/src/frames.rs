@@ -5,6 +5,7 @@
 //! | [`files`] | the frames of a folder, and the numbers that their names give them |
 //! | [`names`] | what a file is, and which frame, by its name |
 //! | [`film`] | the frames of a film, by ffmpeg |
+//! | [`foreign`] | what helps where a source is neither |
 //! | [`stamps`] | when the frames of a folder were taken, where that is told |
 //! | [`picture`] | grey of a PNG, JPEG or PGM file |
 //! | [`mosaic`] | one channel of the mosaic before a sensor's colour filters |
@@ -14,6 +15,7 @@
 
 pub mod files;
 pub mod film;
+pub mod foreign;
 mod mosaic;
 mod names;
 pub mod picture;
@@ -32,7 +34,7 @@ pub struct PixelArguments {
     /// The sensor's colour filters, where frames are its raw mosaic: RGGB, BGGR, GRBG or GBRG, from the top-left pixel on.
     #[arg(long, value_name = "FILTERS")]
     pub bayer: Option<Bayer>,
-    /// Bits of a sample in pictures of more than 8, 9 to 16; as many as the first picture needs by default.
+    /// Bits of a sample in pictures of more than 8, 9 to 16; as many as some pictures need, the first among them, by default.
     #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u8).range(9..=16))]
     pub depth: Option<u8>,
 }

@@ -33,6 +33,10 @@ impl Place {
         let frames = y4m(&filmed(&format!("{name}-frames"), 16));
         let place = Self::new(name, script);
         std::fs::write(place.0.join("frames"), frames).expect("frames");
+        // ffmpeg tells when each frame was taken before it writes the frame.
+        let times = (0..16).map(|n| format!("[showinfo@times @ 0x55] [info] n:{n:4} pts:{n:7} pts_time:{n}e-2 fmt:yuv420p\n"));
+        let rate = "[showinfo@times @ 0x55] [info] config in time_base: 1/100, frame_rate: 100/1\n";
+        std::fs::write(place.0.join("times"), rate.to_owned() + &times.collect::<String>()).expect("times");
         place
     }
 
@@ -50,7 +54,7 @@ impl Place {
 
 #[test]
 fn a_film_is_received_by_its_name_and_at_its_rate() {
-    let place = Place::with_frames("film", "echo \"$@\" > told; exec /bin/cat frames");
+    let place = Place::with_frames("film", "echo \"$@\" > told; /bin/cat times >&2; exec /bin/cat frames");
     let received = place.received(&["film.mp4", "--json"]);
     says(&received, 0, &[]);
     assert!(text(&received.stdout).contains(MESSAGE), "{received:?}");
@@ -87,13 +91,38 @@ fn what_hinders_is_said() {
 
 #[test]
 fn what_came_before_a_fault_is_kept() {
-    let script = "/bin/cat frames; echo 'invalid data' >&2; exit 69";
+    let script = "/bin/cat times >&2; /bin/cat frames; echo 'invalid data' >&2; exit 69";
     let place = Place::with_frames("fault", script);
     let received = place.received(&["film.mp4"]);
     says(&received, 2, &["cannot decode film.mp4", "invalid data"]);
     assert!(text(&received.stdout).contains(MESSAGE), "{received:?}");
-    let place = Place::with_frames("blemish", "/bin/cat frames; echo 'one packet lost' >&2");
+    let place = Place::with_frames("blemish", "/bin/cat times >&2; /bin/cat frames; echo 'one packet lost' >&2");
     says(&place.received(&["film.mp4"]), 0, &["one packet lost"]);
+}
+
+#[test]
+fn what_is_wrong_with_frames_is_said_and_not_that_the_pipe_was_closed() {
+    let place = Place::new("closed", "/bin/cat frames || { echo 'Broken pipe' >&2; exit 1; }");
+    for (header, words) in [
+        ("It W320 H240", ["the film is interlaced", "--progressive"]),
+        ("W8200 H240", ["no W of 1 to 8192", "scale or cut"]),
+    ] {
+        let frames = [format!("YUV4MPEG2 {header} Cmono\n").into_bytes(), vec![0; 1 << 22]].concat();
+        std::fs::write(place.0.join("frames"), frames).expect("frames");
+        let refused = place.received(&["film.mp4"]);
+        says(&refused, 2, &words);
+        assert!(!text(&refused.stderr).contains("Broken pipe"), "{refused:?}");
+    }
+    let none = Place::new("no-pictures", "echo \"[error] Stream map '0:V:0' matches no streams.\" >&2; exit 1");
+    says(&none.received(&["film.mp4"]), 2, &["film.mp4 has no moving pictures"]);
+}
+
+#[test]
+fn frames_that_are_told_no_times_are_counted() {
+    let place = Place::with_frames("untimed", "exec 2>&-; exec /bin/cat frames");
+    let received = place.received(&["film.mp4"]);
+    says(&received, 0, &[]);
+    assert!(text(&received.stdout).contains(MESSAGE), "{received:?}");
 }
 
 #[test]

@@ -23,7 +23,7 @@ struct Picture {
 
 /// What a PNG, JPEG or PGM file shows, as `vocc decode` reads it; `out` is the picture in grey.
 pub fn file(bytes: &[u8], out: &mut Vec<u8>) -> Result<Value, Fault> {
-    let image = input::picture_of(bytes)?;
+    let image = input::picture_of(bytes)?.image;
     let (width, height) = (image.width() as usize, image.height() as usize);
     let mut deep = Compander::new(None, Encoding::LINEAR);
     let grey = picture::grey(image, Channel::Brightest, &mut deep)?;

@@ -1,7 +1,7 @@
 //! JPEG files of every kind: each is read as what it shows, or refused with what is wrong.
 //!
 //! They show [`shown`] and are made by libjpeg-turbo's cjpeg at quality 95; `extended`, `refused-12-bit` and `refused-lossless` are
-//! `444.jpg` with another frame header, `cmyk` is Pillow's.
+//! `444.jpg` with another frame header, `cmyk` is Pillow's. What cameras add to them and leave out, the tests do themselves.
 
 use std::path::{Path, PathBuf};
 
@@ -31,7 +31,7 @@ fn what_is_read_is_what_it_shows() {
     let files = files(false);
     assert_eq!(files.len(), 16);
     for path in files {
-        let read = input::picture(&path).expect("a picture").into_luma8();
+        let read = input::picture(&path).expect("a picture").image.into_luma8();
         assert_eq!(read.dimensions(), shown.dimensions(), "{}", path.display());
         let pixels = read.as_raw().iter().zip(shown.as_raw());
         let off = pixels.map(|(read, shown)| read.abs_diff(*shown)).max();
@@ -48,4 +48,69 @@ fn what_is_not_read_is_refused_with_a_way_out() {
         assert!(matches!(fault, PictureError::Damaged(_)), "{}: {fault}", path.display());
         assert!(fault.to_string().contains("save it as PNG"), "{fault}");
     }
+}
+
+/// The files that are read, with their names.
+fn whole() -> Vec<(String, Vec<u8>)> {
+    let read = |path: PathBuf| (path.display().to_string(), std::fs::read(&path).expect("a file"));
+    files(false).into_iter().map(read).collect()
+}
+
+/// The bytes of a film as telephones append it: nearly any pair of bytes is in it, the start of a scan among them.
+fn film() -> Vec<u8> {
+    let mut film = b"\0\0\0\x18ftypmp42\0\0\0\0isommp42".to_vec();
+    for k in 0..20_000u32 {
+        film.extend((k.wrapping_mul(2_654_435_761) >> 8).to_be_bytes());
+    }
+    film.extend(b"\xff\xda\x00\x03");
+    film
+}
+
+#[test]
+fn a_film_behind_a_picture_is_passed_over() {
+    for (name, jpeg) in whole() {
+        let read = input::picture_of(&[&jpeg[..], &film()].concat()).unwrap_or_else(|fault| panic!("{name}: {fault}"));
+        assert_eq!(read.image, input::picture_of(&jpeg).expect("a picture").image, "{name}");
+        assert!(!read.lacks_end, "{name}");
+    }
+}
+
+#[test]
+fn a_picture_that_lacks_only_its_end_marker_is_read_and_named() {
+    for (name, jpeg) in whole() {
+        let data = jpeg.strip_suffix(b"\xff\xd9").expect("its end");
+        for padding in [&b""[..], b"\xff", b"\0\0\0\0"] {
+            let read = input::picture_of(&[data, padding].concat()).unwrap_or_else(|fault| panic!("{name}: {fault}"));
+            assert_eq!(read.image, input::picture_of(&jpeg).expect("a picture").image, "{name}");
+            assert!(read.lacks_end, "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_picture_that_lacks_data_is_refused() {
+    for (name, jpeg) in whole() {
+        let scan = jpeg.windows(2).rposition(|marker| marker == [0xff, 0xda]).expect("a scan");
+        for kept in [0.1, 0.5, 0.9] {
+            let length = scan + 12 + ((jpeg.len() - scan - 14) as f64 * kept) as usize;
+            let fault = input::picture_of(&jpeg[..length]);
+            assert!(matches!(fault, Err(PictureError::Cut)), "{name}, {kept}: {fault:?}");
+        }
+    }
+}
+
+#[test]
+fn tables_that_every_webcam_shares_may_be_left_out() {
+    let mut jpeg = Vec::new();
+    // Its encoder has no other tables.
+    let encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut jpeg, 90);
+    shown().write_with_encoder(encoder).expect("encoded");
+    let mut bare = jpeg.clone();
+    while let Some(at) = bare.windows(2).position(|marker| marker == [0xff, 0xc4]) {
+        let length = usize::from(u16::from_be_bytes([bare[at + 2], bare[at + 3]]));
+        bare.drain(at..at + 2 + length);
+    }
+    assert!(bare.len() + 400 < jpeg.len());
+    let read = input::picture_of(&bare).expect("a picture");
+    assert_eq!(read.image, input::picture_of(&jpeg).expect("a picture").image);
 }

@@ -95,7 +95,7 @@ pub fn photographs(folder: &Path) -> Result<Vec<GrayImage>, RandomSceneError> {
     let mut paths = input::list(folder).map_err(unlisted)?;
     paths.retain(|path| path.extension().is_some_and(|e| e == "png"));
     let open = |path: PathBuf| match input::picture(&path) {
-        Ok(picture) => Ok(picture.into_luma8()),
+        Ok(picture) => Ok(picture.image.into_luma8()),
         Err(source) => Err(RandomSceneError::Photograph { path, source }),
     };
     paths.into_iter().map(open).collect()

@@ -121,9 +121,13 @@ impl Decoder {
         path: &Path,
         given: Option<Corners>,
     ) -> anyhow::Result<Result<PanelReading, String>> {
-        let image = pictures.read(path)?;
+        let picture = pictures.read(path)?;
+        if let Some(remark) = picture.remark {
+            output::tell(remark);
+        }
+        let image = picture.image;
         let (width, height) = (image.width() as usize, image.height() as usize);
-        let camera = self.hints.of_pixels(pictures.deep_white() > 0);
+        let camera = self.hints.of_pixels(picture.is_deep);
         let frame = Frame::new(image.as_raw(), width, height)?;
         let decoded = self.still.decode(&frame, camera, given);
         let (read, learnt) = decoded.map_err(|error| match error {

@@ -5,26 +5,78 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::process::{ChildStderr, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail, ensure};
+use studies::stop::Stop;
 
 use super::names::has_ending;
 use crate::output::tell;
 use crate::stop;
 
 /// How the names of films end that ffmpeg decodes.
-const FILMS: [&str; 12] = ["mp4", "m4v", "mov", "mkv", "webm", "avi", "mts", "ts", "mpg", "mpeg", "3gp", "wmv"];
+const FILMS: [&str; 42] = [
+    "mp4", "m4v", "mov", "qt", "mkv", "webm", "avi", "mts", "m2ts", "m2t", "ts", "tp", "trp", "mpg", "mpeg", "mpe", "m1v", "m2v", "vob",
+    "mod", "tod", "3gp", "3g2", "wmv", "asf", "flv", "f4v", "mxf", "gxf", "ogv", "ogg", "nut", "gif", "dv", "dif", "insv", "lrv", "dav",
+    "av1", "obu", "ivf", "divx",
+];
+/// How those end that are bare pictures, one after another, and tell neither their rate nor their times.
+const BARE: [&str; 9] = ["mjpeg", "mjpg", "h264", "264", "avc", "h265", "265", "hevc", "h26l"];
 /// How those end that need no decoding.
 const PLAIN: [&str; 1] = ["y4m"];
 /// What y4m frames may be made of; ffmpeg changes to the nearest of these where a film is of something else.
 const PIXELS: &str = "format=yuv420p|yuv422p|yuv444p|gray";
+/// Gives each frame its number as its time, so that ffmpeg neither fills gaps with copies nor leaves frames out.
+const ONE_BY_ONE: &str = "setpts=N/(FRAME_RATE*TB)";
+/// Lets ffmpeg tell when each frame was taken, under a name of its own.
+const TELL_TIMES: &str = "showinfo@times=checksum=0";
+/// What it then begins its lines with.
+const TIMES: &str = "[showinfo@times";
 /// As much is kept of what ffmpeg says.
 const LINES_MAX: usize = 3;
+/// ffmpeg tells a frame's time before it writes the frame. It is waited for no longer than this.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// Between two looks at whether the program is to stop.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// Whether a file's name is that of a film.
 pub fn is_one(path: &Path) -> bool {
-    has_ending(path, &FILMS) || has_ending(path, &PLAIN)
+    has_ending(path, &FILMS) || is_bare(path) || has_ending(path, &PLAIN)
+}
+
+/// Whether it is that of one which does not tell its rate.
+pub fn is_bare(path: &Path) -> bool {
+    has_ending(path, &BARE)
+}
+
+/// When a frame was taken, as a film tells it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameTime {
+    pub time_s: f64,
+    /// The film tells times in multiples of this.
+    pub tick_s: f64,
+    /// The film's frames a second, where it has some.
+    pub rate_hz: Option<f64>,
+}
+
+/// The times of a film's frames, in their order.
+pub struct FrameTimes(Receiver<FrameTime>);
+
+impl FrameTimes {
+    /// The time of the next frame, which has been read; none where it is not told.
+    pub fn next(&mut self, stop: Stop) -> Option<FrameTime> {
+        let begun = Instant::now();
+        while !stop.is_asked() && begun.elapsed() < PATIENCE {
+            match self.0.recv_timeout(LOOK_EVERY) {
+                Ok(time) => return Some(time),
+                Err(RecvTimeoutError::Disconnected) => break,
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+        None
+    }
 }
 
 /// A film while it is read.
@@ -32,6 +84,7 @@ pub struct Film {
     path: PathBuf,
     /// What ffmpeg says, if it is at work.
     said: Option<JoinHandle<Vec<String>>>,
+    times: Option<FrameTimes>,
 }
 
 impl Film {
@@ -45,6 +98,7 @@ impl Film {
         let mut film = Self {
             path: path.into(),
             said: None,
+            times: None,
         };
         if has_ending(path, &PLAIN) {
             return Ok((film, Box::new(file)));
@@ -66,8 +120,15 @@ impl Film {
         let (Some(frames), Some(said)) = (frames, said) else {
             bail!("cannot read what ffmpeg writes");
         };
-        film.said = Some(std::thread::Builder::new().spawn(|| last_lines(said))?);
+        let (sender, times) = channel();
+        film.said = Some(std::thread::Builder::new().spawn(move || listen(said, &sender))?);
+        film.times = Some(FrameTimes(times));
         Ok((film, Box::new(frames)))
+    }
+
+    /// The times of its frames, if it tells them.
+    pub fn take_times(&mut self) -> Option<FrameTimes> {
+        self.times.take()
     }
 
     /// Waits for the end of the decoder, once all frames are read; at once where the program is to stop.
@@ -82,6 +143,11 @@ impl Film {
             return Ok(());
         };
         let said = said.join().unwrap_or_default().join("; ");
+        ensure!(
+            !said.contains("matches no streams"),
+            "{} has no moving pictures: it is sound alone, or a cover with it",
+            self.path.display()
+        );
         ensure!(status.success(), "ffmpeg cannot decode {} ({status}): {said}", self.path.display());
         if !said.is_empty() {
             tell(format_args!("ffmpeg says of {}: {said}", self.path.display()));
@@ -102,23 +168,116 @@ fn decoder(path: &Path) -> Command {
     let mut name = std::ffi::OsString::from("file:");
     name.push(path);
     let mut ffmpeg = Command::new("ffmpeg");
-    ffmpeg.args(["-nostdin", "-hide_banner", "-loglevel", "error"]);
+    ffmpeg.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "level+info"]);
     ffmpeg.args(["-protocol_whitelist", "file", "-i"]).arg(name);
-    ffmpeg.args(["-map", "0:v:0", "-vf", PIXELS, "-f", "yuv4mpegpipe", "-"]);
+    // The first that is no cover.
+    ffmpeg.args(["-map", "0:V:0", "-vf", &[TELL_TIMES, ONE_BY_ONE, PIXELS].join(",")]);
+    ffmpeg.args(["-f", "yuv4mpegpipe", "-"]);
     ffmpeg.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     ffmpeg
 }
 
-fn last_lines(said: ChildStderr) -> Vec<String> {
+/// Passes the times of frames on, and keeps the last lines that tell of faults.
+fn listen(said: ChildStderr, times: &Sender<FrameTime>) -> Vec<String> {
     let mut last = Vec::new();
+    let mut clock = Clock::default();
     for line in BufReader::new(said).split(b'\n').map_while(Result::ok) {
-        if last.len() == LINES_MAX {
-            last.remove(0);
-        }
         let line = String::from_utf8_lossy(&line);
-        // Which part of ffmpeg speaks, and where that is in its memory, helps nobody.
-        let words = line.strip_prefix('[').and_then(|line| line.split_once("] "));
-        last.push(words.map_or(&*line, |(_, words)| words).trim().to_owned());
+        if line.starts_with(TIMES) {
+            if let Some(time) = clock.time(&line) {
+                // Whoever does not want more has ended.
+                let _ = times.send(time);
+            }
+        } else if let Some(words) = fault(&line) {
+            if last.len() == LINES_MAX {
+                last.remove(0);
+            }
+            last.push(words.to_owned());
+        }
     }
     last
+}
+
+/// The words of a line that tells of a fault, or is not ffmpeg's. Which part of ffmpeg speaks, and where that is in its memory, helps nobody.
+fn fault(line: &str) -> Option<&str> {
+    let mut words = line;
+    while let Some((bracketed, rest)) = words.strip_prefix('[').and_then(|words| words.split_once("] ")) {
+        if matches!(bracketed, "info" | "warning" | "verbose" | "debug" | "trace") {
+            return None;
+        }
+        words = rest;
+    }
+    Some(words.trim()).filter(|words| !words.is_empty())
+}
+
+/// What ffmpeg's times are told in.
+#[derive(Default)]
+struct Clock {
+    tick_s: Option<f64>,
+    rate_hz: Option<f64>,
+}
+
+impl Clock {
+    /// The time of a frame, if a line tells one.
+    fn time(&mut self, line: &str) -> Option<FrameTime> {
+        if line.contains("config in ") {
+            self.tick_s = after(line, "time_base:").and_then(ratio);
+            self.rate_hz = after(line, "frame_rate:").and_then(ratio);
+            return None;
+        }
+        let count: f64 = after(line, " pts:")?.parse().ok()?;
+        let tick_s = self.tick_s?;
+        Some(FrameTime {
+            time_s: count * tick_s,
+            tick_s,
+            rate_hz: self.rate_hz,
+        })
+    }
+}
+
+/// The word behind a key.
+fn after<'a>(line: &'a str, key: &str) -> Option<&'a str> {
+    let (_, rest) = line.split_once(key)?;
+    rest.split([' ', ',']).find(|word| !word.is_empty())
+}
+
+/// "1/15360" as a number above 0.
+fn ratio(text: &str) -> Option<f64> {
+    let (above, below) = text.split_once('/')?;
+    let ratio = above.parse::<f64>().ok()? / below.parse::<f64>().ok()?;
+    (ratio.is_finite() && ratio > 0.0).then_some(ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_ffmpeg_says_is_times_and_faults() {
+        let mut clock = Clock::default();
+        let lines = [
+            "[showinfo@times @ 0x55] [info] n:   0 pts:      7 pts_time:0.7",
+            "[showinfo@times @ 0x55] [info] config in time_base: 1/1000, frame_rate: 30000/1001",
+            "[showinfo@times @ 0x55] [info] config out time_base: 0/0, frame_rate: 0/0",
+            "[showinfo@times @ 0x55] [info] n:  20 pts:   2100 pts_time:2.1     pos:     7493 fmt:yuv444p sar:1/1 s:320x240 i:P",
+            "[showinfo@times @ 0x55] [info] n:  21 pts:NOPTS   pts_time:NOPTS   pos:     7493 fmt:yuv444p sar:1/1 s:320x240 i:P",
+            "[showinfo@times @ 0x55] [info] color_range:unknown color_space:unknown",
+        ];
+        let told: Vec<FrameTime> = lines.iter().filter_map(|line| clock.time(line)).collect();
+        let [told] = told[..] else {
+            panic!("{told:?}");
+        };
+        assert!((told.time_s - 2.1).abs() < 1e-12 && told.tick_s == 1e-3);
+        assert!(told.rate_hz.is_some_and(|rate_hz| (rate_hz - 29.97).abs() < 1e-3));
+        for (line, words) in [
+            ("[mov,mp4 @ 0x55] [error] moov atom not found", Some("moov atom not found")),
+            ("[error] file:x.mp4: Invalid data", Some("file:x.mp4: Invalid data")),
+            ("moov atom not found", Some("moov atom not found")),
+            ("[info] Input #0, mov", None),
+            ("[swscaler @ 0x55] [warning] deprecated pixel format", None),
+            ("", None),
+        ] {
+            assert_eq!(fault(line), words);
+        }
+    }
 }

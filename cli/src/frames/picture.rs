@@ -7,14 +7,29 @@ use image::{DynamicImage, GrayImage};
 use link::camera::Encoding;
 use reception::deep::Compander;
 use reception::picture;
-use sim::input;
+use sim::input::{self, Picture};
+use studies::stop::Stop;
 
 use super::PixelArguments;
+
+/// Pictures of a film that are looked at for its white.
+const LOOKED_AT: usize = 8;
 
 /// Reads the pictures of one camera.
 pub struct PictureReader {
     pixels: PixelArguments,
     deep: Compander,
+    /// Whether white is that of a whole film.
+    is_settled: bool,
+}
+
+/// A picture in 8-bit grey.
+pub struct GreyPicture {
+    pub image: GrayImage,
+    /// Whether it had more than 8 bits.
+    pub is_deep: bool,
+    /// What is to be said of its file, which is read all the same.
+    pub remark: Option<String>,
 }
 
 impl PictureReader {
@@ -23,21 +38,71 @@ impl PictureReader {
         Self {
             pixels,
             deep: Compander::new(pixels.depth, encoding.unwrap_or(Encoding::LINEAR)),
+            is_settled: false,
         }
     }
 
-    /// White in the deep pictures so far; 0 where there were none.
-    pub fn deep_white(&self) -> u16 {
-        self.deep.white()
+    /// Takes white from some pictures of a film, the first among them, where no depth is told and they have more than 8 bits: it then
+    /// stays, so that no brighter picture halves the levels of all that follow.
+    pub fn settle_white<'a>(&mut self, film: impl ExactSizeIterator<Item = &'a Path>, stop: Stop) {
+        if self.pixels.depth.is_some() {
+            return;
+        }
+        let step = film.len().div_ceil(LOOKED_AT).max(1);
+        for path in film.step_by(step) {
+            // What cannot be read is told of when its turn comes.
+            if stop.is_asked() || self.read(path).is_ok_and(|picture| !picture.is_deep) {
+                return;
+            }
+        }
+        self.deep.fix();
+        self.is_settled = true;
     }
 
     /// An 8-bit grey image from a PNG, JPEG or PGM file.
-    pub fn read(&mut self, path: &Path) -> anyhow::Result<GrayImage> {
+    pub fn read(&mut self, path: &Path) -> anyhow::Result<GreyPicture> {
         let unusable = || format!("cannot take {} for a frame", path.display());
-        let image = input::picture(path).with_context(unusable)?;
+        let mut picture = input::picture(path).with_context(unusable)?;
+        self.unstretch(&mut picture);
+        let lacks_end = picture.lacks_end;
+        let mut image = picture.image;
+        let is_deep = samples_mut(&mut image).is_some();
         let (width, height) = (image.width(), image.height());
         let grey = self.grey(image).with_context(unusable)?;
-        GrayImage::from_raw(width, height, grey).with_context(|| format!("{} has other pixels than its size says", path.display()))
+        let remark = match lacks_end {
+            true => Some(format!("{} lacks the marker of its end, and is read all the same", path.display())),
+            false => self.clipped(path),
+        };
+        let image = GrayImage::from_raw(width, height, grey);
+        Ok(GreyPicture {
+            image: image.with_context(|| format!("{} has other pixels than its size says", path.display()))?,
+            is_deep,
+            remark,
+        })
+    }
+
+    /// Makes samples those of the depth that is told, where the file has told the largest one and the decoder has stretched them.
+    fn unstretch(&self, picture: &mut Picture) {
+        let (Some(sample_max), Some(_)) = (picture.sample_max, self.pixels.depth) else {
+            return;
+        };
+        // A depth of more bits than the file's own has its white where the file has it.
+        let largest = u64::from(sample_max.max(self.deep.white()));
+        let stretched = u64::from(u16::MAX);
+        for sample in samples_mut(&mut picture.image).unwrap_or_default() {
+            *sample = ((u64::from(*sample) * largest + stretched / 2) / stretched) as u16;
+        }
+    }
+
+    /// Says once that a picture is brighter than those by which the film's white was settled.
+    fn clipped(&mut self, path: &Path) -> Option<String> {
+        let (most, white) = (self.deep.clipped().filter(|_| self.is_settled)?, self.deep.white());
+        self.is_settled = false;
+        Some(format!(
+            "{} has samples up to {most}, and white was taken from pictures of at most {white}: what is brighter is white; --depth tells \
+             the bits of a sample",
+            path.display()
+        ))
     }
 
     fn grey(&mut self, image: DynamicImage) -> anyhow::Result<Vec<u8>> {
@@ -57,5 +122,16 @@ impl PictureReader {
             };
         }
         Ok(picture::grey(image, channel, &mut self.deep)?)
+    }
+}
+
+/// The samples of a picture of more than 8 bits.
+fn samples_mut(image: &mut DynamicImage) -> Option<&mut [u16]> {
+    match image {
+        DynamicImage::ImageLuma16(deep) => Some(deep),
+        DynamicImage::ImageLumaA16(deep) => Some(deep),
+        DynamicImage::ImageRgb16(deep) => Some(deep),
+        DynamicImage::ImageRgba16(deep) => Some(deep),
+        _ => None,
     }
 }

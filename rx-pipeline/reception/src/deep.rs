@@ -36,6 +36,8 @@ pub struct Compander {
     encoding: Encoding,
     /// Whether the depth was given, or has been found.
     fixed: bool,
+    /// The largest sample of the last picture.
+    most: u16,
 }
 
 impl Compander {
@@ -46,6 +48,7 @@ impl Compander {
             grey: Vec::new(),
             encoding,
             fixed: depth.is_some(),
+            most: 0,
         };
         if let Some(depth) = depth {
             compander.widen(u16::MAX >> (16 - u32::from(depth.clamp(1, 16))));
@@ -53,15 +56,26 @@ impl Compander {
         compander
     }
 
+    /// Keeps white as the pictures so far have made it: what is brighter in those to come is white. Before the first it changes nothing.
+    pub fn fix(&mut self) {
+        self.fixed |= self.white > 0;
+    }
+
     /// White, as it is taken for the pictures so far; 0 before the first.
     pub fn white(&self) -> u16 {
         self.white
     }
 
+    /// The largest sample of the last picture, if it is beyond white and so has become white.
+    pub fn clipped(&self) -> Option<u16> {
+        (self.most > self.white).then_some(self.most)
+    }
+
     /// The grey levels of a picture's samples. Where no depth was given, white is the end of the first depth that holds all samples so
-    /// far.
+    /// far, until it is [fixed](Self::fix).
     pub fn grey(&mut self, samples: &[u16]) -> Vec<u8> {
         let most = samples.iter().copied().max().unwrap_or_default();
+        self.most = most;
         if !self.fixed && (most > self.white || self.white == 0) {
             let bits = (u16::BITS - most.leading_zeros()).max(9);
             self.widen(u16::MAX >> (u16::BITS - bits));
@@ -113,5 +127,16 @@ mod tests {
         assert_eq!(compander.white(), 8191);
         compander.grey(&[3]);
         assert_eq!(compander.white(), 8191);
+    }
+
+    #[test]
+    fn white_that_is_fixed_halves_no_levels() {
+        let mut compander = Compander::new(None, Encoding::LINEAR);
+        compander.fix();
+        let before = compander.grey(&[900]);
+        compander.fix();
+        assert_eq!((compander.clipped(), compander.white()), (None, 1023));
+        assert_eq!(compander.grey(&[900, 1024]), [before[0], 255]);
+        assert_eq!((compander.clipped(), compander.white()), (Some(1024), 1023));
     }
 }

@@ -57,7 +57,7 @@ pub enum StreamError {
     )]
     LongLine,
     /// A header without a width or a height.
-    #[error("the y4m header {header:?} has no {tag} of 1 to {SIDE_MAX}, or two")]
+    #[error("the y4m header {header:?} has no {tag} of 1 to {SIDE_MAX}, or two; where frames are larger, scale or cut them")]
     Side {
         /// The header.
         header: String,
@@ -77,6 +77,16 @@ pub enum StreamError {
         /// What its header calls them.
         kind: String,
     },
+}
+
+impl StreamError {
+    /// Whether there is too little of the stream, so that whatever writes it may know why.
+    pub fn is_short(&self) -> bool {
+        matches!(
+            self,
+            Self::Read(_) | Self::Empty | Self::LongLine | Self::Cut { .. } | Self::CutColours
+        )
+    }
 }
 
 /// A stream of grey frames of one size.
@@ -114,11 +124,22 @@ struct Video {
     standard: Standard,
     /// Frames a second.
     rate: Option<f32>,
+    /// Whether each frame is two pictures, by the header's word.
+    is_interlaced: bool,
 }
 
 impl<R: BufRead> Stream<R> {
     /// Opens a stream: y4m by its own header, or raw frames of the size given. Of colours it gives one `channel`.
-    pub fn open(mut input: R, raw: Option<(usize, usize)>, channel: Channel) -> Result<Self, StreamError> {
+    pub fn open(input: R, raw: Option<(usize, usize)>, channel: Channel) -> Result<Self, StreamError> {
+        let stream = Self::open_progressive(input, raw, channel)?;
+        match stream.video {
+            Some(Video { is_interlaced: true, .. }) => Err(StreamError::Interlaced),
+            _ => Ok(stream),
+        }
+    }
+
+    /// The same where each frame is one picture, whatever the header says of interlacing.
+    pub fn open_progressive(mut input: R, raw: Option<(usize, usize)>, channel: Channel) -> Result<Self, StreamError> {
         let (size, video) = match raw {
             Some(size) => (size, None),
             None => {
@@ -303,9 +324,6 @@ fn y4m_header(header: &str) -> Result<((usize, usize), Video), StreamError> {
         })
     };
     let (width, height) = (side("W")?, side("H")?);
-    if !matches!(field("I"), None | Some("p" | "?")) {
-        return Err(StreamError::Interlaced);
-    }
     let kind = field("C").unwrap_or("420");
     let (layout, bits) = depth(kind);
     let sharing = match layout {
@@ -326,6 +344,7 @@ fn y4m_header(header: &str) -> Result<((usize, usize), Video), StreamError> {
         limited,
         standard,
         rate: field("F").and_then(rate),
+        is_interlaced: !matches!(field("I"), None | Some("p" | "?")),
     };
     Ok(((width, height), video))
 }
@@ -378,6 +397,14 @@ mod tests {
         assert_eq!(read(Channel::Brightest), [187, 187, 137, 255]);
         assert_eq!(read(Channel::Grey), [82, 82, 32, 240]);
         assert_eq!(read(Channel::Blue), [52, 52, 2, 210]);
+    }
+
+    #[test]
+    fn frames_that_are_only_flagged_as_interlaced_may_be_read() {
+        let bytes = b"YUV4MPEG2 W2 H1 It Cmono\nFRAME\n\x10\x20";
+        assert!(matches!(open(bytes), Err(StreamError::Interlaced)));
+        let mut stream = Stream::open_progressive(&bytes[..], None, Channel::Brightest).unwrap();
+        assert_eq!(stream.next_frame().unwrap(), Some(&[16, 32][..]));
     }
 
     #[test]

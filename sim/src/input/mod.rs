@@ -5,7 +5,10 @@
 #[cfg_attr(feature = "files", path = "files.rs")]
 #[cfg_attr(not(feature = "files"), path = "no_files.rs")]
 mod files;
+mod jpeg;
+mod png;
 
+use std::borrow::Cow;
 use std::io::{Cursor, Error, ErrorKind};
 use std::path::Path;
 
@@ -62,11 +65,22 @@ pub fn read_text(path: &Path, most: u64) -> Result<String, Error> {
     })
 }
 
-/// A picture of 1 × 1 to [`SIDE_MAX`] × [`SIDE_MAX`] pixels from a PNG, JPEG or PGM file, turned as its camera was held.
+/// What a file shows.
+#[derive(Debug)]
+pub struct Picture {
+    /// Its pixels, turned as its camera was held.
+    pub image: DynamicImage,
+    /// The largest sample that a PGM or PPM file can have, by its own word; its samples are stretched to all bits of a pixel.
+    pub sample_max: Option<u16>,
+    /// Whether a JPEG lacks the marker of its end, and nothing else.
+    pub lacks_end: bool,
+}
+
+/// A picture of 1 × 1 to [`SIDE_MAX`] × [`SIDE_MAX`] pixels from a PNG, JPEG or PGM file.
 ///
 /// # Errors
 /// See [`PictureError`].
-pub fn picture(path: &Path) -> Result<DynamicImage, PictureError> {
+pub fn picture(path: &Path) -> Result<Picture, PictureError> {
     picture_of(&read(path, PICTURE_MAX)?)
 }
 
@@ -74,16 +88,51 @@ pub fn picture(path: &Path) -> Result<DynamicImage, PictureError> {
 ///
 /// # Errors
 /// See [`PictureError`].
-pub fn picture_of(bytes: &[u8]) -> Result<DynamicImage, PictureError> {
+pub fn picture_of(bytes: &[u8]) -> Result<Picture, PictureError> {
     if bytes.len() as u64 > PICTURE_MAX {
         return Err(PictureError::TooLong { bytes: bytes.len() });
     }
-    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
-    // The decoder fills what is missing of a JPEG with grey, which would pass for a picture.
-    if reader.format() == Some(ImageFormat::Jpeg) && !ends(bytes) {
-        return Err(PictureError::Cut);
+    let format = image::guess_format(bytes).ok();
+    let mut sample_max = None;
+    let readable: Cow<[u8]> = match format {
+        Some(ImageFormat::Jpeg) => {
+            let layout = jpeg::Layout::of(bytes).ok_or(PictureError::Cut)?;
+            if !layout.has_end() {
+                return without_end(&layout, bytes);
+            }
+            layout.picture(bytes).into()
+        }
+        Some(ImageFormat::Png) => png::without_ancillary(bytes),
+        Some(ImageFormat::Pnm) => {
+            sample_max = largest_sample(bytes);
+            bytes.into()
+        }
+        _ => bytes.into(),
+    };
+    Ok(Picture {
+        image: decoded(&readable)?,
+        sample_max,
+        lacks_end: false,
+    })
+}
+
+/// A JPEG without the marker of its end. The decoder fills what is missing with grey, which would pass for a picture: whatever follows the
+/// data must not change it.
+fn without_end(layout: &jpeg::Layout, bytes: &[u8]) -> Result<Picture, PictureError> {
+    match layout.ended(bytes).map(|ended| decoded(&ended)) {
+        [Ok(image), Ok(other)] if image == other => Ok(Picture {
+            image,
+            sample_max: None,
+            lacks_end: true,
+        }),
+        [Err(fault @ PictureError::Size { .. }), _] => Err(fault),
+        _ => Err(PictureError::Cut),
     }
-    let mut decoder = reader.into_decoder()?;
+}
+
+/// The pixels of a file that is whole.
+fn decoded(bytes: &[u8]) -> Result<DynamicImage, PictureError> {
+    let mut decoder = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?.into_decoder()?;
     let (width, height) = decoder.dimensions();
     let allowed = 1..=SIDE_MAX;
     if !allowed.contains(&width) || !allowed.contains(&height) {
@@ -91,15 +140,23 @@ pub fn picture_of(bytes: &[u8]) -> Result<DynamicImage, PictureError> {
     }
     // Telephones write what the sensor has, and how it was held.
     let orientation = decoder.orientation()?;
-    let mut picture = DynamicImage::from_decoder(decoder)?;
-    picture.apply_orientation(orientation);
-    Ok(picture)
+    let mut image = DynamicImage::from_decoder(decoder)?;
+    image.apply_orientation(orientation);
+    Ok(image)
 }
 
-/// Whether a JPEG has its end-of-image marker after the last scan.
-fn ends(jpeg: &[u8]) -> bool {
-    let scan = jpeg.windows(2).rposition(|marker| marker == [0xff, 0xda]).unwrap_or(0);
-    jpeg[scan..].windows(2).any(|marker| marker == [0xff, 0xd9])
+/// The largest sample that the header of a PGM, PPM or PAM file allows.
+fn largest_sample(bytes: &[u8]) -> Option<u16> {
+    let lines = bytes.split(|&byte| byte == b'\n');
+    let told = lines.filter_map(|line| line.split(|&byte| byte == b'#').next());
+    let mut words = told
+        .flat_map(|line| line.split(u8::is_ascii_whitespace))
+        .filter(|word| !word.is_empty());
+    let word = match words.next()? {
+        b"P7" => words.skip_while(|&word| word != b"MAXVAL").nth(1),
+        _ => words.nth(2),
+    };
+    std::str::from_utf8(word?).ok()?.parse().ok()
 }
 
 #[cfg(test)]
@@ -128,9 +185,25 @@ mod tests {
         // An EXIF segment of one entry: the orientation (0x112), 6.
         let exif = b"\xff\xe1\x00\x22Exif\0\0MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
         std::fs::write(&path, [&plain[..2], exif, &plain[2..]].concat()).unwrap();
-        let turned = picture(&path).unwrap();
+        let turned = picture(&path).unwrap().image;
         std::fs::remove_file(&path).unwrap();
         assert_eq!((turned.width(), turned.height()), (2, 4));
+    }
+
+    #[test]
+    fn the_header_of_a_pgm_file_tells_its_largest_sample() {
+        for (file, largest) in [
+            (&b"P5\n# 12 bits\n2 1\n4095\n\x0f\xff\x00\x00"[..], 4095),
+            (b"P2 2 1 1023 7 1023", 1023),
+            (
+                b"P7\nWIDTH 2\nHEIGHT 1\nDEPTH 1\nMAXVAL 4095\nTUPLTYPE GRAYSCALE\nENDHDR\n\x0f\xff\x00\x00",
+                4095,
+            ),
+        ] {
+            let read = picture_of(file).unwrap();
+            assert_eq!(read.sample_max, Some(largest));
+            assert_eq!(read.image.into_luma16().into_raw().iter().max(), Some(&65535));
+        }
     }
 
     #[cfg(unix)]

@@ -34,6 +34,7 @@ impl Photograph {
         let fault = |why: String| ViewError::Background { path: path.clone(), why };
         let picture = input::picture(Path::new(path))
             .map_err(|error| fault(error.to_string()))?
+            .image
             .into_luma8();
         Self::new(&picture, path, scene).map(Some)
     }

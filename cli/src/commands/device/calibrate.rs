@@ -19,7 +19,7 @@ use crate::commands::decode::corners;
 use crate::files;
 use crate::frames::PixelArguments;
 use crate::frames::files as pictures;
-use crate::frames::picture::PictureReader;
+use crate::frames::picture::{GreyPicture, PictureReader};
 use crate::options::Shared;
 use crate::output::{self, Verdict, line};
 
@@ -186,8 +186,14 @@ impl Series<'_> {
     }
 
     fn read(&mut self, path: &Path) -> anyhow::Result<GrayImage> {
-        let grey = self.reader.read(path)?;
-        let is_deep = self.reader.deep_white() > 0;
+        let GreyPicture {
+            image: grey,
+            is_deep,
+            remark,
+        } = self.reader.read(path)?;
+        if let Some(remark) = remark {
+            output::tell(remark);
+        }
         // White that is guessed picture by picture is another one in dark pictures.
         ensure!(
             !is_deep || self.hints.pixels.depth.is_some(),

@@ -1,5 +1,6 @@
 //! `vocc receive`: messages from a sequence of frames.
 
+mod film_clock;
 mod places;
 mod report;
 mod session;
@@ -8,35 +9,40 @@ mod stage_times;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, ensure};
-use reception::stream::{SIDE_MAX, Stream};
-use reception::{PANELS_MAX, Stamp};
+use anyhow::{Context, bail, ensure};
+use reception::stream::{SIDE_MAX, Stream, StreamError};
+use reception::{PANELS_MAX, Stamp, USUAL_FPS};
 use rx_pipeline::frame::Frame;
 use studies::detectors::DetectorChoice;
 
 use crate::camera::{CameraArguments, CameraHints};
 use crate::frames::PixelArguments;
 use crate::frames::files::{self, FrameFile, Frames};
-use crate::frames::film::{self, Film};
-use crate::frames::picture::PictureReader;
+use crate::frames::film::{self, Film, FrameTimes};
+use crate::frames::foreign;
+use crate::frames::picture::{GreyPicture, PictureReader};
 use crate::options::Shared;
 use crate::output::{self, Hex, Verdict};
 use crate::outputs;
 use crate::pose::PanelArguments;
 use crate::stop::{Input, stop};
 
+use film_clock::FilmClock;
 use session::Session;
 
 /// Arguments of `vocc receive`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A film (where ffmpeg is installed), a folder of frames (PNG, JPEG, PGM; in the order of their names), single frames, or `-` for
-    /// y4m or raw grey bytes on standard input.
+    /// A film (where ffmpeg is installed), a folder of frames (PNG, JPEG, PGM; in the order of their names, frame2 before frame10, and
+    /// without those that begin with a dot), single frames, or `-` for y4m or raw grey bytes on standard input.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<PathBuf>,
     /// Size of the raw frames on standard input.
     #[arg(long, value_name = "WxH", value_parser = size)]
     raw: Option<(usize, usize)>,
+    /// Read each frame of a film as one picture, even where the film says that it is interlaced: as of 25 pictures a second in 50i.
+    #[arg(long)]
+    progressive: bool,
     /// Frames a second of the camera; by default those that a film or a y4m stream tells, else 100. A folder with a file timestamps.csv
     /// (lines of a frame's name or number, a comma, and the seconds at which it was taken) is gone through by these times instead.
     #[arg(long, value_name = "F")]
@@ -100,6 +106,11 @@ enum Source<'a> {
 
 impl<'a> Source<'a> {
     fn of(sources: &'a [PathBuf]) -> anyhow::Result<Self> {
+        if let [source] = sources
+            && let Some(advice) = foreign::advice(source)
+        {
+            bail!(advice);
+        }
         Ok(match sources {
             [source] if source == Path::new("-") => Self::Input,
             [source] if film::is_one(source) && !source.is_dir() => Self::Film(source),
@@ -153,43 +164,69 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let hints = arguments.camera.hints(arguments.pixels)?;
     let session = Session::new(arguments, hints, shared, source.frames())?;
     let channel = hints.pixels.channel.unwrap_or_default();
+    let open = if arguments.progressive {
+        Stream::open_progressive
+    } else {
+        Stream::open
+    };
     match source {
         Source::Input => {
             let input = Input::new(std::io::stdin(), stop()).context("cannot read the stream")?;
-            let stream = Stream::open(input, arguments.raw, channel)?;
+            let stream = open(input, arguments.raw, channel).map_err(explained)?;
             // It may never end: who has left it, and keeps nothing, has had enough once there is an answer.
             let keeps = [&arguments.show, &arguments.mcap, &arguments.save_camera, &arguments.out];
             let is_kept = keeps.iter().any(|path| path.is_some());
             receive_stream(
                 session,
                 stream,
+                None,
                 |session| !is_kept && output::is_unread() && session.has_message(),
                 || Ok(()),
             )
         }
         Source::Film(path) => {
-            let (film, frames) = Film::open(path)?;
+            let (mut film, frames) = Film::open(path)?;
             let input = Input::new(frames, stop()).context("cannot read the film")?;
-            match Stream::open(input, None, channel) {
-                Ok(stream) => receive_stream(session, stream, |_| false, || film.end()),
-                // Whoever decodes it knows better what is wrong with it.
-                Err(error) => film.end().and(Err(error.into())),
+            match open(input, None, channel) {
+                Ok(stream) => {
+                    if film::is_bare(path) && arguments.fps.is_none() {
+                        session.say(&format!("{} does not tell its frames a second: --fps does", path.display()));
+                    }
+                    receive_stream(session, stream, film.take_times(), |_| false, || film.end())
+                }
+                // Whoever decodes it knows better why there is too little of it.
+                Err(error) if error.is_short() => film.end().and(Err(error.into())),
+                Err(error) => Err(explained(error)),
             }
         }
         Source::Files(frames) => receive_files(session, &frames, hints),
     }
 }
 
-/// Receives a stream to its end or until there is `enough`, and then looks whether what gave it has `ended` well.
+/// What is wrong with a stream, with the option that helps.
+fn explained(error: StreamError) -> anyhow::Error {
+    match error {
+        StreamError::Interlaced => anyhow::anyhow!(
+            "{error}. Where only its flag says so, and each frame is one picture, as of 25 pictures a second in 50i: --progressive"
+        ),
+        error => error.into(),
+    }
+}
+
+/// Receives a stream to its end or until there is `enough`, its frames by `times` where it has some, and then looks whether what gave it
+/// has `ended` well.
 fn receive_stream(
     mut session: Session,
     mut stream: Stream<impl BufRead>,
+    times: Option<FrameTimes>,
     enough: impl Fn(&Session) -> bool,
     ended: impl FnOnce() -> anyhow::Result<()>,
 ) -> anyhow::Result<Verdict> {
     let stop = stop();
     let (width, height) = stream.size();
-    if let Some(rate) = stream.rate() {
+    let rate = stream.rate();
+    let mut clock = times.map(|times| FilmClock::new(times, (width, height), rate.unwrap_or(USUAL_FPS)));
+    if let (Some(rate), None) = (rate, &clock) {
         session.set_usual_fps(rate)?;
     }
     let end = loop {
@@ -197,7 +234,10 @@ fn receive_stream(
             break Ok(());
         }
         match stream.next_frame() {
-            Ok(Some(grey)) => session.next_frame(&Frame::new(grey, width, height)?)?,
+            Ok(Some(grey)) => match &mut clock {
+                Some(clock) => clock.frame(&mut session, grey)?,
+                None => session.next_frame(&Frame::new(grey, width, height)?)?,
+            },
             Ok(None) => break Ok(()),
             // Its end was cut off by whoever has asked to stop.
             Err(_) if stop.is_asked() => break Ok(()),
@@ -205,6 +245,9 @@ fn receive_stream(
         }
     };
     // What came before an error is not lost.
+    if let (Some(mut clock), false) = (clock, stop.is_asked()) {
+        clock.finish(&mut session)?;
+    }
     let answer = session.finish()?;
     ended().and(end.map_err(Into::into))?;
     Ok(answer)
@@ -217,25 +260,27 @@ fn receive_files(mut session: Session, frames: &Frames, hints: CameraHints) -> a
         session.set_stamped_fps(rate, frames.doubled)?;
     }
     let mut pictures = PictureReader::new(hints.pixels, hints.encoding);
+    pictures.settle_white(frames.files.iter().map(|file| file.path.as_path()), stop);
     let mut bad = 0;
     for FrameFile { path, number, late } in &frames.files {
         if stop.is_asked() {
             return session.finish();
         }
-        let image = pictures.read(path).and_then(|image| {
-            session.check_size((image.width() as usize, image.height() as usize))?;
-            Ok(image)
+        let picture = pictures.read(path).and_then(|picture| {
+            let size = (picture.image.width() as usize, picture.image.height() as usize);
+            session.check(size, picture.is_deep)?;
+            Ok(picture)
         });
-        let image = match image {
-            Ok(image) => image,
+        let GreyPicture { image, remark, .. } = match picture {
+            Ok(picture) => picture,
             Err(error) => {
                 bad += 1;
                 session.skip(*number, &output::explain(&error));
                 continue;
             }
         };
-        if pictures.deep_white() > 0 {
-            session.expect_deep();
+        if let Some(remark) = remark {
+            session.say(&remark);
         }
         let (width, height) = (image.width() as usize, image.height() as usize);
         let stamp = Stamp {

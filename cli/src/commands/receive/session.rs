@@ -1,5 +1,6 @@
 //! The frames of one source, and what is told of them.
 
+use anyhow::ensure;
 use reception::{Reception, ReceptionSettings, Stamp, USUAL_FPS};
 use rx_pipeline::frame::Frame;
 
@@ -18,8 +19,8 @@ pub struct Session<'a> {
     report: Report<'a>,
     /// The next frame's number, if it follows the last one.
     next: u64,
-    /// Whether frames have been brought to 8 bits from more.
-    is_deep: bool,
+    /// Whether frames have been brought to 8 bits from more; not known before the first.
+    is_deep: Option<bool>,
     times: StageTimes,
 }
 
@@ -42,7 +43,7 @@ impl<'a> Session<'a> {
             arguments,
             report: Report::new(arguments, shared.json, with_pose, total)?,
             next: 0,
-            is_deep: false,
+            is_deep: None,
             times: StageTimes::default(),
         })
     }
@@ -69,15 +70,25 @@ impl<'a> Session<'a> {
         self.report.has_message()
     }
 
-    /// Expects frames that were brought to 8 bits from more.
-    pub fn expect_deep(&mut self) {
-        self.is_deep = true;
-        self.reception.set_camera(self.hints.of_pixels(true));
+    /// Checks that a frame is as large as those before, and was brought to 8 bits from more if they were.
+    pub fn check(&mut self, size: (usize, usize), is_deep: bool) -> anyhow::Result<()> {
+        self.reception.check_size(size)?;
+        match self.is_deep {
+            None => self.reception.set_camera(self.hints.of_pixels(is_deep)),
+            Some(before) => ensure!(
+                before == is_deep,
+                "it has {} of a sample, and the film {}: their levels mean different light; give frames of one depth, each film by itself",
+                bits(is_deep),
+                bits(before)
+            ),
+        }
+        self.is_deep = Some(is_deep);
+        Ok(())
     }
 
-    /// Checks that a frame is as large as those before.
-    pub fn check_size(&self, size: (usize, usize)) -> anyhow::Result<()> {
-        Ok(self.reception.check_size(size)?)
+    /// Says something on standard error.
+    pub fn say(&self, what: &str) {
+        self.report.say(what);
     }
 
     /// Receives a frame that follows the one before.
@@ -120,7 +131,7 @@ impl<'a> Session<'a> {
         }
         if let Some(path) = &self.arguments.save_camera {
             match self.reception.learnt() {
-                Some(learnt) => self.hints.save(path, learnt, self.is_deep)?,
+                Some(learnt) => self.hints.save(path, learnt, self.is_deep == Some(true))?,
                 None => self.report.say(&format!(
                     "no panel was read, so nothing was learnt of the camera: {} is not written",
                     path.display()
@@ -132,4 +143,9 @@ impl<'a> Session<'a> {
         }
         self.report.end(&self.reception.advice(true))
     }
+}
+
+/// How many bits a sample has, in words.
+fn bits(is_deep: bool) -> &'static str {
+    if is_deep { "more than 8 bits" } else { "8 bits" }
 }

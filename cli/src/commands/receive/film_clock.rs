@@ -1,0 +1,205 @@
+//! The frames of a film by their own times: films have gaps, and phones do not keep their rate.
+
+use anyhow::Result;
+use reception::Stamp;
+use rx_pipeline::frame::Frame;
+
+use super::session::Session;
+use crate::frames::film::{FrameTime, FrameTimes};
+use crate::stop::stop;
+
+/// Frames that tell the usual time from one to the next, and how many bytes of them may be held for it.
+const FIRST_FRAMES: usize = 16;
+const FIRST_BYTES: usize = 128 << 20;
+/// Containers tell the frames a second, or a multiple of it that all times are whole numbers of. It is the former where the usual step is
+/// shorter than this many of them.
+const STEP_MAX: f64 = 1.5;
+
+/// Gives a session the frames of a film, each with its stamp.
+pub struct FilmClock {
+    times: FrameTimes,
+    size: (usize, usize),
+    /// Frames a second, by the film's header.
+    rate_hz: f64,
+    /// The first frames, until their rate is known.
+    held: Vec<(Vec<u8>, Option<FrameTime>)>,
+    pace: Option<Pace>,
+    /// Whether no time was told of a frame, so that none is waited for any more.
+    is_untold: bool,
+}
+
+impl FilmClock {
+    /// For frames of a size; `rate_hz` is that of the film's header.
+    pub fn new(times: FrameTimes, size: (usize, usize), rate_hz: f32) -> Self {
+        Self {
+            times,
+            size,
+            rate_hz: rate_hz.into(),
+            held: Vec::new(),
+            pace: None,
+            is_untold: false,
+        }
+    }
+
+    /// Takes the next frame.
+    pub fn frame(&mut self, session: &mut Session, grey: &[u8]) -> Result<()> {
+        let time = if self.is_untold { None } else { self.times.next(stop()) };
+        self.is_untold |= time.is_none();
+        if let Some(pace) = &mut self.pace {
+            return pace.give(session, grey, time, self.size);
+        }
+        self.held.push((grey.to_vec(), time));
+        let most = (FIRST_BYTES / grey.len().max(1)).clamp(2, FIRST_FRAMES);
+        if self.is_untold || self.held.len() >= most {
+            self.begin(session)?;
+        }
+        Ok(())
+    }
+
+    /// Gives what is held where a film ends before its rate is known.
+    pub fn finish(&mut self, session: &mut Session) -> Result<()> {
+        match self.pace {
+            Some(_) => Ok(()),
+            None => self.begin(session),
+        }
+    }
+
+    fn begin(&mut self, session: &mut Session) -> Result<()> {
+        let told: Vec<FrameTime> = self.held.iter().filter_map(|(_, time)| *time).collect();
+        let mut pace = Pace::of(&told, self.rate_hz);
+        session.set_usual_fps(pace.rate_hz as f32)?;
+        for (grey, time) in self.held.drain(..) {
+            pace.give(session, &grey, time, self.size)?;
+        }
+        self.pace = Some(pace);
+        Ok(())
+    }
+}
+
+/// What stamps are made by.
+#[derive(Debug)]
+struct Pace {
+    rate_hz: f64,
+    /// The time of number 0.
+    from_s: f64,
+    /// The time and the number of the last frame.
+    last: Option<(f64, u64)>,
+}
+
+impl Pace {
+    /// By the first frames' times, and the rate that the film's header tells.
+    fn of(told: &[FrameTime], header_hz: f64) -> Self {
+        let mut steps_s: Vec<f64> = told.windows(2).map(|pair| pair[1].time_s - pair[0].time_s).collect();
+        steps_s.retain(|&step_s| step_s > 0.0);
+        steps_s.sort_by(f64::total_cmp);
+        let told_hz = told.first().and_then(|time| time.rate_hz).unwrap_or(header_hz);
+        let usual_s = steps_s.get(steps_s.len() / 2).copied();
+        Self {
+            rate_hz: usual_s.filter(|usual_s| usual_s * told_hz > STEP_MAX).map_or(told_hz, f64::recip),
+            from_s: 0.0,
+            last: None,
+        }
+    }
+
+    fn give(&mut self, session: &mut Session, grey: &[u8], time: Option<FrameTime>, (width, height): (usize, usize)) -> Result<()> {
+        match self.stamp(time) {
+            Some(stamp) => session.frame(stamp, &Frame::new(grey, width, height)?),
+            None => Ok(()),
+        }
+    }
+
+    /// A frame's stamp; none of one that has the time of the frame before.
+    fn stamp(&mut self, time: Option<FrameTime>) -> Option<Stamp> {
+        let Some((last_s, last)) = self.last else {
+            self.from_s = time.map_or(0.0, |time| time.time_s);
+            self.last = Some((self.from_s, 0));
+            return Some(Stamp::of(0));
+        };
+        let follows_s = last_s + 1.0 / self.rate_hz;
+        let (time_s, tick_s) = time.map_or((follows_s, 0.0), |time| (time.time_s, time.tick_s));
+        if time_s == last_s {
+            return None;
+        }
+        let next = last + 1;
+        if time_s < last_s {
+            // A clock that was set back: what was filmed then follows.
+            self.from_s = time_s - next as f64 / self.rate_hz;
+        }
+        let periods = (time_s - self.from_s) * self.rate_hz;
+        // A cast of what is negative is 0.
+        let number = (periods.round() as u64).max(next);
+        let late = periods - number as f64;
+        self.last = Some((time_s, number));
+        // Times that are rounded tell no less.
+        let is_on_time = late.abs() <= tick_s * self.rate_hz;
+        Some(Stamp {
+            number,
+            late: if is_on_time { 0.0 } else { late },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Frames at multiples of a tick, of a film that tells a rate.
+    fn times(ticks: &[i32], tick_s: f64, rate_hz: f64) -> Vec<FrameTime> {
+        let time = |&tick: &i32| FrameTime {
+            time_s: f64::from(tick) * tick_s,
+            tick_s,
+            rate_hz: Some(rate_hz),
+        };
+        ticks.iter().map(time).collect()
+    }
+
+    fn stamps(times: &[FrameTime]) -> (f64, Vec<(u64, f64)>) {
+        let mut pace = Pace::of(times, 25.0);
+        let stamps = times.iter().filter_map(|&time| pace.stamp(Some(time)));
+        let stamps = stamps.map(|stamp| (stamp.number, (100.0 * stamp.late).round() / 100.0)).collect();
+        (pace.rate_hz, stamps)
+    }
+
+    #[test]
+    fn a_steady_film_is_on_time_whatever_its_times_are_rounded_to() {
+        // 30 frames a second, in milliseconds.
+        let ticks: Vec<i32> = (0..100).map(|k| (f64::from(k) * 1e3 / 30.0).round() as i32).collect();
+        let (rate_hz, stamps) = stamps(&times(&ticks, 1e-3, 30.0));
+        assert_eq!(rate_hz, 30.0);
+        assert!(stamps.iter().enumerate().all(|(k, &stamp)| stamp == (k as u64, 0.0)), "{stamps:?}");
+    }
+
+    #[test]
+    fn gaps_and_unsteady_frames_are_counted_by_their_times() {
+        let ticks = [0, 40, 80, 126, 160, 160, 200, 600_200, 600_240];
+        let (rate_hz, found) = stamps(&times(&ticks, 1e-3, 25.0));
+        assert_eq!(rate_hz, 25.0);
+        let expected = [
+            (0, 0.0),
+            (1, 0.0),
+            (2, 0.0),
+            (3, 0.15),
+            (4, 0.0),
+            (5, 0.0),
+            (15_005, 0.0),
+            (15_006, 0.0),
+        ];
+        assert_eq!(found, expected);
+        // What a container says of its times is no rate.
+        let (rate_hz, found) = stamps(&times(&ticks, 1e-3, 1000.0));
+        assert_eq!((rate_hz, found), (25.0, expected.to_vec()));
+    }
+
+    #[test]
+    fn a_clock_that_is_set_back_goes_on() {
+        let (_, found) = stamps(&times(&[1000, 1040, 1080, 0, 40, 120], 1e-3, 25.0));
+        assert_eq!(found, [(0, 0.0), (1, 0.0), (2, 0.0), (3, 0.0), (4, 0.0), (6, 0.0)]);
+    }
+
+    #[test]
+    fn frames_without_times_follow_one_another() {
+        let mut pace = Pace::of(&[], 25.0);
+        let stamps = (0..3).filter_map(|_| pace.stamp(None));
+        assert_eq!(stamps.collect::<Vec<_>>(), [0, 1, 2].map(Stamp::of));
+    }
+}
