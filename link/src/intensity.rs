@@ -145,7 +145,15 @@ impl IntensityLimit {
         // From 1/1000 cd over µm² to cd/m² are 10⁹. 30 + 30 + 30 + 32 bits over 35 + 40.
         let area = AREAS_BILLIONTHS * u128::from(self.led_diameter_um).pow(2);
         let intensity = u128::from(self.most_mcd?.get()) * 1_000_000_000 * 1_000_000_000;
-        let bits = (intensity << U32F32::FRAC_NBITS) / area;
+        // Bit by bit, which takes 600 bytes less of a small processor's program than a division of 128 bits there.
+        let [mut bits, mut rest, mut dividend] = [0u128, 0, intensity << U32F32::FRAC_NBITS];
+        for _ in 0..u128::BITS {
+            rest = rest << 1 | dividend >> (u128::BITS - 1);
+            let is_whole = rest >= area;
+            rest -= if is_whole { area } else { 0 };
+            bits = bits << 1 | u128::from(is_whole);
+            dividend <<= 1;
+        }
         Some(U32F32::from_bits(bits.try_into().unwrap_or(u64::MAX)))
     }
 }

@@ -231,6 +231,8 @@ impl Calibration {
 
     /// The dimmest luminance above none that the driver can give, cd/m²: the shortest pulse in each
     /// of the longest periods, at the low current.
+    // Inlined twice, its division of 128 bits would take 1000 bytes more of a small processor's program.
+    #[inline(never)]
     pub fn luminance_floor_cd_m2(&self) -> U32F32 {
         // 10⁶ · 10⁷ at most, with 32 and 31 bits of fraction: too much for 64 bits.
         let brightest = u128::from(self.measured.luminance_full_cd_m2.to_bits()) * u128::from(self.measured.low_current_share.to_bits());
