@@ -12,6 +12,7 @@ export function repair(mcu, lockUp) {
   repairPwmRequests(mcu);
   mcu.pwm.channels.forEach(repairPwmOutputs);
   addFlashController(mcu);
+  answerAborts(mcu);
   mcu.pio.forEach(repairPio);
   keepBuffersAvailable(mcu);
   quickenInputs(mcu);
@@ -155,12 +156,14 @@ function repairPwmRequests(mcu) {
 }
 
 // 4.5.2: an output is the comparison of the counter, inverted or not, at any moment. The emulated one stays low until the
-// first period after it was switched on or inverted is over.
+// first period after it was switched on or inverted is over. And a counter that is off stands; the emulated one runs from when its divider
+// is written.
 function repairPwmOutputs(slice) {
-  const CONTROL = 0x00;
+  const CONTROL = 0x00, DIVIDER = 0x04;
   const write = slice.writeRegister.bind(slice);
   slice.writeRegister = (offset, value) => {
     write(offset, value);
+    if (offset === DIVIDER) slice.updateEnable();
     if (offset !== CONTROL) return;
     slice.setA(slice.timer.counter < slice.alarmA.target);
     slice.setB(slice.timer.counter < slice.alarmB.target);
@@ -171,6 +174,14 @@ function repairPwmOutputs(slice) {
 function addFlashController(mcu) {
   const PAGE = 0x14000;
   mcu.peripherals[PAGE] = { readUint32: () => 0, writeUint32Atomic: () => {} };
+}
+
+// 2.5.5.3: the register that aborts transfers reads 0 once that is done. The emulated abort is done at once, and the register cannot be
+// read.
+function answerAborts({ dma }) {
+  const ABORT = 0x444;
+  const read = dma.readUint32.bind(dma);
+  dma.readUint32 = (offset) => (offset === ABORT ? 0 : read(offset));
 }
 
 // 3.2: state machines run on the computer's time, not the chip's. Here one runs, in no time, whenever something has happened that it may
