@@ -16,6 +16,9 @@ use common::{json, text, vocc};
 use fake::Fake;
 use link::intensity::IntensityLimit;
 use link::serial::{Answer, FrameReader, Kind, REQUEST_FRAME_MAX, Refusal, Request, encode};
+use link::symbol_rate::SymbolRate;
+use link::waveform::SymbolTiming;
+use serde_json::{Value, json};
 use serialport::{SerialPort, TTYPort};
 use tx_firmware::store::StoreError;
 
@@ -260,9 +263,9 @@ fn a_symbol_rate_is_told_set_kept_and_refused() {
         ends(&board.vocc(&[&["device", "rate"], wrong].concat()), 2, words);
     }
     let fake = board.stop();
-    let fastest = link::symbol_rate::SymbolRate::MAX;
+    let fastest = SymbolRate::MAX;
     assert_eq!(fake.transmitter.symbol_rate(), fastest);
-    assert_eq!(fake.memory.symbol_rate, Some(fastest));
+    assert_eq!(fake.memory.timing, Some(SymbolTiming::still(fastest)));
 }
 
 /// An answer to the first of some requests that is of a kind, if one is.
@@ -286,7 +289,12 @@ fn first_firmware(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
     let is_later = |request: &Request<'_>| {
         matches!(
             request,
-            Request::ReadSymbolRate | Request::WriteSymbolRate { .. } | Request::ReadIntensityLimit | Request::WriteIntensityLimit { .. }
+            Request::ReadSymbolRate
+                | Request::WriteSymbolRate { .. }
+                | Request::ReadIntensityLimit
+                | Request::WriteIntensityLimit { .. }
+                | Request::ReadCarrier
+                | Request::WriteCarrier { .. }
         )
     };
     instead(bytes, &unknown, is_later).unwrap_or_else(|| fake.exchange(bytes))
@@ -301,7 +309,72 @@ fn firmware_that_knows_no_symbol_rates_is_told_from_other_refusals() {
     let status = json(&board.vocc(&["device", "status", "--json"]));
     assert_eq!(status["symbol_rate_hz"], serde_json::Value::Null);
     assert_eq!(status["uptime_s"], 1);
-    assert_eq!(board.stop().memory.symbol_rate, None);
+    assert_eq!(board.stop().memory.timing, None);
+}
+
+#[test]
+fn a_carrier_is_told_set_kept_and_refused() {
+    let board = Board::honest();
+    let told = json(&board.vocc(&["device", "rate", "--json"]));
+    assert_eq!((&told["symbol_rate_hz"], &told["carrier_cycles"]), (&json!(90.0), &json!(0)));
+    let all = "90 symbols a second, each of 16 cycles of a carrier of 1440 Hz";
+    ends(&board.vocc(&["device", "rate", "90", "--carrier-cycles", "16"]), 0, &[all]);
+    ends(&board.vocc(&["device", "rate"]), 0, &[all]);
+    // Either is kept where the other is told.
+    let told = json(&board.vocc(&["device", "rate", "45", "--json"]));
+    assert_eq!((&told["symbol_rate_hz"], &told["carrier_cycles"]), (&json!(45.0), &json!(16)));
+    let told = json(&board.vocc(&["device", "rate", "--carrier-cycles", "32", "--json"]));
+    assert_eq!((&told["symbol_rate_hz"], &told["carrier_cycles"]), (&json!(45.0), &json!(32)));
+    ends(
+        &board.vocc(&["device", "rate", "--camera-fps", "30", "--carrier-cycles", "54"]),
+        0,
+        &["1458 Hz"],
+    );
+    ends(
+        &board.vocc(&["device", "status"]),
+        0,
+        &["symbol_rate_hz   27", "carrier_cycles   54"],
+    );
+    for (wrong, words) in [
+        (
+            &["90", "--carrier-cycles", "1"][..],
+            &["1 cycles", "2 to 333", "0 for still panels"][..],
+        ),
+        (&["--carrier-cycles", "334"], &["334 cycles", "2 to 333"]),
+        (
+            &["90", "--carrier-cycles", "34"],
+            &["34 cycles", "3060 Hz", "200 to 3000 Hz", "another rate"],
+        ),
+        (&["--carrier-cycles", "7"], &["7 cycles", "27 symbols", "189 Hz", "200 to 3000 Hz"]),
+        (&["90"], &["90 symbols a second", "9 to 55.555", "carrier", "cycles with the rate"]),
+    ] {
+        ends(&board.vocc(&[&["device", "rate"], wrong].concat()), 2, words);
+    }
+    let fake = board.stop();
+    let timing = fake.transmitter.timing();
+    assert_eq!((timing.rate().hz(), timing.waveform().cycles()), (27.0, 54));
+    assert_eq!(fake.memory.timing, Some(timing));
+}
+
+/// What comes back from a transmitter whose firmware is older than carriers.
+fn before_carriers(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
+    let is_of_carriers = |request: &Request<'_>| matches!(request, Request::ReadCarrier | Request::WriteCarrier { .. });
+    instead(bytes, &Answer::Refused(Refusal::Unknown), is_of_carriers).unwrap_or_else(|| fake.exchange(bytes))
+}
+
+#[test]
+fn firmware_that_knows_no_carrier_says_so_and_changes_nothing() {
+    let board = Board::start(before_carriers);
+    for wrong in [&["27", "--carrier-cycles", "54"][..], &["--carrier-cycles", "16"]] {
+        let words = ["firmware 1.2.3", "too old to show a carrier", "nothing was changed", "flash"];
+        ends(&board.vocc(&[&["device", "rate"], wrong].concat()), 2, &words);
+    }
+    let told = json(&board.vocc(&["device", "rate", "27", "--json"]));
+    assert_eq!(told, json!({ "port": board.port, "symbol_rate_hz": 27.0 }));
+    let status = json(&board.vocc(&["device", "status", "--json"]));
+    assert_eq!((&status["symbol_rate_hz"], &status["carrier_cycles"]), (&json!(27.0), &Value::Null));
+    let timing = SymbolTiming::still(SymbolRate::from_hz(27.0).expect("a rate"));
+    assert_eq!(board.stop().memory.timing, Some(timing));
 }
 
 #[test]

@@ -359,6 +359,30 @@ fn what_is_sent_is_filmed_and_received() {
 }
 
 #[test]
+fn what_is_sent_by_a_carrier_is_filmed_and_received() {
+    let place = folder("simulated-carrier");
+    let flash = place.join("flash");
+    let board = Simulated::start(&["--flash", name(&flash)]);
+    says(&board.vocc(&["device", "rate", "90", "--carrier-cycles", "16"]), 0, &[]);
+    board.end();
+
+    // An exposure of a whole cycle sees nothing of it.
+    for (exposure_s, is_received) in [("0.00025", true), ("0.00069444", false)] {
+        let frames = place.join(exposure_s);
+        let exposure = format!("camera.exposure_max_s={exposure_s}");
+        let sets = ["camera.width_px=320", "camera.height_px=240", &exposure];
+        let small: Vec<&str> = sets.iter().flat_map(|&set| ["--set", set]).collect();
+        let film = ["--flash", name(&flash), "--frames", name(&frames), "--count", "200"];
+        let mut board = Simulated::start(&[&small[..], &film].concat());
+        assert_eq!(board.status()["carrier_cycles"], 16);
+        says(&board.vocc(&["device", "send", "--message", "ice ahead"]), 0, &[]);
+        assert!(board.child.wait().expect("it ends").success());
+        let received = text(&vocc(&["receive", name(&frames)]).stdout);
+        assert_eq!(received.contains("ice ahead"), is_received, "{exposure_s} s: {received}");
+    }
+}
+
+#[test]
 fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     let place = folder("simulated-calibration");
     let pictures = place.join("pictures");

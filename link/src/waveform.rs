@@ -16,7 +16,12 @@
 //! On, where the *contrast* c is the mean of w over the exposure: 1 at most, 0 over whole cycles, and less than 0 where the camera looks at
 //! the middle of a cycle. It is the same for all LEDs that are exposed at the same time.
 
+use core::num::NonZeroU32;
+use core::ops::RangeInclusive;
+
 use thiserror::Error;
+
+use crate::symbol_rate::SymbolRate;
 
 /// How a symbol is shown: [`STILL`](Self::STILL), or by a carrier of a whole number of cycles a symbol.
 ///
@@ -100,6 +105,17 @@ impl Waveform {
         self.cycles
     }
 
+    /// The symbol rates at which a transmitter shows it, in thousandths of a symbol a second: the least and the most.
+    pub fn rates_millihertz(self) -> [u32; 2] {
+        let [least, most] = [SymbolRate::MIN, SymbolRate::MAX].map(SymbolRate::millihertz);
+        let Some(cycles) = NonZeroU32::new(self.cycles.into()) else {
+            return [least, most];
+        };
+        let slowest = CARRIER_MILLIHERTZ.start().div_ceil(cycles.get());
+        let fastest = *CARRIER_MILLIHERTZ.end() / cycles;
+        [least.max(slowest), most.min(fastest)]
+    }
+
     /// Whether panels stand still.
     pub const fn is_still(self) -> bool {
         self.cycles == 0
@@ -158,6 +174,61 @@ impl Waveform {
     }
 }
 
+/// How often symbols come, and how each is shown: what a transmitter keeps. A carrier in it is one that boards latch.
+///
+/// ```
+/// use link::{symbol_rate::SymbolRate, waveform::{SymbolTiming, Waveform}};
+/// let timing = SymbolTiming::new(SymbolRate::DEFAULT, Waveform::new(16)?)?;
+/// assert_eq!((timing.rate().hz(), timing.waveform().cycles()), (90.0, 16));
+/// let fast = SymbolTiming::new(SymbolRate::MAX, timing.waveform()).unwrap_err().to_string();
+/// assert!(fast.starts_with("16 cycles a symbol at 300 symbols a second are a carrier of 4800 Hz, outside 200 to 3000 Hz"));
+/// # Ok::<(), link::waveform::WaveformError>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct SymbolTiming {
+    rate: SymbolRate,
+    waveform: Waveform,
+}
+
+/// The slowest and the fastest carrier, thousandths of a cycle a second.
+const CARRIER_MILLIHERTZ: RangeInclusive<u32> = (Waveform::MIN_HZ * 1e3) as u32..=(Waveform::MAX_HZ * 1e3) as u32;
+
+impl SymbolTiming {
+    /// Symbols at `rate`, each shown by `waveform`.
+    ///
+    /// # Errors
+    /// As [`Waveform::carrier_hz`].
+    #[inline]
+    pub fn new(rate: SymbolRate, waveform: Waveform) -> Result<Self, WaveformError> {
+        // At most 300 000 times 333.
+        if waveform.is_still() || CARRIER_MILLIHERTZ.contains(&(rate.millihertz() * u32::from(waveform.cycles))) {
+            return Ok(Self { rate, waveform });
+        }
+        Err(WaveformError::Frequency {
+            cycles: waveform.cycles,
+            symbols_hz: rate.hz(),
+        })
+    }
+
+    /// Panels that stand still, at `rate`.
+    pub const fn still(rate: SymbolRate) -> Self {
+        Self {
+            rate,
+            waveform: Waveform::STILL,
+        }
+    }
+
+    /// How often symbols come.
+    pub const fn rate(self) -> SymbolRate {
+        self.rate
+    }
+
+    /// How each is shown.
+    pub const fn waveform(self) -> Waveform {
+        self.waveform
+    }
+}
+
 /// The difference of a number, less than 2⁶³, from the greatest whole number that is not above it.
 const fn phase(cycles: f64) -> f64 {
     let part = cycles - cycles as i64 as f64;
@@ -192,6 +263,20 @@ mod tests {
         let slowest = SymbolRate::MIN.hz();
         assert!(carrier(u32::from(Waveform::MAX_CYCLES), slowest).is_ok());
         assert!(f64::from(Waveform::MAX_CYCLES + 1) * slowest > Waveform::MAX_HZ);
+    }
+
+    #[test]
+    fn rates_are_kept_where_their_carrier_can_be_latched() {
+        for cycles in [0, 2, 3, 16, 54, 333] {
+            let waveform = Waveform::new(cycles).expect("a carrier");
+            let timing = |millihertz| SymbolRate::from_millihertz(millihertz).map(|rate| SymbolTiming::new(rate, waveform));
+            let within = |millihertz| matches!(timing(millihertz), Ok(Ok(_)));
+            let [least, most] = waveform.rates_millihertz();
+            assert!(within(least) && within(most) && !within(least - 1) && !within(most + 1), "{cycles}");
+            for millihertz in [least, most] {
+                assert!(waveform.carrier_hz(f64::from(millihertz) / 1e3).is_ok());
+            }
+        }
     }
 
     #[test]

@@ -65,6 +65,7 @@
 //! - [`service`] answers a computer at the serial port, and [`store`] keeps table and calibration in
 //!   flash memory.
 //! - [`drive`] chooses the pulses of a duty: which PWM frequency, at which resolution.
+//! - [`symbol_clock`] divides a board's clock down to symbols, or to the quarters of a carrier's cycles.
 //! - [`matrix`] is what any LED hardware has to offer; [`shift_register`] and [`max7219`] offer it.
 //!
 //! # What to choose
@@ -113,4 +114,5 @@ pub mod schedule;
 pub mod service;
 pub mod shift_register;
 pub mod store;
+pub mod symbol_clock;
 pub mod transmitter;

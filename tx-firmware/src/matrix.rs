@@ -1,7 +1,7 @@
 //! What a transmitter asks of its LEDs.
 
 use fixed::types::U0F32;
-use link::{panel::PanelFrame, serial::Measured, symbol_rate::SymbolRate};
+use link::{panel::PanelFrame, serial::Measured, waveform::SymbolTiming};
 
 /// The share of full luminance that a panel gives, 0 to 1; the greatest number of its type stands for 1.
 pub type Duty = U0F32;
@@ -68,6 +68,10 @@ pub trait LedMatrix {
     /// What can go wrong on the way to the LEDs.
     type Error;
 
+    /// Whether it shows each panel by the carrier of [`set_timing`](Self::set_timing), where there is one: that takes LEDs that change all
+    /// at once, four times a cycle.
+    const SHOWS_CARRIER: bool = false;
+
     /// Shows `panel` until the next call: bit 8·row + column is the LED of that row and column, as
     /// the camera sees them.
     ///
@@ -84,13 +88,15 @@ pub trait LedMatrix {
     /// Learns what was measured of the panel: duties to come are for that.
     fn set_calibration(&mut self, _: &Measured) {}
 
-    /// Learns how often panels will change from the next one on.
-    fn set_symbol_rate(&mut self, _: SymbolRate) {}
+    /// Learns how often panels will change, and how each is shown, from one of the next on.
+    fn set_timing(&mut self, _: SymbolTiming) {}
 }
 
 /// A borrowed matrix is a matrix.
 impl<M: LedMatrix + ?Sized> LedMatrix for &mut M {
     type Error = M::Error;
+
+    const SHOWS_CARRIER: bool = M::SHOWS_CARRIER;
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
         (**self).show(panel)
@@ -104,8 +110,8 @@ impl<M: LedMatrix + ?Sized> LedMatrix for &mut M {
         (**self).set_calibration(measured);
     }
 
-    fn set_symbol_rate(&mut self, rate: SymbolRate) {
-        (**self).set_symbol_rate(rate);
+    fn set_timing(&mut self, timing: SymbolTiming) {
+        (**self).set_timing(timing);
     }
 }
 
@@ -131,6 +137,9 @@ pub struct RecordingMatrix {
 
 impl LedMatrix for RecordingMatrix {
     type Error = core::convert::Infallible;
+
+    /// Whoever looks at it knows the waveform.
+    const SHOWS_CARRIER: bool = true;
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
         self.panel = panel;

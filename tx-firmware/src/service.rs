@@ -20,6 +20,7 @@ use link::{
         SCHEMA, Status, TablePart, encode, wire_length,
     },
     symbol_rate::SymbolRate,
+    waveform::{SymbolTiming, Waveform},
 };
 
 use crate::{
@@ -147,8 +148,8 @@ impl Service {
 
     /// Takes one byte from the port, and returns what is to be sent back, where it completes a request.
     ///
-    /// All but [`Request::CommitTable`], [`Request::WriteCalibration`], [`Request::WriteSymbolRate`] and
-    /// [`Request::WriteIntensityLimit`] are answered without waiting for anything; these wait for `memory`.
+    /// All but [`Request::CommitTable`], [`Request::WriteCalibration`], [`Request::WriteSymbolRate`], [`Request::WriteIntensityLimit`] and
+    /// [`Request::WriteCarrier`] are answered without waiting for anything; these wait for `memory`.
     pub fn receive<'a>(
         &mut self,
         byte: u8,
@@ -222,6 +223,8 @@ impl Conversation {
             Request::WriteSymbolRate { millihertz } => change_rate(millihertz, device, memory),
             Request::ReadIntensityLimit => Ok(intensity_limit(device)),
             Request::WriteIntensityLimit { most_mcd, led_diameter_um } => change_limit([most_mcd, led_diameter_um], device, memory),
+            Request::ReadCarrier => Ok(carrier(device)),
+            Request::WriteCarrier { millihertz, cycles } => change_carrier(millihertz, cycles, device, memory),
         }
     }
 
@@ -366,14 +369,15 @@ fn calibrate(measured: Measured, device: &mut impl Device, memory: &mut impl Mem
     Ok(Answer::Done)
 }
 
+/// Another rate for the waveform there is.
 fn change_rate(millihertz: u32, device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
-    let rate = SymbolRate::from_millihertz(millihertz).map_err(|_| Refusal::SymbolRate {
-        millihertz,
-        least: SymbolRate::MIN.millihertz(),
-        most: SymbolRate::MAX.millihertz(),
+    let waveform = device.read(Transmitter::timing).waveform();
+    let rate = SymbolRate::from_millihertz(millihertz).ok();
+    let timing = rate.and_then(|rate| SymbolTiming::new(rate, waveform).ok()).ok_or_else(|| {
+        let [least, most] = waveform.rates_millihertz();
+        Refusal::SymbolRate { millihertz, least, most }
     })?;
-    memory.save_symbol_rate(rate).map_err(|_| Refusal::Store)?;
-    device.change(|transmitter| transmitter.set_symbol_rate(rate));
+    change_timing(timing, device, memory)?;
     Ok(symbol_rate(device))
 }
 
@@ -381,6 +385,33 @@ fn symbol_rate(device: &impl Device) -> Answer<'static> {
     Answer::SymbolRate {
         millihertz: device.read(Transmitter::symbol_rate).millihertz(),
     }
+}
+
+fn change_carrier<D: Device>(millihertz: u32, cycles: u16, device: &mut D, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
+    let [least, most] = Waveform::STILL.rates_millihertz();
+    let rate = SymbolRate::from_millihertz(millihertz).map_err(|_| Refusal::SymbolRate { millihertz, least, most })?;
+    let waveform = Waveform::new(cycles.into()).ok();
+    let timing = waveform.and_then(|waveform| SymbolTiming::new(rate, waveform).ok());
+    let timing = timing.ok_or(Refusal::Carrier { millihertz, cycles })?;
+    if cycles != 0 && !D::Matrix::SHOWS_CARRIER {
+        return Err(Refusal::NoLatch);
+    }
+    change_timing(timing, device, memory)?;
+    Ok(carrier(device))
+}
+
+fn carrier(device: &impl Device) -> Answer<'static> {
+    let timing = device.read(Transmitter::timing);
+    Answer::Carrier {
+        millihertz: timing.rate().millihertz(),
+        cycles: timing.waveform().cycles(),
+    }
+}
+
+fn change_timing(timing: SymbolTiming, device: &mut impl Device, memory: &mut impl Memory) -> Result<(), Refusal> {
+    memory.save_timing(timing).map_err(|_| Refusal::Store)?;
+    device.change(|transmitter| transmitter.set_timing(timing));
+    Ok(())
 }
 
 fn change_limit(numbers: [u32; 2], device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {

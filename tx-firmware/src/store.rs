@@ -1,4 +1,5 @@
-//! The table, the calibration, the symbol rate and the intensity limit in flash memory, which lose nothing when the power goes.
+//! The table, the calibration, the symbol rate with its carrier and the intensity limit in flash memory, which lose nothing when the power
+//! goes.
 //!
 //! Each is one item of a [`sequential_storage`] map: a new value is written beside the old one, and counts from
 //! the moment it is whole. A power cut at any moment leaves the old value or the new; a test cuts it at every
@@ -32,6 +33,7 @@ use link::{
     l2a_table::{L2aTable, image::IMAGE_MAX},
     serial::{Faults, Measured},
     symbol_rate::SymbolRate,
+    waveform::{SymbolTiming, Waveform},
 };
 use sequential_storage::{
     Error,
@@ -46,8 +48,10 @@ use crate::calibration::Calibration;
 const FORMAT: u8 = 1;
 const TABLE: u8 = 1;
 const CALIBRATION: u8 = 2;
-const SYMBOL_RATE: u8 = 3;
+const SYMBOL_TIMING: u8 = 3;
 const INTENSITY_LIMIT: u8 = 4;
+/// The bits of a symbol rate; above them stand the carrier's cycles, which are 0 for panels that stand still.
+const CYCLES_SHIFT: u32 = 20;
 
 /// Format, the longest value, CRC; rounded up to any flash's word of at most 32 bytes, and 1 byte of key.
 const BUFFER: usize = (1 + 1 + IMAGE_MAX + 4).next_multiple_of(32);
@@ -88,11 +92,11 @@ pub trait Memory {
     /// [`StoreError`]; the one before is then still there.
     fn save_calibration(&mut self, calibration: &Calibration) -> Result<(), StoreError>;
 
-    /// Keeps `rate` in place of the one before: wholly, or not at all.
+    /// Keeps `timing` in place of the one before: wholly, or not at all.
     ///
     /// # Errors
     /// [`StoreError`]; the one before is then still there.
-    fn save_symbol_rate(&mut self, rate: SymbolRate) -> Result<(), StoreError>;
+    fn save_timing(&mut self, timing: SymbolTiming) -> Result<(), StoreError>;
 
     /// Keeps `limit`, or that there is none, in place of the one before: wholly, or not at all.
     ///
@@ -108,8 +112,8 @@ pub struct Remembered {
     pub calibration: Calibration,
     /// The table that was saved, or the shipped one.
     pub table: L2aTable,
-    /// The symbol rate that was saved, or the default.
-    pub symbol_rate: SymbolRate,
+    /// The symbol rate and the carrier that were saved, or the default.
+    pub timing: SymbolTiming,
     /// What was not there, or could not be read.
     pub faults: Faults,
 }
@@ -160,15 +164,17 @@ impl<F: NorFlash> Store<F> {
             .transpose()
     }
 
-    /// The symbol rate that was saved last; none when there never was one.
+    /// The symbol rate and the carrier that were saved last; none when there never were any.
     ///
     /// # Errors
     /// As [`Self::table`].
-    pub fn symbol_rate(&mut self) -> Result<Option<SymbolRate>, StoreError> {
-        self.load(SYMBOL_RATE)?
+    pub fn timing(&mut self) -> Result<Option<SymbolTiming>, StoreError> {
+        self.load(SYMBOL_TIMING)?
             .map(|bytes| {
-                let millihertz = bytes.try_into().map_err(|_| StoreError::Damaged)?;
-                SymbolRate::from_millihertz(u32::from_le_bytes(millihertz)).map_err(|_| StoreError::Damaged)
+                let word = u32::from_le_bytes(bytes.try_into().map_err(|_| StoreError::Damaged)?);
+                let rate = SymbolRate::from_millihertz(word % (1 << CYCLES_SHIFT)).map_err(|_| StoreError::Damaged)?;
+                let waveform = Waveform::new(word >> CYCLES_SHIFT).map_err(|_| StoreError::Damaged)?;
+                SymbolTiming::new(rate, waveform).map_err(|_| StoreError::Damaged)
             })
             .transpose()
     }
@@ -192,14 +198,14 @@ impl<F: NorFlash> Store<F> {
         let mut faults = Faults::empty();
         let calibration = readable(self.calibration(), &mut faults);
         let table = readable(self.table(), &mut faults);
-        let symbol_rate = readable(self.symbol_rate(), &mut faults);
+        let timing = readable(self.timing(), &mut faults);
         let limit = readable(self.intensity_limit(), &mut faults);
         faults.set(Faults::NO_CALIBRATION, calibration.is_none());
         faults.set(Faults::NO_TABLE, table.is_none());
         Remembered {
             calibration: calibration.unwrap_or(typical).limited_to(limit),
             table: table.unwrap_or_else(L2aTable::shipped),
-            symbol_rate: symbol_rate.unwrap_or_default(),
+            timing: timing.unwrap_or_default(),
             faults,
         }
     }
@@ -244,7 +250,7 @@ impl<F: NorFlash> Store<F> {
 
     /// Whether there is nothing in it that could be lost.
     fn is_foreign(&mut self) -> bool {
-        [TABLE, CALIBRATION, SYMBOL_RATE, INTENSITY_LIMIT]
+        [TABLE, CALIBRATION, SYMBOL_TIMING, INTENSITY_LIMIT]
             .into_iter()
             .all(|key| matches!(self.load(key), Ok(None) | Err(StoreError::Damaged)))
     }
@@ -261,8 +267,10 @@ impl<F: NorFlash> Memory for Store<F> {
         self.save(CALIBRATION, bytes)
     }
 
-    fn save_symbol_rate(&mut self, rate: SymbolRate) -> Result<(), StoreError> {
-        self.save(SYMBOL_RATE, &rate.millihertz().to_le_bytes())
+    fn save_timing(&mut self, timing: SymbolTiming) -> Result<(), StoreError> {
+        let cycles = u32::from(timing.waveform().cycles());
+        let word = cycles << CYCLES_SHIFT | timing.rate().millihertz();
+        self.save(SYMBOL_TIMING, &word.to_le_bytes())
     }
 
     fn save_intensity_limit(&mut self, limit: Option<IntensityLimit>) -> Result<(), StoreError> {

@@ -8,6 +8,7 @@ use link::{
     panel::PanelFrame,
     serial::{Counters, Faults, Light, Status},
     symbol_rate::SymbolRate,
+    waveform::SymbolTiming,
 };
 
 use crate::{
@@ -43,7 +44,7 @@ pub struct Transmitter<M> {
     ambient: Ambient,
     light_watch: LightWatch,
     schedule: Schedule,
-    symbol_rate: SymbolRate,
+    timing: SymbolTiming,
     /// The L2A and the illuminance that the panel was dimmed to while light was known.
     known: Option<(L2a, Illuminance)>,
     dimming: Option<Dimming>,
@@ -63,7 +64,7 @@ impl<M: LedMatrix> Transmitter<M> {
             ambient,
             light_watch: LightWatch::new(),
             schedule: Schedule::new(),
-            symbol_rate: SymbolRate::DEFAULT,
+            timing: SymbolTiming::default(),
             known: None,
             dimming: None,
             now_ms: 0,
@@ -160,10 +161,10 @@ impl<M: LedMatrix> Transmitter<M> {
         self.calibration = self.calibration.limited_to(limit);
     }
 
-    /// Takes another symbol rate: [`tick`](Self::tick) is to be called so often from the next symbol on.
-    pub fn set_symbol_rate(&mut self, rate: SymbolRate) {
-        self.symbol_rate = rate;
-        self.matrix.set_symbol_rate(rate);
+    /// Takes another symbol rate, at which [`tick`](Self::tick) is to be called from the next symbol on, and another waveform.
+    pub fn set_timing(&mut self, timing: SymbolTiming) {
+        self.timing = timing;
+        self.matrix.set_timing(timing);
     }
 
     /// Reports faults that only the board knows of, such as [`Faults::WATCHDOG`], or takes them back.
@@ -254,7 +255,12 @@ impl<M> Transmitter<M> {
 
     /// How often [`tick`](Self::tick) is to be called.
     pub fn symbol_rate(&self) -> SymbolRate {
-        self.symbol_rate
+        self.timing.rate()
+    }
+
+    /// How often symbols come, and how each is shown.
+    pub fn timing(&self) -> SymbolTiming {
+        self.timing
     }
 
     /// What was measured of the panel.

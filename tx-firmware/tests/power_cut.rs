@@ -8,6 +8,7 @@ use link::intensity::IntensityLimit;
 use link::l2a_table::{ILLUMINANCES_MAX, INTERVALS_MAX, L2aTable};
 use link::serial::Faults;
 use link::symbol_rate::SymbolRate;
+use link::waveform::{SymbolTiming, Waveform};
 use tx_firmware::calibration::{BENCH, Calibration, Measured};
 use tx_firmware::store::{Memory, Remembered, Store, StoreError};
 
@@ -35,8 +36,11 @@ fn store<const WRITE: usize>(flash: Flash<WRITE>) -> Store<Flash<WRITE>> {
     Store::new(flash, PLACE).expect("a store")
 }
 
-fn rate(number: u16) -> SymbolRate {
-    SymbolRate::from_millihertz(SymbolRate::MIN.millihertz() + u32::from(number)).expect("a rate")
+/// Still panels and carriers in turn.
+fn timing(number: u16) -> SymbolTiming {
+    let rate = SymbolRate::from_millihertz(90_000 + u32::from(number)).expect("a rate");
+    let waveform = Waveform::new([0, 16, 0, 33, 5][usize::from(number) % 5]).expect("a carrier");
+    SymbolTiming::new(rate, waveform).expect("a carrier that can be latched")
 }
 
 /// What is kept and changes: its values by number, and the way into the store and out.
@@ -60,17 +64,17 @@ impl Stored for L2aTable {
     }
 }
 
-impl Stored for SymbolRate {
+impl Stored for SymbolTiming {
     fn numbered(number: u16) -> Self {
-        rate(number)
+        timing(number)
     }
 
     fn save<const WRITE: usize>(&self, store: &mut Store<Flash<WRITE>>) -> Result<(), StoreError> {
-        store.save_symbol_rate(*self)
+        store.save_timing(*self)
     }
 
     fn load<const WRITE: usize>(store: &mut Store<Flash<WRITE>>) -> Result<Option<Self>, StoreError> {
-        store.symbol_rate()
+        store.timing()
     }
 }
 
@@ -96,7 +100,7 @@ fn used<const WRITE: usize>(tables: u16, rates: u16) -> Flash<WRITE> {
         store.save_table(&table(number)).expect("room");
     }
     for number in 0..rates {
-        store.save_symbol_rate(rate(number)).expect("room");
+        store.save_timing(timing(number)).expect("room");
     }
     store.release()
 }
@@ -162,13 +166,13 @@ fn a_power_cut_at_any_operation_leaves_the_old_table_or_the_new() {
 }
 
 #[test]
-fn a_power_cut_at_any_operation_leaves_the_old_symbol_rate_or_the_new_and_the_table() {
+fn a_power_cut_at_any_operation_leaves_the_old_symbol_rate_and_carrier_or_the_new_and_the_table() {
     // With eleven tables before them, the first rates end the unit and the later ones move the table to the other.
     for (tables, rates) in [(1, 1), (11, 1), (11, 2), (11, 9), (11, 10), (11, 11), (11, 12)] {
         let before = used::<4>(tables, rates);
-        assert!(cut_everywhere::<4, SymbolRate>(&before, rates) > 0);
+        assert!(cut_everywhere::<4, SymbolTiming>(&before, rates) > 0);
         let mut store = store(before);
-        store.save_symbol_rate(rate(rates)).expect("room");
+        store.save_timing(timing(rates)).expect("room");
         assert_eq!(store.table(), Ok(Some(table(tables - 1))));
     }
 }
@@ -204,7 +208,7 @@ fn it_does_so_whatever_the_flashs_words_are() {
         assert!(cut_everywhere::<1, L2aTable>(&used(updates, 0), updates) > 0);
         assert!(cut_everywhere::<8, L2aTable>(&used(updates, 0), updates) > 0);
         assert!(cut_everywhere::<32, L2aTable>(&used(updates, 0), updates) > 0);
-        assert!(cut_everywhere::<32, SymbolRate>(&used(11, updates), updates) > 0);
+        assert!(cut_everywhere::<32, SymbolTiming>(&used(11, updates), updates) > 0);
     }
 }
 
@@ -213,12 +217,12 @@ fn erased_and_foreign_memories_hold_nothing_and_can_be_used() {
     let mut erased = store(Flash::<4>::new());
     assert_eq!(erased.table(), Ok(None));
     assert_eq!(erased.calibration(), Ok(None));
-    assert_eq!(erased.symbol_rate(), Ok(None));
+    assert_eq!(erased.timing(), Ok(None));
     assert_eq!(erased.intensity_limit(), Ok(None));
     let nothing = Remembered {
         calibration: calibration(1),
         table: L2aTable::shipped(),
-        symbol_rate: SymbolRate::DEFAULT,
+        timing: SymbolTiming::default(),
         faults: Faults::NO_TABLE.union(Faults::NO_CALIBRATION),
     };
     assert_eq!(erased.remembered(calibration(1)), nothing);

@@ -13,7 +13,7 @@ use frames::{Random, contents, is_whole_request};
 use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
 use link::serial::{ANSWER_FRAME_MAX, Answer, FrameReader, Kind, Request, encode};
-use link::symbol_rate::SymbolRate;
+use link::waveform::SymbolTiming;
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::matrix::RecordingMatrix;
@@ -59,7 +59,7 @@ impl Memory for Unsteady {
         self.save()
     }
 
-    fn save_symbol_rate(&mut self, _: SymbolRate) -> Result<(), StoreError> {
+    fn save_timing(&mut self, _: SymbolTiming) -> Result<(), StoreError> {
         self.save()
     }
 

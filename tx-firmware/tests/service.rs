@@ -9,9 +9,11 @@ use link::framing::MESSAGE_MAX;
 use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
 use link::l2a_table::image::IMAGE_MAX;
+use link::panel::PanelFrame;
 use link::serial::{ANSWER_FRAME_MAX, Answer, CHUNK_MAX, Faults, FrameReader, Kind, Measured, Refusal, Request, SCHEMA, VERSION, encode};
-use link::symbol_rate::SymbolRate;
+use link::waveform::SymbolTiming;
 use tx_firmware::calibration::BENCH;
+use tx_firmware::matrix::{Duty, LedMatrix, RecordingMatrix};
 
 fn table() -> L2aTable {
     let illuminances: Vec<f32> = (0..16).map(|n| 2_f32.powi(n)).collect();
@@ -181,7 +183,9 @@ fn a_table_that_cannot_be_stored_does_not_run() {
     bench.expect(&Request::WriteCalibration(BENCH), &Answer::Refused(Refusal::Store));
     let millihertz = 27_000;
     bench.expect(&Request::WriteSymbolRate { millihertz }, &Answer::Refused(Refusal::Store));
-    assert_eq!(bench.transmitter.symbol_rate(), SymbolRate::DEFAULT);
+    let cycles = 54;
+    bench.expect(&Request::WriteCarrier { millihertz, cycles }, &Answer::Refused(Refusal::Store));
+    assert_eq!(bench.transmitter.timing(), SymbolTiming::default());
 }
 
 #[test]
@@ -189,12 +193,12 @@ fn a_symbol_rate_is_checked_stored_and_read_back() {
     let mut bench = Bench::new();
     let rate = |millihertz| Answer::SymbolRate { millihertz };
     bench.expect(&Request::ReadSymbolRate, &rate(90_000));
-    assert_eq!(bench.store.symbol_rate(), Ok(None));
+    assert_eq!(bench.store.timing(), Ok(None));
     for millihertz in [27_000, 22_500, 9_000, 300_000, 300_000] {
         bench.expect(&Request::WriteSymbolRate { millihertz }, &rate(millihertz));
         bench.expect(&Request::ReadSymbolRate, &rate(millihertz));
-        let stored = bench.store.symbol_rate().expect("readable");
-        assert_eq!(stored, Some(bench.transmitter.symbol_rate()));
+        let stored = bench.store.timing().expect("readable");
+        assert_eq!(stored, Some(bench.transmitter.timing()));
     }
     let (least, most) = (9_000, 300_000);
     for millihertz in [0, 8_999, 300_001, u32::MAX] {
@@ -202,6 +206,93 @@ fn a_symbol_rate_is_checked_stored_and_read_back() {
         bench.expect(&Request::WriteSymbolRate { millihertz }, &Answer::Refused(refusal));
     }
     bench.expect(&Request::ReadSymbolRate, &rate(300_000));
+}
+
+#[test]
+fn a_carrier_is_checked_stored_with_its_rate_and_read_back() {
+    let mut bench = Bench::new();
+    let carrier = |millihertz, cycles| Answer::Carrier { millihertz, cycles };
+    let write = |millihertz, cycles| Request::WriteCarrier { millihertz, cycles };
+    bench.expect(&Request::ReadCarrier, &carrier(90_000, 0));
+    for (millihertz, cycles) in [
+        (90_000, 16),
+        (27_000, 54),
+        (9_000, 333),
+        (100_000, 2),
+        (300_000, 0),
+        (300_000, 10),
+        (90_000, 16),
+    ] {
+        bench.expect(&write(millihertz, cycles), &carrier(millihertz, cycles));
+        bench.expect(&Request::ReadCarrier, &carrier(millihertz, cycles));
+        bench.expect(&Request::ReadSymbolRate, &Answer::SymbolRate { millihertz });
+        let stored = bench.store.timing().expect("readable");
+        assert_eq!(stored, Some(bench.transmitter.timing()));
+    }
+    for (millihertz, cycles) in [
+        (90_000, 1),
+        (90_000, 34),
+        (90_000, 2),
+        (9_000, 334),
+        (300_000, 11),
+        (90_000, u16::MAX),
+    ] {
+        let refusal = Refusal::Carrier { millihertz, cycles };
+        bench.expect(&write(millihertz, cycles), &Answer::Refused(refusal));
+    }
+    let (least, most) = (9_000, 300_000);
+    let refusal = Refusal::SymbolRate {
+        millihertz: 8_999,
+        least,
+        most,
+    };
+    bench.expect(&write(8_999, 16), &Answer::Refused(refusal));
+    // Another rate alone keeps the carrier, and has to fit it.
+    let (least, most) = (12_500, 187_500);
+    for millihertz in [12_499, 187_501] {
+        let refusal = Refusal::SymbolRate { millihertz, least, most };
+        bench.expect(&Request::WriteSymbolRate { millihertz }, &Answer::Refused(refusal));
+        assert!(refusal.to_string().contains("outside 12.5 to 187.5"), "{refusal}");
+    }
+    bench.expect(&Request::ReadCarrier, &carrier(90_000, 16));
+    let millihertz = 187_500;
+    bench.expect(&Request::WriteSymbolRate { millihertz }, &Answer::SymbolRate { millihertz });
+    bench.expect(&Request::ReadCarrier, &carrier(187_500, 16));
+    assert_eq!(bench.store.timing(), Ok(Some(bench.transmitter.timing())));
+}
+
+/// LEDs that are lit row by row.
+#[derive(Default)]
+struct Scanned(RecordingMatrix);
+
+impl LedMatrix for Scanned {
+    type Error = <RecordingMatrix as LedMatrix>::Error;
+
+    fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
+        self.0.show(panel)
+    }
+
+    fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error> {
+        self.0.set_duty(duty)
+    }
+}
+
+#[test]
+fn leds_without_a_latch_show_no_carrier() {
+    let mut bench = Bench::of(Scanned::default());
+    let still = Answer::Carrier {
+        millihertz: 27_000,
+        cycles: 0,
+    };
+    let write = |cycles| Request::WriteCarrier {
+        millihertz: 27_000,
+        cycles,
+    };
+    bench.expect(&write(0), &still);
+    bench.expect(&write(54), &Answer::Refused(Refusal::NoLatch));
+    bench.expect(&Request::ReadCarrier, &still);
+    assert_eq!(bench.store.timing(), Ok(Some(bench.transmitter.timing())));
+    assert!(Refusal::NoLatch.to_string().contains("MAX7219"));
 }
 
 #[test]
@@ -335,7 +426,7 @@ fn another_version_is_told_which_one_is_spoken_here() {
     wire.extend(frame);
     wire.push(0);
     let answer = bench.exchange(&wire);
-    assert!(Bench::answer(&answer, 0x0102_0304, |answer| {
+    assert!(<Bench>::answer(&answer, 0x0102_0304, |answer| {
         answer == Answer::Refused(Refusal::Version { speaks: VERSION })
     }));
 }

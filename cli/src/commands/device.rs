@@ -10,7 +10,7 @@ use link::serial::{self, Limit, Request, Status};
 use serde_json::{Value, json};
 use tx_firmware::dimming::Duty;
 
-use crate::device::port;
+use crate::device::{DeviceError, port};
 use crate::options::{Connection, Message, Port, Shared, seconds};
 use crate::output::{self, Verdict, line};
 use crate::stop::stop;
@@ -78,7 +78,8 @@ enum Action {
     Calibrate(calibrate::Arguments),
     /// A transmitter without hardware: a serial port with the firmware behind it, for all other commands to try.
     Simulate(simulate::Arguments),
-    /// How many symbols a second a transmitter shows, or a receiver expects: print it, or set it. A receiver forgets it when it starts anew.
+    /// How many symbols a second a transmitter shows, and by which carrier, or how many a receiver expects: print it, or set it. A receiver
+    /// forgets it when it starts anew.
     Rate {
         #[command(flatten)]
         port: Port,
@@ -268,7 +269,13 @@ fn short(status: &Status) -> String {
 
 fn report(status: &Status, client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::Result<()> {
     let mut values = as_json(status);
-    values["symbol_rate_hz"] = rate::symbol_rate_hz(client).with_context(|| port.name())?.into();
+    let told = match rate::in_use(client) {
+        // Its firmware is too old to say.
+        Err(DeviceError::NoSymbolRate) => None,
+        outcome => Some(outcome.with_context(|| port.name())?),
+    };
+    values["symbol_rate_hz"] = told.map(|told| told.symbol_rate_hz).into();
+    values["carrier_cycles"] = told.and_then(|told| told.carrier_cycles).into();
     let identity = client.identity();
     values["port"] = port.name().into();
     values["board"] = identity.board.clone().into();

@@ -107,6 +107,12 @@ pub enum DeviceError {
         SymbolRate::DEFAULT
     )]
     NoSymbolRate,
+    /// It is older than carriers.
+    #[error(
+        "its firmware is too old to show a carrier, and nothing was changed: flash the present one (docs/hardware.md), or leave \
+         --carrier-cycles out"
+    )]
+    NoCarrier,
     /// It is older than the limit of its intensity.
     #[error(
         "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the present one (docs/hardware.md), or leave \

@@ -3,7 +3,7 @@
 use fixed::types::I32F32;
 use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
-use link::symbol_rate::SymbolRate;
+use link::waveform::SymbolTiming;
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::light_watch::{LightSample, SensorRange};
@@ -16,7 +16,7 @@ use tx_firmware::transmitter::Transmitter;
 #[derive(Default)]
 pub struct FakeMemory {
     pub table: Option<L2aTable>,
-    pub symbol_rate: Option<SymbolRate>,
+    pub timing: Option<SymbolTiming>,
     pub limit: Option<IntensityLimit>,
     /// Why no more can be written to it.
     pub fault: Option<StoreError>,
@@ -39,9 +39,9 @@ impl Memory for FakeMemory {
         Ok(())
     }
 
-    fn save_symbol_rate(&mut self, rate: SymbolRate) -> Result<(), StoreError> {
+    fn save_timing(&mut self, timing: SymbolTiming) -> Result<(), StoreError> {
         self.writable()?;
-        self.symbol_rate = Some(rate);
+        self.timing = Some(timing);
         Ok(())
     }
 

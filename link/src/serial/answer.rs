@@ -1,7 +1,10 @@
 //! What a transmitter answers.
 
+use core::fmt;
+
 use super::{BodyError, Measured, Status, VERSION};
-use crate::symbol_rate::Outside;
+use crate::symbol_rate::{Outside, SymbolRate};
+use crate::waveform::Waveform;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +45,13 @@ pub enum Answer<'a> {
         most_mcd: u32,
         /// The diameter of an LED, µm.
         led_diameter_um: u32,
+    },
+    /// How often the panel changes, and how each symbol is shown.
+    Carrier {
+        /// Thousandths of a symbol a second.
+        millihertz: u32,
+        /// Cycles of the carrier a symbol; 0: panels stand still.
+        cycles: u16,
     },
 }
 
@@ -142,7 +152,7 @@ pub enum Refusal {
         most: u16,
     },
     /// The transmitter cannot show that symbol rate.
-    #[error("{}", Outside(*.millihertz, *.least..=*.most))]
+    #[error("{}", NoSymbolRate(*.millihertz, [*.least, *.most]))]
     SymbolRate {
         /// The rate asked for, in thousandths of a symbol a second.
         millihertz: u32,
@@ -162,6 +172,50 @@ pub enum Refusal {
         /// The diameter of an LED, µm.
         led_diameter_um: u32,
     },
+    /// There can be no such carrier.
+    #[error("{}", NoCarrier(*.millihertz, *.cycles))]
+    Carrier {
+        /// The symbol rate asked for, in thousandths of a symbol a second.
+        millihertz: u32,
+        /// The cycles a symbol asked for.
+        cycles: u16,
+    },
+    /// These LEDs show no carrier.
+    #[error("its LEDs show no carrier, for they are lit row by row and not latched all at once (MAX7219): give 0 cycles for still panels")]
+    NoLatch,
+}
+
+/// What is said of a carrier that a transmitter refuses: thousandths of a symbol a second, and cycles a symbol.
+struct NoCarrier(u32, u16);
+
+impl fmt::Display for NoCarrier {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let &Self(millihertz, cycles) = self;
+        let symbols_hz = f64::from(millihertz) / 1e3;
+        match Waveform::new(cycles.into()).and_then(|waveform| waveform.carrier_hz(symbols_hz)) {
+            Err(error) => error.fmt(formatter),
+            // Its firmware has another range.
+            Ok(carrier_hz) => write!(
+                formatter,
+                "{cycles} cycles a symbol at {symbols_hz} symbols a second are a carrier of {carrier_hz} Hz, which it cannot show: give other \
+                 cycles or another rate, or 0 cycles for still panels"
+            ),
+        }
+    }
+}
+
+/// What is said of a symbol rate that a transmitter refuses.
+struct NoSymbolRate(u32, [u32; 2]);
+
+impl fmt::Display for NoSymbolRate {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let &Self(millihertz, [least, most]) = self;
+        Outside(millihertz, least..=most).fmt(formatter)?;
+        if least > SymbolRate::MIN.millihertz() || most < SymbolRate::MAX.millihertz() {
+            write!(formatter, "; its carrier leaves no others, give other cycles with the rate")?;
+        }
+        Ok(())
+    }
 }
 
 impl From<BodyError> for Refusal {

@@ -76,4 +76,14 @@ pub enum Request<'a> {
         /// The diameter of an LED, µm.
         led_diameter_um: u32,
     },
+    /// Answered by [`Answer::Carrier`](super::Answer::Carrier). Added later: an older transmitter refuses it as unknown.
+    ReadCarrier,
+    /// Check, store and use this symbol rate with this carrier, from a change of symbols on. Answered by
+    /// [`Answer::Carrier`](super::Answer::Carrier). Added later: an older transmitter refuses it as unknown.
+    WriteCarrier {
+        /// Thousandths of a symbol a second, see [`SymbolRate`](crate::symbol_rate::SymbolRate).
+        millihertz: u32,
+        /// Cycles of the carrier a symbol, see [`Waveform`](crate::waveform::Waveform); 0: panels that stand still.
+        cycles: u16,
+    },
 }

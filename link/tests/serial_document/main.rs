@@ -189,6 +189,39 @@ fn examples() -> Vec<String> {
                 led_diameter_um: 30_000,
             },
         ),
+        asked(20, "read carrier", Request::ReadCarrier),
+        told(
+            20,
+            "carrier, none at 90 symbols a second",
+            Answer::Carrier {
+                millihertz: 90_000,
+                cycles: 0,
+            },
+        ),
+        asked(
+            21,
+            "write carrier, 16 cycles a symbol at 90 symbols a second",
+            Request::WriteCarrier {
+                millihertz: 90_000,
+                cycles: 16,
+            },
+        ),
+        told(
+            21,
+            "carrier, 16 cycles a symbol at 90 symbols a second",
+            Answer::Carrier {
+                millihertz: 90_000,
+                cycles: 16,
+            },
+        ),
+        told(
+            22,
+            "refused, carrier of 34 cycles at 90 symbols a second",
+            Answer::Refused(Refusal::Carrier {
+                millihertz: 90_000,
+                cycles: 34,
+            }),
+        ),
     ]
 }
 

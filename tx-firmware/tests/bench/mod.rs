@@ -4,15 +4,15 @@ use link::l2a_table::L2aTable;
 use link::serial::{ANSWER_FRAME_MAX, Answer, CHUNK_MAX, FrameReader, Kind, REQUEST_FRAME_MAX, Request, encode, wire_length};
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{BENCH, Calibration};
-use tx_firmware::matrix::RecordingMatrix;
+use tx_firmware::matrix::{LedMatrix, RecordingMatrix};
 use tx_firmware::service::{ANSWER_MAX, Identity, Service};
 use tx_firmware::store::Store;
 use tx_firmware::transmitter::Transmitter;
 
 use crate::flash::Flash;
 
-pub struct Bench {
-    pub transmitter: Transmitter<RecordingMatrix>,
+pub struct Bench<M = RecordingMatrix> {
+    pub transmitter: Transmitter<M>,
     pub store: Store<Flash<4>>,
     service: Service,
     pub sequence: u32,
@@ -20,9 +20,15 @@ pub struct Bench {
 
 impl Bench {
     pub fn new() -> Self {
+        Self::of(RecordingMatrix::default())
+    }
+}
+
+impl<M: LedMatrix> Bench<M> {
+    pub fn of(matrix: M) -> Self {
         let calibration = Calibration::new(BENCH).expect("possible values");
         Self {
-            transmitter: Transmitter::new(RecordingMatrix::default(), calibration, L2aTable::default(), Smoothing::default()),
+            transmitter: Transmitter::new(matrix, calibration, L2aTable::default(), Smoothing::default()),
             store: Store::new(Flash::new(), 0..8192).expect("a store"),
             service: Service::new(Identity {
                 firmware: "1.2.3",

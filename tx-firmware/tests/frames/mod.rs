@@ -80,7 +80,7 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
     let mut bytes = [0; 200];
     bytes.iter_mut().for_each(|byte| *byte = random.number() as u8);
     let some = &bytes[..random.below(40)];
-    let request = match random.below(20) {
+    let request = match random.below(22) {
         0 => Request::Hello,
         1 => Request::Status,
         2 => Request::ReadTable {
@@ -128,6 +128,11 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
         18 => Request::WriteIntensityLimit {
             most_mcd: random.below(3) as u32 * 500_000_001,
             led_diameter_um: random.below(3) as u32 * 500_001,
+        },
+        19 => Request::ReadCarrier,
+        20 => Request::WriteCarrier {
+            millihertz: random.below(350_000) as u32,
+            cycles: random.below(40) as u16,
         },
         _ => Request::CommitTable { crc },
     };

@@ -1,8 +1,9 @@
-//! `vocc device rate`: how many symbols a second a transmitter shows, or a receiver expects.
+//! `vocc device rate`: how many symbols a second a transmitter shows, and by which carrier, or how many a receiver expects.
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use link::serial::{self, Refusal, Request};
 use link::symbol_rate::SymbolRate;
+use link::waveform::{SymbolTiming, Waveform};
 use serde_json::json;
 
 use super::receiver;
@@ -10,7 +11,7 @@ use crate::device::DeviceError;
 use crate::options::{Connection, Port, Shared};
 use crate::output::{self, Verdict, line};
 
-/// The rate that is wanted, if any.
+/// The rate and the carrier that are wanted, if any.
 #[derive(clap::Args)]
 pub struct Wanted {
     /// Symbols a second from now on; without it, the rate in use is told. A transmitter takes 9 to 300, and stores them for good; a
@@ -23,6 +24,10 @@ pub struct Wanted {
     /// How long that camera exposes, in seconds.
     #[arg(long, value_name = "S", requires = "camera_fps", default_value_t = 0.001)]
     exposure: f64,
+    /// Cycles of a carrier that bears each symbol, of 200 to 3000 Hz, so that nobody sees the LEDs flicker; 0: panels stand still. Without
+    /// it, a transmitter keeps what it has.
+    #[arg(long, value_name = "N")]
+    carrier_cycles: Option<u32>,
 }
 
 impl Wanted {
@@ -38,19 +43,52 @@ impl Wanted {
     }
 }
 
+/// What a board shows or expects.
+#[derive(Clone, Copy)]
+pub struct Told {
+    /// Symbols a second.
+    pub symbol_rate_hz: f64,
+    /// Cycles of the carrier a symbol, 0 for none; not known of receivers and of transmitters that are older than carriers.
+    pub carrier_cycles: Option<u16>,
+}
+
 /// Tells the rate, after changing it if another one is wanted.
 pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verdict> {
-    let wanted = wanted.hz()?;
+    let hz = wanted.hz()?;
     let client = port.greet()?;
-    let rate_hz = if client.identity().is_receiver() {
-        receiver::rate(client, port, wanted)?
+    let told = if client.identity().is_receiver() {
+        ensure!(
+            wanted.carrier_cycles.is_none(),
+            "{}: a receiver is there, which finds a carrier by itself: leave --carrier-cycles out",
+            port.name()
+        );
+        Told {
+            symbol_rate_hz: receiver::rate(client, port, hz)?,
+            carrier_cycles: None,
+        }
     } else {
-        of_transmitter(client, port, wanted)?
+        of_transmitter(client, port, hz, wanted.carrier_cycles)?
     };
+    let Told {
+        symbol_rate_hz,
+        carrier_cycles,
+    } = told;
     if shared.json {
-        output::json(&json!({ "port": port.name(), "symbol_rate_hz": rate_hz }))?;
+        let mut values = json!({ "port": port.name(), "symbol_rate_hz": symbol_rate_hz });
+        if let Some(cycles) = carrier_cycles {
+            values["carrier_cycles"] = cycles.into();
+        }
+        output::json(&values)?;
     } else {
-        line(&format!("{}: {rate_hz} symbols a second", port.name()))?;
+        let carrier = carrier_cycles.filter(|&cycles| cycles > 0).map(|cycles| {
+            let carrier_hz = f64::from(cycles) * symbol_rate_hz;
+            format!(", each of {cycles} cycles of a carrier of {carrier_hz} Hz")
+        });
+        line(&format!(
+            "{}: {symbol_rate_hz} symbols a second{}",
+            port.name(),
+            carrier.unwrap_or_default()
+        ))?;
     }
     // Rates are told in thousandths.
     let other = wanted.filter(|wanted_hz| (wanted_hz - rate_hz).abs() > 1e-3);
@@ -64,34 +102,70 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
     Ok(Verdict::Yes)
 }
 
-fn of_transmitter(client: Connection, port: &Port, wanted: Option<f64>) -> anyhow::Result<f64> {
-    let wanted = wanted.map(SymbolRate::from_hz).transpose()?;
+fn of_transmitter(client: Connection, port: &Port, hz: Option<f64>, cycles: Option<u32>) -> anyhow::Result<Told> {
+    let rate = hz.map(SymbolRate::from_hz).transpose()?;
+    let waveform = cycles.map(Waveform::new).transpose()?;
     let mut client = client.transmitter().with_context(|| port.name())?;
-    let request = wanted.map_or(Request::ReadSymbolRate, |rate| Request::WriteSymbolRate {
-        millihertz: rate.millihertz(),
-    });
-    ask(&mut client, &request).with_context(|| {
+    tell(&mut client, rate, waveform).with_context(|| {
         let firmware = &client.identity().firmware;
         format!("{} (firmware {firmware})", port.name())
     })
 }
 
-/// The rate that a transmitter shows; none where its firmware is too old to say.
-pub fn symbol_rate_hz(client: &mut Connection) -> Result<Option<f64>, DeviceError> {
-    match ask(client, &Request::ReadSymbolRate) {
-        Ok(rate) => Ok(Some(rate)),
-        Err(DeviceError::NoSymbolRate) => Ok(None),
-        Err(error) => Err(error),
+fn tell(client: &mut Connection, rate: Option<SymbolRate>, waveform: Option<Waveform>) -> anyhow::Result<Told> {
+    let Some(waveform) = waveform else {
+        if let Some(rate) = rate {
+            let millihertz = rate.millihertz();
+            ask_rate(client, &Request::WriteSymbolRate { millihertz })?;
+        }
+        return Ok(in_use(client)?);
+    };
+    let rate = match rate {
+        Some(rate) => rate,
+        None => SymbolRate::from_hz(ask_carrier(client, &Request::ReadCarrier)?.symbol_rate_hz)?,
+    };
+    SymbolTiming::new(rate, waveform)?;
+    let request = Request::WriteCarrier {
+        millihertz: rate.millihertz(),
+        cycles: waveform.cycles(),
+    };
+    Ok(ask_carrier(client, &request)?)
+}
+
+/// What a transmitter shows.
+pub fn in_use(client: &mut Connection) -> Result<Told, DeviceError> {
+    match ask_carrier(client, &Request::ReadCarrier) {
+        Err(DeviceError::NoCarrier) => Ok(Told {
+            symbol_rate_hz: ask_rate(client, &Request::ReadSymbolRate)?,
+            carrier_cycles: None,
+        }),
+        outcome => outcome,
     }
 }
 
-fn ask(client: &mut Connection, request: &Request<'_>) -> Result<f64, DeviceError> {
+fn ask_carrier(client: &mut Connection, request: &Request<'_>) -> Result<Told, DeviceError> {
+    let told = client.ask(request, |answer| match answer {
+        serial::Answer::Carrier { millihertz, cycles } => Some(Told {
+            symbol_rate_hz: f64::from(millihertz) / 1e3,
+            carrier_cycles: Some(cycles),
+        }),
+        _ => None,
+    });
+    told.map_err(|error| if_unknown(error, DeviceError::NoCarrier))
+}
+
+fn ask_rate(client: &mut Connection, request: &Request<'_>) -> Result<f64, DeviceError> {
     let told = client.ask(request, |answer| match answer {
         serial::Answer::SymbolRate { millihertz } => Some(f64::from(millihertz) / 1e3),
         _ => None,
     });
-    told.map_err(|error| match error {
-        DeviceError::Refused(Refusal::Unknown) => DeviceError::NoSymbolRate,
+    told.map_err(|error| if_unknown(error, DeviceError::NoSymbolRate))
+}
+
+/// What it means that a transmitter does not know the request.
+fn if_unknown(error: DeviceError, meaning: DeviceError) -> DeviceError {
+    match error {
+        DeviceError::Refused(Refusal::Unknown) => meaning,
         other => other,
-    })
+    }
 }

@@ -34,12 +34,13 @@ use embassy_rp::{
 };
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, Instant, Ticker};
-use link::{panel::PanelFrame, serial::Faults};
+use link::{panel::PanelFrame, serial::Faults, waveform::SymbolTiming};
 use pico::bus::Bus;
 use static_cell::StaticCell;
 use tx_firmware::{
     calibration::Calibration,
     light_watch::{LightSample, SensorRange},
+    matrix::LedMatrix,
     store::Remembered,
 };
 
@@ -60,7 +61,7 @@ bind_interrupts!(struct Irqs {
     USBCTRL_IRQ => usb::InterruptHandler<USB>;
 });
 
-/// A panel was shifted: makes the next ones ready.
+/// A symbol was loaded: makes the next panels ready.
 #[interrupt]
 fn DMA_IRQ_1() {
     symbols::acknowledge_interrupt();
@@ -92,9 +93,15 @@ async fn main(_spawner: Spawner) {
     let Remembered {
         calibration,
         table,
-        symbol_rate,
+        timing,
         mut faults,
     } = store.remembered(typical);
+    // The program before may have driven other LEDs.
+    let timing = if Panel::SHOWS_CARRIER {
+        timing
+    } else {
+        SymbolTiming::still(timing.rate())
+    };
     faults.set(Faults::WATCHDOG, was_reset);
 
     #[cfg(not(feature = "max7219"))]
@@ -111,10 +118,11 @@ async fn main(_spawner: Spawner) {
         },
         trigger: board.DMA_CH0,
         shift: board.DMA_CH1,
+        load: board.DMA_CH2,
     };
-    let symbols = Symbols::start(hardware, symbol_rate, &dimmer.entry(PanelFrame::default()));
+    let symbols = Symbols::start(hardware, timing, &dimmer.entry(PanelFrame::default()));
     let panel = Panel { symbols, dimmer };
-    let shared = Shared::install(panel, calibration, table, symbol_rate);
+    let shared = Shared::install(panel, calibration, table, timing);
     shared.with(|transmitter| transmitter.set_faults(faults, true));
     symbols::enable_interrupt();
 

@@ -6,13 +6,13 @@ use embassy_sync::{
     blocking_mutex::{Mutex, raw::CriticalSectionRawMutex},
     once_lock::OnceLock,
 };
-use link::{l2a_table::L2aTable, panel::PanelFrame, serial::Measured, symbol_rate::SymbolRate};
+use link::{l2a_table::L2aTable, panel::PanelFrame, serial::Measured, waveform::SymbolTiming};
 use tx_firmware::{
     ambient::Smoothing, calibration::Calibration, dimming::Duty, matrix::LedMatrix, service::Device, transmitter::Transmitter,
 };
 
 use crate::{
-    leds::Dimmer,
+    leds::{Dimmer, IMAGES},
     symbols::{LEAD, Symbols},
 };
 
@@ -24,6 +24,8 @@ pub struct Panel {
 
 impl LedMatrix for Panel {
     type Error = Infallible;
+
+    const SHOWS_CARRIER: bool = IMAGES > 1;
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Infallible> {
         self.symbols.push(&self.dimmer.entry(panel));
@@ -39,8 +41,8 @@ impl LedMatrix for Panel {
         self.dimmer.set_calibration(measured);
     }
 
-    fn set_symbol_rate(&mut self, rate: SymbolRate) {
-        self.symbols.set_rate(rate);
+    fn set_timing(&mut self, timing: SymbolTiming) {
+        self.symbols.set_timing(timing);
     }
 }
 
@@ -51,10 +53,10 @@ static SHARED: OnceLock<Shared> = OnceLock::new();
 
 impl Shared {
     /// Puts the transmitter where all can reach it.
-    pub fn install(panel: Panel, calibration: Calibration, table: L2aTable, rate: SymbolRate) -> &'static Self {
+    pub fn install(panel: Panel, calibration: Calibration, table: L2aTable, timing: SymbolTiming) -> &'static Self {
         SHARED.get_or_init(|| {
             let mut transmitter = Transmitter::new(panel, calibration, table, Smoothing::default());
-            transmitter.set_symbol_rate(rate);
+            transmitter.set_timing(timing);
             Self(Mutex::new(RefCell::new(transmitter)))
         })
     }
@@ -69,9 +71,9 @@ impl Shared {
         self.0.lock(|transmitter| work(&mut transmitter.borrow_mut()))
     }
 
-    /// Makes the panels ready that are shown next, when one was shifted.
+    /// Makes the panels ready that are shown next, when one was loaded.
     pub fn prepare_symbols(&self) {
-        self.with(|transmitter| transmitter.matrix_mut().symbols.begin_wanted_rate());
+        self.with(|transmitter| transmitter.matrix_mut().symbols.begin_wanted_timing());
         self.prepare(LEAD);
     }
 

@@ -1,17 +1,22 @@
 //! Panels to the LEDs at the symbol clock's edges, whatever the processor is busy with.
 //!
 //! ```text
-//! PWM slice 0 ── output B ──────────────────────────▶ latch: the panel shifted last appears on all LEDs
-//!      │ wrap, once a symbol
+//! PWM slice 0 ── output B ──────────────────────────────▶ latch: what was shifted last appears on all LEDs
+//!      │ wrap, once a tick
 //!      ▼
-//! DMA channel 0 ── starts ──▶ DMA channel 1 ── a panel ──▶ SPI 0 ──▶ shift registers
-//!                                  ▲    └── interrupt: the processor fills the ring up
-//!                             ring of panels in RAM
+//! DMA channel 0 ── which image, starts ──▶ DMA channel 1 ── an image ──▶ SPI 0 ──▶ shift registers
+//!      │    ▲                                   ▲
+//!      │    └── which panel, starts ── DMA channel 2 ── interrupt: the processor fills the ring up
+//!      └─────── after a symbol's ticks ───▶     ▲
+//!                              ring of panels in RAM, each with its complement
 //! ```
 //!
-//! A MAX7219 has no latch for all its rows: there a panel appears while it is shifted, in 80 µs.
+//! A symbol that stands still has one tick. One with a carrier of n cycles has 4·n, and channel 0 goes round in the four images of a cycle:
+//! panel, complement, complement, panel ([`tx_firmware::symbol_clock`]).
 //!
-//! From the ring on everything is hardware: an edge comes when the counter says so, and the panel for the next one is shifted
+//! A MAX7219 has no latch for all its rows: there a panel appears while it is shifted, in 80 µs, and there is no carrier.
+//!
+//! From the ring on everything is hardware: an edge comes when the counter says so, and the image for the next one is shifted
 //! while the present one is shown. Interrupts that are late, or an erasing flash that stops the processor, move no edge as long
 //! as the ring holds panels. Another symbol rate begins at an edge, and what is in the ring goes on.
 
@@ -22,18 +27,17 @@ use embassy_rp::{
     clocks::clk_sys_freq,
     interrupt::{self, InterruptExt, Priority},
     pac,
-    peripherals::{DMA_CH0, DMA_CH1, PWM_SLICE0},
+    peripherals::{DMA_CH0, DMA_CH1, DMA_CH2, PWM_SLICE0},
     pwm,
 };
-use link::symbol_rate::SymbolRate;
+use link::{symbol_rate::SymbolRate, waveform::SymbolTiming};
+use tx_firmware::symbol_clock::{QUARTERS, SymbolClock};
 
-use crate::leds::{Entry, Lines, Shifter, TRANSFER};
+use crate::leds::{Entry, IMAGES, Lines, Shifter, TRANSFER};
 
 /// Panels that the ring holds: at the highest symbol rate it outlasts [`STOP_MS`].
 const PANELS: usize = 128;
 const WORDS: usize = TRANSFER.bytes / 4;
-/// log₂ of the ring's bytes, as the DMA controller wants it.
-const RING_BITS: u8 = (PANELS * TRANSFER.bytes).ilog2() as u8;
 
 /// Panels that are kept ready: a new message waits for no more, and the processor may be late by as many symbols.
 pub const LEAD: usize = 3;
@@ -47,25 +51,39 @@ const _: () = assert!(lead_before_stop(SymbolRate::MAX) <= LEAD_MAX);
 const SLICE: usize = 0;
 const TRIGGER: usize = 0;
 const SHIFT: usize = 1;
+const LOAD: usize = 2;
 
-/// The DMA controller wraps its address at the ring's size, so the ring has to be aligned to it.
-#[cfg_attr(not(feature = "max7219"), repr(C, align(1024)))]
-#[cfg_attr(feature = "max7219", repr(C, align(4096)))]
-struct Ring([[AtomicU32; WORDS]; PANELS]);
-const _: () = assert!(align_of::<Ring>() == PANELS * TRANSFER.bytes);
+/// A panel in the ring. Channel 0 wraps its address at the four addresses, so they have to be aligned to them.
+#[repr(C, align(16))]
+struct Slot {
+    /// Where the image is that each quarter of a cycle shows. In RAM, since the flash may be erasing.
+    quarters: [AtomicU32; QUARTERS.len()],
+    /// The panel and, where there is a carrier, its complement.
+    images: [[AtomicU32; WORDS]; IMAGES],
+}
 
-static RING: Ring = Ring([const { [const { AtomicU32::new(0) }; WORDS] }; PANELS]);
-/// What channel 0 writes to start channel 1. In RAM, since the flash may be erasing.
-static SHIFT_STARTER: AtomicU32 = AtomicU32::new(1 << SHIFT);
+/// Channel 2 wraps its address likewise.
+#[repr(C, align(512))]
+struct Order([AtomicU32; PANELS]);
+const _: () = assert!(align_of::<Order>() == size_of::<Order>());
+
+static RING: [Slot; PANELS] = [const {
+    Slot {
+        quarters: [const { AtomicU32::new(0) }; QUARTERS.len()],
+        images: [const { [const { AtomicU32::new(0) }; WORDS] }; IMAGES],
+    }
+}; PANELS];
+/// Where the quarters of each panel in the ring are.
+static ORDER: Order = Order([const { AtomicU32::new(0) }; PANELS]);
 
 /// The ring's end that is written to.
 pub struct Symbols {
     next: usize,
-    rate: SymbolRate,
-    /// The rate that begins with the next symbol.
-    wanted: Option<SymbolRate>,
+    timing: SymbolTiming,
+    /// What begins with one of the next symbols.
+    wanted: Option<SymbolTiming>,
     _shifter: Shifter,
-    _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>),
+    _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>),
 }
 
 /// What the symbol clock runs on.
@@ -74,87 +92,122 @@ pub struct Hardware {
     pub leds: Lines,
     pub trigger: Peri<'static, DMA_CH0>,
     pub shift: Peri<'static, DMA_CH1>,
+    pub load: Peri<'static, DMA_CH2>,
 }
 
 impl Symbols {
     /// Starts the symbol clock with a few dark panels.
-    pub fn start(hardware: Hardware, rate: SymbolRate, dark: &Entry) -> Self {
-        let clock = SymbolClock::for_rate(rate, clk_sys_freq());
+    pub fn start(hardware: Hardware, timing: SymbolTiming, dark: &Entry) -> Self {
+        let clock = SymbolClock::new(timing, clk_sys_freq());
         let mut config = pwm::Config::default();
         config.divider = clock.divider.into();
         config.top = clock.top;
+        config.compare_b = clock.latch;
         config.enable = false;
         let shifter = hardware.leds.connect(hardware.slice, config);
         pac::SPI0.dmacr().write(|w| w.set_txdmae(true));
-        let mut symbols = Self {
-            next: 0,
-            rate,
+        for (slot, order) in RING.iter().zip(&ORDER.0) {
+            order.store(slot.quarters.as_ptr() as u32, Ordering::Relaxed);
+            for (quarter, is_panel) in slot.quarters.iter().zip(QUARTERS) {
+                let image = &slot.images[if is_panel { 0 } else { IMAGES - 1 }];
+                quarter.store(image.as_ptr() as u32, Ordering::Relaxed);
+            }
+            slot.put(dark);
+        }
+        connect_channels(clock.ticks, 0);
+        pac::DMA.multi_chan_trigger().write(|w| w.set_multi_chan_trigger(1 << LOAD));
+        pac::PWM.ch(SLICE).csr().modify(|w| w.set_en(true));
+        Self {
+            next: LEAD,
+            timing,
             wanted: None,
             _shifter: shifter,
-            _channels: (hardware.trigger, hardware.shift),
-        };
-        for _ in 0..LEAD {
-            symbols.push(dark);
+            _channels: (hardware.trigger, hardware.shift, hardware.load),
         }
-        connect_channels();
-        pac::PWM.ch(SLICE).csr().modify(|w| w.set_en(true));
-        symbols
     }
 
-    /// Another rate, from the next symbol on.
-    pub fn set_rate(&mut self, rate: SymbolRate) {
-        self.wanted = Some(rate).filter(|rate| *rate != self.rate);
+    /// Another rate or waveform, from one of the next symbols on.
+    pub fn set_timing(&mut self, timing: SymbolTiming) {
+        self.wanted = Some(timing).filter(|timing| *timing != self.timing);
     }
 
-    /// Gives the symbol that has just begun the length that is wanted: to be called when a panel was shifted.
-    pub fn begin_wanted_rate(&mut self) {
-        if let Some(rate) = self.wanted.take() {
-            SymbolClock::for_rate(rate, clk_sys_freq()).take_over();
-            self.rate = rate;
+    /// Changes over to the timing that is wanted: to be called when a symbol was loaded.
+    pub fn begin_wanted_timing(&mut self) {
+        let Some(wanted) = self.wanted else { return };
+        let clock = SymbolClock::new(wanted, clk_sys_freq());
+        if self.timing.waveform().is_still() && wanted.waveform().is_still() {
+            take_over(&clock);
+        } else if self.waiting() + SHOWN > LEAD_MAX {
+            // There is no room for going back in the ring: the next symbol is soon there.
+            return;
+        } else {
+            self.restart(&clock);
         }
+        self.timing = wanted;
+        self.wanted = None;
+    }
+
+    /// Lets the clock stand for some microseconds and start anew. A panel that stood still has just begun, and is shown anew with its
+    /// carrier; one with a carrier has been shown but for half a cycle, and the next one begins.
+    fn restart(&self, clock: &SymbolClock) {
+        pac::PWM.ch(SLICE).csr().modify(|w| w.set_en(false));
+        let back = if self.timing.waveform().is_still() { SHOWN } else { 0 };
+        let first = (first_unshifted() + PANELS - back) % PANELS;
+        start_anew(clock, first);
     }
 
     /// Panels to be made ready before the flash stops the processor.
     pub fn lead_before_stop(&self) -> usize {
         // The faster of the two may still be the one that counts.
-        lead_before_stop(self.wanted.map_or(self.rate, |wanted| wanted.max(self.rate)))
+        let rate = self.timing.rate();
+        lead_before_stop(self.wanted.map_or(rate, |wanted| wanted.rate().max(rate)))
     }
 
     /// Puts a panel behind those that wait.
     pub fn push(&mut self, panel: &Entry) {
-        put(&RING.0[self.next], panel);
+        RING[self.next].put(panel);
         self.next = (self.next + 1) % PANELS;
     }
 
     /// Changes the panels that wait.
     #[cfg(feature = "max7219")]
     pub fn amend(&self, change: impl Fn(&mut Entry)) {
-        for place in &RING.0 {
+        for slot in &RING {
             let mut panel = Entry::default();
-            for (bytes, word) in panel.chunks_exact_mut(4).zip(place) {
+            for (bytes, word) in panel.chunks_exact_mut(4).zip(&slot.images[0]) {
                 bytes.copy_from_slice(&word.load(Ordering::Relaxed).to_le_bytes());
             }
             change(&mut panel);
-            put(place, &panel);
+            slot.put(&panel);
         }
     }
 
     /// Whether fewer panels wait than `lead`. A ring that ran empty goes on from where the DMA controller is.
     pub fn is_short_of(&mut self, lead: usize) -> bool {
-        let first_unshifted = first_unshifted();
-        let waiting = (self.next + PANELS - first_unshifted) % PANELS;
+        let waiting = self.waiting();
         if waiting > LEAD_MAX {
-            self.next = first_unshifted;
+            self.next = first_unshifted();
             return true;
         }
         waiting < lead
     }
+
+    fn waiting(&self) -> usize {
+        (self.next + PANELS - first_unshifted()) % PANELS
+    }
 }
 
-fn put(place: &[AtomicU32; WORDS], panel: &Entry) {
-    for (word, bytes) in place.iter().zip(panel.chunks_exact(4)) {
-        let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
-        word.store(u32::from_le_bytes(bytes), Ordering::Relaxed);
+/// Panels that stand still and have been shifted, but not yet wholly shown: one is on show, one follows.
+const SHOWN: usize = 2;
+
+impl Slot {
+    fn put(&self, panel: &Entry) {
+        for (image, flip) in self.images.iter().zip([0, u32::MAX]) {
+            for (word, bytes) in image.iter().zip(panel.chunks_exact(4)) {
+                let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
+                word.store(u32::from_le_bytes(bytes) ^ flip, Ordering::Relaxed);
+            }
+        }
     }
 }
 
@@ -168,58 +221,96 @@ pub fn position() -> usize {
     first_unshifted()
 }
 
-/// The panel that the DMA controller takes next.
+/// The panel that the DMA controller takes next, or, with a carrier, whose cycles it is at.
 fn first_unshifted() -> usize {
-    let bytes = pac::DMA.ch(SHIFT).read_addr().read() as usize - RING.0.as_ptr() as usize;
-    bytes.div_ceil(TRANSFER.bytes) % PANELS
+    let bytes = pac::DMA.ch(LOAD).read_addr().read() as usize - ORDER.0.as_ptr() as usize;
+    (bytes / size_of::<AtomicU32>() + PANELS - 1) % PANELS
 }
 
-/// Channel 0 waits for the symbol clock and starts channel 1; channel 1 shifts a panel and sends channel 0 waiting again.
-fn connect_channels() {
+/// Channel 0 waits for the symbol clock and tells channel 1 with each tick which image to shift. After the ticks of a symbol it starts
+/// channel 2, which sends it waiting again at the next panel, from `first` on.
+#[inline(never)]
+fn connect_channels(ticks: u32, first: usize) {
     use pac::dma::{
         regs::CtrlTrig,
         vals::{DataSize, TreqSel},
     };
 
-    let shift = pac::DMA.ch(SHIFT);
-    shift.read_addr().write_value(RING.0.as_ptr() as u32);
-    shift.write_addr().write_value(pac::SPI0.dr().as_ptr() as u32);
-    shift.al2_trans_count().write_value(TRANSFER.count);
     let mut control = CtrlTrig(0);
     control.set_en(true);
     control.set_high_priority(true);
-    control.set_data_size(TRANSFER.size);
     control.set_incr_read(true);
-    control.set_ring_size(RING_BITS);
-    control.set_chain_to(TRIGGER as u8);
+
+    let shift = pac::DMA.ch(SHIFT);
+    shift.write_addr().write_value(pac::SPI0.dr().as_ptr() as u32);
+    shift.al2_trans_count().write_value(TRANSFER.count);
+    control.set_data_size(TRANSFER.size);
+    control.set_chain_to(SHIFT as u8);
     control.set_treq_sel(TreqSel::SPI0_TX);
     shift.al1_ctrl().write_value(control.0);
 
     let trigger = pac::DMA.ch(TRIGGER);
-    trigger.read_addr().write_value(SHIFT_STARTER.as_ptr() as u32);
-    trigger.write_addr().write_value(pac::DMA.multi_chan_trigger().as_ptr() as u32);
-    trigger.al2_trans_count().write_value(1);
-    let mut control = CtrlTrig(0);
-    control.set_en(true);
-    control.set_high_priority(true);
+    trigger.write_addr().write_value(shift.al3_read_addr_trig().as_ptr() as u32);
+    trigger.al2_trans_count().write_value(ticks);
     control.set_data_size(DataSize::SIZE_WORD);
-    control.set_chain_to(TRIGGER as u8);
+    control.set_chain_to(LOAD as u8);
     control.set_treq_sel(TreqSel::PWM_WRAP0);
-    control.set_irq_quiet(true);
-    trigger.ctrl_trig().write_value(control);
+    control.set_ring_size(align_of::<Slot>().ilog2() as u8);
+    trigger.al1_ctrl().write_value(control.0);
+
+    let load = pac::DMA.ch(LOAD);
+    load.read_addr().write_value(ORDER.0[first].as_ptr() as u32);
+    load.write_addr().write_value(trigger.al3_read_addr_trig().as_ptr() as u32);
+    load.al2_trans_count().write_value(1);
+    control.set_chain_to(LOAD as u8);
+    control.set_treq_sel(TreqSel::PERMANENT);
+    control.set_ring_size(align_of::<Order>().ilog2() as u8);
+    load.al1_ctrl().write_value(control.0);
 }
 
-/// No more panels are shifted, whatever state the program is in.
-#[cfg(feature = "max7219")]
+/// Ends what the channels wait for: no more panels are shifted, whatever state the program is in.
 pub fn force_stop() {
-    for channel in [TRIGGER, SHIFT] {
+    for channel in [TRIGGER, LOAD, SHIFT] {
         pac::DMA.ch(channel).al1_ctrl().write_value(0);
     }
 }
 
-/// Lets the interrupt come each time a panel was shifted.
+/// Lets the standing clock start with a whole symbol of the panel at `first`, at once.
+fn start_anew(clock: &SymbolClock, first: usize) {
+    wait_until_shifted();
+    force_stop();
+    pac::DMA.chan_abort().write(|w| w.set_chan_abort(1 << TRIGGER));
+    while pac::DMA.chan_abort().read().chan_abort() != 0 {}
+    connect_channels(clock.ticks, (first + 1) % PANELS);
+
+    // What the first tick is to show is shifted now.
+    let slot = &RING[first];
+    pac::DMA.ch(SHIFT).al3_read_addr_trig().write_value(slot.images[0].as_ptr() as u32);
+    let trigger = pac::DMA.ch(TRIGGER);
+    match clock.ticks {
+        1 => pac::DMA.multi_chan_trigger().write(|w| w.set_multi_chan_trigger(1 << LOAD)),
+        ticks => {
+            trigger.al2_trans_count().write_value(ticks - 1);
+            trigger.al3_read_addr_trig().write_value(slot.quarters[1].as_ptr() as u32);
+            trigger.al2_trans_count().write_value(ticks);
+        }
+    }
+    wait_until_shifted();
+    let slice = pac::PWM.ch(SLICE);
+    slice.div().write(|w| w.set_int(clock.divider));
+    slice.top().write(|w| w.set_top(clock.top));
+    slice.cc().write(|w| w.set_b(clock.latch));
+    slice.ctr().write(|w| w.set_ctr(clock.top));
+    slice.csr().modify(|w| w.set_en(true));
+}
+
+fn wait_until_shifted() {
+    while pac::DMA.ch(SHIFT).ctrl_trig().read().busy() || pac::SPI0.sr().read().bsy() {}
+}
+
+/// Lets the interrupt come each time a symbol was loaded.
 pub fn enable_interrupt() {
-    pac::DMA.inte(1).write_value(1 << SHIFT);
+    pac::DMA.inte(1).write_value(1 << LOAD);
     interrupt::DMA_IRQ_1.set_priority(Priority::P1);
     #[allow(unsafe_code)]
     // SAFETY: enabled after all that its handler reads is in place, and outside of a critical section.
@@ -230,40 +321,20 @@ pub fn enable_interrupt() {
 
 /// Takes note of the interrupt.
 pub fn acknowledge_interrupt() {
-    pac::DMA.ints(1).write_value(1 << SHIFT);
+    pac::DMA.ints(1).write_value(1 << LOAD);
 }
 
-/// How the system clock is divided down to a symbol.
-struct SymbolClock {
-    divider: u8,
-    top: u16,
-}
-
-impl SymbolClock {
-    /// The finest division that the 16-bit counter can hold: half a count of 32 768 or more, 15 parts in a million, less than a crystal is
-    /// off.
-    fn for_rate(rate: SymbolRate, system_hz: u32) -> Self {
-        let cycles = u64::from(system_hz) * 1000 / u64::from(rate.millihertz());
-        let divider = cycles.div_ceil(1 << 16).clamp(1, 255);
-        let counts = (cycles + divider / 2) / divider;
-        Self {
-            divider: divider as u8,
-            top: (counts - 1).min(u16::MAX.into()) as u16,
-        }
-    }
-
-    /// Puts this division in place of the running one, so that the symbol on show, counted from its beginning, lasts as long as this says.
-    /// One that is older than that ends at once.
-    fn take_over(&self) {
-        let slice = pac::PWM.ch(SLICE);
-        let before = u32::from(slice.div().read().int());
-        // While the counter stands, a new top counts at once.
-        slice.csr().modify(|w| w.set_en(false));
-        let shown = u32::from(slice.ctr().read().ctr()) * before / u32::from(self.divider);
-        slice.div().write(|w| w.set_int(self.divider));
-        slice.top().write(|w| w.set_top(self.top));
-        let counter = shown.clamp(1, self.top.into()) as u16;
-        slice.ctr().write(|w| w.set_ctr(counter));
-        slice.csr().modify(|w| w.set_en(true));
-    }
+/// Puts this division in place of the running one, so that the symbol on show, counted from its beginning, lasts as long as this says.
+/// One that is older than that ends at once.
+fn take_over(clock: &SymbolClock) {
+    let slice = pac::PWM.ch(SLICE);
+    let before = u32::from(slice.div().read().int());
+    // While the counter stands, a new top counts at once.
+    slice.csr().modify(|w| w.set_en(false));
+    let shown = u32::from(slice.ctr().read().ctr()) * before / u32::from(clock.divider);
+    slice.div().write(|w| w.set_int(clock.divider));
+    slice.top().write(|w| w.set_top(clock.top));
+    let counter = shown.clamp(1, clock.top.into()) as u16;
+    slice.ctr().write(|w| w.set_ctr(counter));
+    slice.csr().modify(|w| w.set_en(true));
 }

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use link::panel::PanelFrame;
+use link::waveform::SymbolTiming;
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::service::{ANSWER_MAX, Identity, Service};
@@ -31,6 +32,8 @@ pub struct Symbol {
     pub panel: PanelFrame,
     /// The part of its full light that an On LED gives.
     pub light: f64,
+    /// How it is shown.
+    pub timing: SymbolTiming,
 }
 
 /// A transmitter that runs.
@@ -54,12 +57,12 @@ impl Board {
         let Remembered {
             calibration,
             table,
-            symbol_rate,
+            timing,
             faults,
         } = store.remembered(typical);
         let leds = Leds::new(calibration.measured());
         let mut transmitter = Transmitter::new(leds, calibration, table, Smoothing::default());
-        transmitter.set_symbol_rate(symbol_rate);
+        transmitter.set_timing(timing);
         transmitter.set_faults(faults, true);
         Ok(Self {
             transmitter,
@@ -104,12 +107,14 @@ impl Board {
         if at > now {
             return None;
         }
-        self.next_symbol += Duration::from_secs_f64(1.0 / self.transmitter.symbol_rate().hz());
+        let timing = self.transmitter.timing();
+        self.next_symbol += Duration::from_secs_f64(1.0 / timing.rate().hz());
         let Ok(panel) = self.transmitter.tick();
         Some(Symbol {
             at,
             panel,
             light: self.transmitter.matrix().light(),
+            timing,
         })
     }
 }

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use link::panel::PanelFrame;
 use link::symbol_rate::SymbolRate;
+use link::waveform::SymbolTiming;
 use sim::accuracy::Level;
 use sim::camera::clock::{Moment, WINDOW};
 use sim::renderer::canvas::Canvas;
@@ -73,6 +74,7 @@ impl Camera {
     pub fn new(scene: &Scene, reel: Reel, seed: u64) -> anyhow::Result<Self> {
         let mut scene = scene.clone();
         scene.link.symbol_rate_hz = SymbolRate::DEFAULT.hz();
+        scene.link.carrier_cycles = None;
         let bench = BENCH.luminance_full_cd_m2.to_num();
         let full_cd_m2 = scene.panels[0].luminance_max_cd_m2.unwrap_or(bench);
         let renderer = Renderer::new(&scene, Level::Fine)?;
@@ -105,6 +107,10 @@ impl Camera {
     /// Other light, from the next frame on; the camera's exposure follows it at once.
     pub fn set_light(&mut self, illuminance_lx: f64) -> anyhow::Result<()> {
         self.scene.ambient.illuminance_lx = illuminance_lx;
+        self.look_again()
+    }
+
+    fn look_again(&mut self) -> anyhow::Result<()> {
         let scene = moved(&self.scene, self.frame).unwrap_or_else(|| self.scene.clone());
         self.look_at(&scene)
     }
@@ -113,6 +119,19 @@ impl Camera {
         self.renderer = self.renderer.rebuilt_for(scene)?;
         self.canvas = Canvas::new(self.renderer.lit_region());
         Ok(())
+    }
+
+    /// Sees the carrier by which the board shows its symbols, or none.
+    fn look_for_carrier(&mut self, timing: SymbolTiming) -> anyhow::Result<()> {
+        let carrier = Some(timing).filter(|timing| !timing.waveform().is_still());
+        let cycles = carrier.map(|timing| timing.waveform().cycles());
+        let symbol_rate_hz = carrier.map_or(SymbolRate::DEFAULT, SymbolTiming::rate).hz();
+        let link = &mut self.scene.link;
+        if (link.carrier_cycles, link.symbol_rate_hz) == (cycles, symbol_rate_hz) {
+            return Ok(());
+        }
+        (link.carrier_cycles, link.symbol_rate_hz) = (cycles, symbol_rate_hz);
+        self.look_again()
     }
 
     /// Takes the next symbol, and the frames, at most `most` in all, that see no later one.
@@ -125,12 +144,13 @@ impl Camera {
             if let Some(scene) = moved(&self.scene, self.frame) {
                 self.look_at(&scene).with_context(|| format!("frame {}", self.frame))?;
             }
-            let in_view = &self.symbols;
-            let middle = in_view[moment.middle_symbol(0.0)];
+            self.look_for_carrier(self.symbols[moment.middle_symbol(0.0)].timing)?;
             let others = self.scene.panels.len();
             let mut shown: Vec<PanelExposure> = (0..others)
                 .map(|index| self.renderer.steady(index, PanelFrame::default()))
                 .collect();
+            let in_view = &self.symbols;
+            let middle = in_view[moment.middle_symbol(0.0)];
             shown[0].symbols = std::array::from_fn(|ahead| in_view[ahead].panel);
             shown[0].light = self.renderer.lit(0, middle.light * self.full_cd_m2);
             self.renderer.frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
@@ -146,7 +166,7 @@ impl Camera {
         let moment = self.renderer.moment(self.seed, self.frame);
         let link = &self.scene.link;
         // By the board's clock.
-        let start_s = moment.start_s * moment.transmitter_rate + link.phase / link.symbol_rate_hz;
+        let start_s = moment.start_s * moment.transmitter_rate + link.phase / SymbolRate::DEFAULT.hz();
         let begins_by = |symbol: &Symbol| symbol.at.as_secs_f64() <= start_s + 1e-9;
         while self.symbols.get(1).is_some_and(begins_by) {
             self.symbols.pop_front();

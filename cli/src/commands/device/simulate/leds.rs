@@ -40,6 +40,8 @@ impl Leds {
 impl LedMatrix for Leds {
     type Error = Infallible;
 
+    const SHOWS_CARRIER: bool = true;
+
     fn show(&mut self, _: PanelFrame) -> Result<(), Infallible> {
         Ok(())
     }

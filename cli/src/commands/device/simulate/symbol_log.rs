@@ -35,12 +35,17 @@ impl SymbolLog {
         Ok(Self::Pipe(Pipe(pipe)))
     }
 
-    /// Writes one symbol: its bits and the part of its full light that an On LED gives.
+    /// Writes one symbol: its bits and the part of its full light that an On LED gives; as JSON the cycles of its carrier, too, if it has
+    /// one.
     pub fn write(&mut self, symbol: &Symbol, as_json: bool) -> anyhow::Result<()> {
-        let Symbol { at, panel, light } = symbol;
+        let Symbol { at, panel, light, timing } = symbol;
         let entry = if as_json {
             let bits = panel.to_string();
-            json!({ "time_s": at.as_secs_f64(), "bits": bits, "light": light }).to_string()
+            let mut entry = json!({ "time_s": at.as_secs_f64(), "bits": bits, "light": light });
+            if !timing.waveform().is_still() {
+                entry["carrier_cycles"] = timing.waveform().cycles().into();
+            }
+            entry.to_string()
         } else {
             format!("{panel} {light:.6}")
         };

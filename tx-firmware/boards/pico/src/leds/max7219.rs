@@ -32,6 +32,9 @@ pub const TRANSFER: Transfer = Transfer {
     count: 16,
 };
 
+/// It shows no carrier.
+pub const IMAGES: usize = 1;
+
 /// A module of 3 mm LEDs, for as long as nobody has measured this one: `docs/hardware.md`, "The desk kit". Its shortest pulse and its
 /// period are the first of the chip's steps.
 pub const TYPICAL: Measured = Measured {

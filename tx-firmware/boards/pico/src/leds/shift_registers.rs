@@ -33,6 +33,9 @@ pub const TRANSFER: Transfer = Transfer {
     count: 8,
 };
 
+/// A panel and its complement, between which a carrier goes to and fro.
+pub const IMAGES: usize = 2;
+
 /// For as long as nobody has measured this panel.
 pub use tx_firmware::calibration::BENCH as TYPICAL;
 
@@ -43,12 +46,10 @@ pub struct Shifter {
 }
 
 impl Lines {
-    /// Takes the lines over. The symbol clock's output is the latch: high for its first count.
+    /// Takes the lines over. The symbol clock's output is the latch.
     pub fn connect(self, slice: Peri<'static, PWM_SLICE0>, clock: pwm::Config) -> Shifter {
-        let mut latch = clock;
-        latch.compare_b = 1;
         Shifter {
-            _latch: Pwm::new_output_b(slice, self.latch, latch),
+            _latch: Pwm::new_output_b(slice, self.latch, clock),
             _shift: shift(self.spi, self.clock, self.data),
         }
     }
