@@ -218,14 +218,22 @@ impl Drawn {
 
     /// Takes frame `number`: its stamp, its pixels, and the symbol in the middle of its exposure.
     pub fn take(&mut self, number: usize) -> (Stamp, Vec<u8>, u64) {
+        let (stamp, grey, start_s) = self.expose(number, Self::shares);
+        let middle = (start_s + 0.5 * self.film.exposure_s) * self.film.rate_hz() + self.film.phase;
+        (stamp, grey, self.symbols[middle as usize])
+    }
+
+    /// Takes frame `number` of LEDs that are On for these shares of an exposure from a time on (s): its stamp, its pixels, and when it
+    /// began.
+    fn expose(&mut self, number: usize, shares_from: impl Fn(&Self, f64) -> [f32; LEDS]) -> (Stamp, Vec<u8>, f64) {
         let start_s = self.time_s(number);
         let told_s = (start_s / STAMP_S).round() * STAMP_S;
         let mut light = self.off.clone();
-        let whole = self.shares(start_s);
+        let whole = shares_from(self, start_s);
         for y in 0..SIDE {
             let shares = match self.film.line_delay_s {
                 0.0 => whole,
-                delay => self.shares(start_s + delay * y as f64),
+                delay => shares_from(self, start_s + delay * y as f64),
             };
             for (([left, top], side, added), share) in self.leds.iter().zip(shares) {
                 let Some(line) = y.checked_sub(*top).filter(|line| line < side) else {
@@ -246,7 +254,6 @@ impl Drawn {
                     .map(|(&light, &deviate)| shaken::grey(light, deviate)),
             );
         }
-        let middle = (start_s + 0.5 * self.film.exposure_s) * self.film.rate_hz() + self.film.phase;
         let late = if self.film.jitter_s == 0.0 {
             0.0
         } else {
@@ -256,7 +263,7 @@ impl Drawn {
             number: number as u64,
             late,
         };
-        (stamp, grey, self.symbols[middle as usize])
+        (stamp, grey, start_s)
     }
 }
 
@@ -270,8 +277,31 @@ fn positive_cosine(x: f64) -> f64 {
 ///
 /// # Panics
 /// When the film is refused, which none is.
-pub fn receive(film: Film, message: &[u8], mut tell: impl FnMut(usize, u64, &reception::PanelReport)) -> Fate {
+pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, u64, &reception::PanelReport)) -> Fate {
     let mut drawn = Drawn::new(film, message);
+    receive_taken(film, message, |number| drawn.take(number), tell)
+}
+
+/// Receives a film of LEDs that are On for shares of each exposure, from a time on (s), which somebody else knows; what the film's
+/// transmitter would show does not count.
+///
+/// # Panics
+/// As [`receive`].
+pub fn receive_light(film: Film, message: &[u8], shares_from: impl Fn(f64) -> [f32; LEDS]) -> Fate {
+    let mut drawn = Drawn::new(film, message);
+    let take = |number| {
+        let (stamp, grey, _) = drawn.expose(number, |_, start_s| shares_from(start_s));
+        (stamp, grey, 0)
+    };
+    receive_taken(film, message, take, |_, _, _| ())
+}
+
+fn receive_taken(
+    film: Film,
+    message: &[u8],
+    mut take: impl FnMut(usize) -> (Stamp, Vec<u8>, u64),
+    mut tell: impl FnMut(usize, u64, &reception::PanelReport),
+) -> Fate {
     let settings = ReceptionSettings {
         fps: film.fps as f32,
         ..ReceptionSettings::default()
@@ -292,7 +322,7 @@ pub fn receive(film: Film, message: &[u8], mut tell: impl FnMut(usize, u64, &rec
         if fate.delivered.is_some_and(|delivered| number > delivered + AFTERWARDS) {
             break;
         }
-        let (stamp, grey, bits) = drawn.take(number);
+        let (stamp, grey, bits) = take(number);
         let frame = Frame::new(&grey, SIDE, SIDE).expect("a frame");
         for report in reception.frame(stamp, &frame, &no_lens, &mut ()).expect("a report") {
             report.events.iter().for_each(|event| count(&mut fate, number, event));

@@ -3,6 +3,7 @@
 //! The emulator is in `tests/boards/emulator`, and takes Node; the image takes a compiler for the Pico. Where one of them is absent and
 //! cannot be had, these tests are skipped.
 
+mod carrier;
 mod closed_loop;
 mod desk_kit;
 mod emulator;
@@ -40,6 +41,14 @@ const TESTS: &[(&str, Test)] = &[
     (
         "a_power_cut_in_a_change_leaves_one_rate",
         rate::a_power_cut_in_a_change_leaves_one_rate,
+    ),
+    (
+        "a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart",
+        carrier::a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart,
+    ),
+    (
+        "a_message_by_a_carrier_is_received_by_a_camera",
+        carrier::a_message_by_a_carrier_is_received_by_a_camera,
     ),
     (
         "the_luminance_follows_the_light_up_and_down",

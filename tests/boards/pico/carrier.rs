@@ -1,0 +1,161 @@
+//! A carrier: told over the serial port, shown at the latch quarter by quarter, there when the power comes back, and received.
+
+use std::path::Path;
+
+use link::panel::LEDS;
+use serde_json::json;
+use tx_firmware::schedule::Schedule;
+use tx_firmware::symbol_clock::QUARTERS;
+use vocc_tests::firmware::say;
+use vocc_tests::undersampled::{self, receive_light};
+
+use crate::emulator::{Emulator, Fault};
+use crate::image::Programs;
+use crate::panel::{Record, Symbol};
+use crate::terminal::Terminal;
+use crate::vocc::vocc;
+
+/// What rounding to whole ns adds.
+const ROUNDING_NS: f64 = 1.5;
+/// Quarters of the fastest carrier in 2.2 ms, by which an interrupt is late at most.
+const LATE_QUARTERS: usize = 27;
+/// What a carrier's rate may be off beside the crystal: half a count at 3000 Hz.
+const RATE_ERROR_MAX: f64 = 4.9e-5;
+
+const MESSAGE: &str = "Sent by a carrier from the pins of a board";
+/// How long the message is filmed.
+const FILMED_MS: u32 = 1_600;
+/// A usual camera.
+const FILM: undersampled::Film = undersampled::Film {
+    seed: 1,
+    fps: 100.0,
+    exposure_s: 0.000_25,
+    symbol_rate_hz: 90.0,
+    cycles: 16,
+    clock_ppm: 0.0,
+    phase: 0.0,
+    jitter_s: 0.0,
+    line_delay_s: 0.0,
+    frames: 150,
+};
+
+/// How many edges of the latch follow the first one at distances of this, s.
+fn regular(edges: &[Symbol], tick_s: f64) -> usize {
+    let error_ns = RATE_ERROR_MAX * tick_s * 1e9 + ROUNDING_NS;
+    let is_regular = |pair: &&[Symbol]| ((pair[1].ns - pair[0].ns) as f64 - tick_s * 1e9).abs() <= error_ns;
+    edges.windows(2).take_while(is_regular).count()
+}
+
+/// How far edges are early or late at most, ns.
+fn jitter_ns(edges: &[Symbol]) -> f64 {
+    let [first, last] = [edges[0].ns, edges[edges.len() - 1].ns].map(|ns| ns as f64);
+    let tick_ns = (last - first) / (edges.len() - 1) as f64;
+    let strays = edges.iter().zip(0..);
+    strays.fold(0.0, |most, (edge, index)| {
+        f64::max(most, (edge.ns as f64 - first - f64::from(index) * tick_ns).abs())
+    })
+}
+
+/// Each symbol is whole cycles, each cycle the panel for a quarter, its complement for a half and the panel for a quarter. No edge is early
+/// or late, whatever comes over the serial port and while the flash is written. No symbol is lost or shown twice from one carrier to the
+/// next, and a restart keeps the last one.
+pub fn a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart(programs: &Programs, folder: &Path) {
+    // Symbols a second and cycles a symbol.
+    let told = [(90.0, 16), (27.0, 54), (300.0, 10), (27.0, 0), (100.0, 2)];
+    {
+        let mut board = Emulator::power_up(programs, folder, &[]);
+        let mut record = Record::default();
+        record.extend(&board.run_ms(500));
+        for (rate_hz, cycles) in told {
+            record.extend(&board.real_time(true));
+            let terminal = Terminal::open(board.socket());
+            let [rate, cycles] = [f64::to_string(&rate_hz), usize::to_string(&cycles)];
+            let words = ["device", "rate", &rate, "--carrier-cycles", &cycles];
+            vocc(programs, folder, &words, terminal.name()).json();
+            record.extend(&board.real_time(false));
+            record.extend(&board.run_ms(400));
+        }
+        let dark = record.symbols.iter().take_while(|edge| edge.panel.bits() == 0).count();
+        let mut edges = &record.symbols[dark..];
+        let mut beacons = Schedule::new();
+        let mut beacon = beacons.next_panel();
+        for (rate_hz, cycles) in [(90.0, 0)].into_iter().chain(told) {
+            let ticks = (QUARTERS.len() * cycles).max(1);
+            let count = regular(edges, 1.0 / (rate_hz * ticks as f64));
+            assert!(count > 4 * ticks, "{count} edges of {ticks} a symbol at {rate_hz} a second");
+            for (index, edge) in edges[..=count].iter().enumerate() {
+                if index > 0 && index % ticks == 0 {
+                    beacon = beacons.next_panel();
+                }
+                let is_panel = QUARTERS[index % ticks % QUARTERS.len()];
+                let shown = if is_panel { beacon.bits() } else { !beacon.bits() };
+                assert_eq!(edge.panel.bits(), shown, "edge {index} at {rate_hz} symbols a second");
+            }
+            if cycles > 0 {
+                let jitter_ns = jitter_ns(&edges[..=count]);
+                say(&format!(
+                    "latch: at most {jitter_ns:.0} ns early or late in {count} quarters of cycles at {} Hz",
+                    rate_hz * cycles as f64
+                ));
+                assert!(jitter_ns <= ROUNDING_NS);
+            }
+            // A panel that stood still begins anew with its carrier. One with a carrier has been shown but for half a cycle, or, where an
+            // interrupt was late, the next has just begun and begins anew.
+            let quarter = count % ticks;
+            if cycles > 0 && quarter + QUARTERS.len() > ticks {
+                beacon = beacons.next_panel();
+            } else {
+                assert!(quarter < LATE_QUARTERS, "{quarter} of {ticks}");
+            }
+            edges = &edges[count + 1..];
+        }
+        assert!(edges.is_empty(), "{} edges of another length", edges.len());
+    }
+    let mut board = Emulator::power_up(programs, folder, &[]);
+    let mut record = Record::default();
+    record.extend(&board.run_ms(300));
+    let count = regular(&record.symbols, 1.0 / 800.0);
+    assert!(count > 200 && count == record.symbols.len() - 1, "{count}");
+    board.real_time(true);
+    let terminal = Terminal::open(board.socket());
+    let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
+    assert_eq!(
+        (&status["symbol_rate_hz"], &status["carrier_cycles"]),
+        (&json!(100.0), &json!(2)),
+        "{status}"
+    );
+}
+
+/// What the LEDs do by a carrier goes to a camera's exposures, and its frames to a receiver that is told nothing but their rate.
+pub fn a_message_by_a_carrier_is_received_by_a_camera(programs: &Programs, folder: &Path) {
+    let mut board = Emulator::power_up(programs, folder, &[]);
+    board.light(4_000.0, Fault::None);
+    board.run_ms(500);
+    board.real_time(true);
+    let terminal = Terminal::open(board.socket());
+    for words in [
+        &["device", "rate", "90", "--carrier-cycles", "16"][..],
+        &["device", "send", "--message", MESSAGE],
+    ] {
+        vocc(programs, folder, words, terminal.name()).json();
+    }
+    board.real_time(false);
+    let mut record = Record::default();
+    record.extend(&board.run_ms(100));
+    let from_ns = record.symbols.last().expect("symbols are shown").ns;
+    record.extend(&board.run_ms(FILMED_MS));
+    let edges = &record.symbols;
+    let fate = receive_light(FILM, MESSAGE.as_bytes(), |start_s| {
+        let [from, to] = [start_s, start_s + FILM.exposure_s].map(|at_s| from_ns as f64 + 1e9 * at_s);
+        let first = edges.partition_point(|edge| edge.ns as f64 <= from) - 1;
+        let mut lit_ns = [0.0; LEDS];
+        for pair in edges[first..].windows(2).take_while(|pair| (pair[0].ns as f64) < to) {
+            let shown_ns = to.min(pair[1].ns as f64) - from.max(pair[0].ns as f64);
+            for (led, lit_ns) in lit_ns.iter_mut().enumerate() {
+                *lit_ns += if pair[0].panel.led(led) { shown_ns } else { 0.0 };
+            }
+        }
+        lit_ns.map(|lit_ns| (lit_ns / (to - from)) as f32)
+    });
+    assert!(fate.delivered.is_some() && fate.wrong == 0, "{fate:?}");
+}
