@@ -167,7 +167,7 @@ fn nothing_that_is_read_is_overwritten() {
         ("receive film --save-camera none/camera.toml", "none/camera.toml"),
         ("receive film --show ./film", "holds frames"),
         ("receive film/frame-000000.png --show ./film", "holds frames"),
-        ("receive scene.toml --show .", "holds frames"),
+        ("receive protected.png --show .", "holds frames"),
         ("link --frames 2 --save film", "holds frames already"),
         ("link --frames 2 --save photographs", "such as mine.JPG"),
         ("table pull old.toml --port /dev/none", "holds more"),

@@ -91,10 +91,17 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
         ))?;
     }
     // Rates are told in thousandths.
-    let other = wanted.filter(|wanted_hz| (wanted_hz - rate_hz).abs() > 1e-3);
-    if let Some(wanted_hz) = other {
+    let other_rate = hz.filter(|hz| (hz - symbol_rate_hz).abs() > 1e-3);
+    let other_carrier = wanted
+        .carrier_cycles
+        .filter(|&cycles| carrier_cycles.map(u32::from) != Some(cycles));
+    let others = [
+        other_rate.map(|hz| format!("{hz} symbols a second")),
+        other_carrier.map(|cycles| format!("{cycles} cycles of a carrier")),
+    ];
+    if let Some(other) = others.into_iter().flatten().next() {
         output::tell(format_args!(
-            "vocc: {}: {wanted_hz} symbols a second were asked for, and it keeps to {rate_hz}: update its firmware",
+            "vocc: {}: {other} were asked for, and the board keeps to what it shows: update its firmware",
             port.name()
         ));
         return Ok(Verdict::No);
