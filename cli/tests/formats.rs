@@ -95,7 +95,7 @@ fn frames_of_another_depth_are_refused_and_the_rest_is_read() {
     says(
         &received,
         2,
-        &["frame 3: it has more than 8 bits of a sample, and the film 8 bits", "1 of 6 frames"],
+        &["frame 3: its samples have more than 8 bits, those of the frames before have 8 bits", "1 of 6 frames"],
     );
     assert!(text(&received.stdout).contains("frame 5:"), "{}", text(&received.stdout));
 }
@@ -164,7 +164,7 @@ fn what_is_neither_picture_nor_film_is_named_with_what_helps() {
     for address in ["rtsp://10.0.0.7/live", "https://example.org/film.mp4"] {
         refused(&["receive", address], &[address, "is an address", pipe]);
     }
-    refused(&["receive", "/dev/video0"], &["is a camera", "-f v4l2 -i /dev/video0", pipe]);
+    refused(&["receive", "/dev/video0"], &["is a camera", "-f v4l2 -i '/dev/video0'", pipe]);
     // A picture by its content alone is one.
     let film = filmed("nameless", 1);
     let nameless = film.join("frame");

@@ -14,7 +14,8 @@ use rand::Rng;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::{Frame, FrameError};
-use rx_pipeline::receiver::{FrameSearch, Loss, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
+use rx_pipeline::receiver::{FrameSearch, Loss, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Reread, SearchMemory};
+use rx_pipeline::symbols::MessageDecoder;
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
 use tx_firmware::dimming::Dimming;
@@ -122,6 +123,8 @@ pub struct Road {
     renderer: Renderer,
     transmitter: Transmitter<RecordingMatrix>,
     receiver: Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>,
+    /// Reads on from the frames that were read again when the panel's carrier became known.
+    reread: Option<Box<MessageDecoder>>,
     true_corners: bool,
     symbols: Symbols,
     canvas: Canvas<f32>,
@@ -150,7 +153,7 @@ impl Road {
             ReceiverSettings {
                 camera: settings.camera,
                 method: settings.method,
-                symbols_per_frame: (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32,
+                symbols_per_frame: symbols_per_frame(scene),
                 ..ReceiverSettings::default()
             },
             Box::default(),
@@ -162,6 +165,7 @@ impl Road {
             seed: settings.seed,
             transmitter,
             receiver,
+            reread: None,
             true_corners: settings.true_corners,
             symbols: Symbols::default(),
             canvas,
@@ -197,6 +201,12 @@ impl Road {
             self.place(corners);
         }
         let outcome = self.receiver.frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
+        let detection = outcome.reading.as_ref().ok().map(|reading| &reading.detection);
+        let later = match (&outcome.reread, &mut self.reread, detection) {
+            (Some(frames), decoder, _) => read_again(frames, symbols_per_frame(&self.scene), decoder),
+            (None, Some(decoder), Some(detection)) => received(&decoder.push(frame, &detection.soft, detection.mixed.as_ref()).event),
+            _ => None,
+        };
         let read = outcome.reading.map(|reading| {
             let reading = truth.map_or(reading, |truth| own_way_up(&reading, &truth));
             (reading.detection.bits, reading.corners)
@@ -209,14 +219,15 @@ impl Road {
             bit_errors: read_bits.distance(sent),
             corners: read.as_ref().ok().map(|read| read.1),
             read: read.map(|read| read.0),
-            delivered: received(&outcome.event),
+            delivered: received(&outcome.event).or(later),
             straddled,
         })
     }
 
     /// Ends the reception: the message that the last frame may have made whole.
     pub fn finish(&mut self) -> Option<Received> {
-        received(&self.receiver.finish())
+        let later = self.reread.as_mut().and_then(|decoder| received(&decoder.finish()));
+        received(&self.receiver.finish()).or(later)
     }
 
     /// Tells the receiver where the panel is, unless it follows it there. Where that is no place to read, the receiver will say so.
@@ -389,6 +400,23 @@ fn calibration(scene: &Scene) -> Result<Calibration, RoadError> {
 /// The panel that another vehicle shows.
 fn random_symbol(seed: u64, panel: usize, symbol: u64) -> PanelFrame {
     PanelFrame::from_bits(stream(seed ^ (panel as u64) << 32, symbol, Purpose::Bits).next_u64())
+}
+
+fn symbols_per_frame(scene: &Scene) -> f32 {
+    (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32
+}
+
+/// The last message of frames that are read again, by each carrier that may be the panel's. The decoder of the one that is goes on from there.
+fn read_again(frames: &Reread<'_>, symbols_per_frame: f32, reading_on: &mut Option<Box<MessageDecoder>>) -> Option<Received> {
+    let mut last = None;
+    for readings in frames.each() {
+        let mut decoder = Box::new(MessageDecoder::new(symbols_per_frame).ok()?);
+        for (number, _, soft) in readings {
+            last = received(&decoder.push(number, &soft, None).event).or(last);
+        }
+        *reading_on = frames.is_known().then_some(decoder);
+    }
+    last
 }
 
 fn received(event: &Event<'_>) -> Option<Received> {

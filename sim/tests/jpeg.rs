@@ -93,8 +93,11 @@ fn a_picture_that_lacks_data_is_refused() {
         let scan = jpeg.windows(2).rposition(|marker| marker == [0xff, 0xda]).expect("a scan");
         for kept in [0.1, 0.5, 0.9] {
             let length = scan + 12 + ((jpeg.len() - scan - 14) as f64 * kept) as usize;
-            let fault = input::picture_of(&jpeg[..length]);
-            assert!(matches!(fault, Err(PictureError::Cut)), "{name}, {kept}: {fault:?}");
+            let reserved = [&jpeg[..length], &[0; 1 << 16]].concat();
+            for cut in [&jpeg[..length], &reserved] {
+                let fault = input::picture_of(cut);
+                assert!(matches!(fault, Err(PictureError::Cut)), "{name}, {kept}: {fault:?}");
+            }
         }
     }
 }

@@ -29,8 +29,8 @@ fn main() -> ExitCode {
     let tests: [(_, Test); 5] = [
         ("films_of_all_kinds_are_received", films_of_all_kinds_are_received),
         (
-            "a_gap_is_gone_over_and_unsteady_frames_are_counted_by_their_times",
-            a_gap_is_gone_over_and_unsteady_frames_are_counted_by_their_times,
+            "a_gap_is_skipped_and_unsteady_frames_are_counted_by_their_times",
+            a_gap_is_skipped_and_unsteady_frames_are_counted_by_their_times,
         ),
         ("a_cover_is_no_film", a_cover_is_no_film),
         ("interlaced_films_are_named_or_let_in", interlaced_films_are_named_or_let_in),
@@ -119,7 +119,7 @@ fn films_of_all_kinds_are_received(ready: &Ready) {
     }
 }
 
-fn a_gap_is_gone_over_and_unsteady_frames_are_counted_by_their_times(ready: &Ready) {
+fn a_gap_is_skipped_and_unsteady_frames_are_counted_by_their_times(ready: &Ready) {
     for (name, filter, frames) in [
         ("gap.mkv", "setpts='PTS+if(gte(N,24),600/TB,0)'", FRAMES),
         ("unsteady.mp4", "setpts='PTS+mod(7*N,5)*0.001/TB'", FRAMES),

@@ -62,21 +62,29 @@ pub struct FrameTime {
 }
 
 /// The times of a film's frames, in their order.
-pub struct FrameTimes(Receiver<FrameTime>);
+pub struct FrameTimes(Receiver<Option<FrameTime>>);
 
 impl FrameTimes {
-    /// The time of the next frame, which has been read; none where it is not told.
-    pub fn next(&mut self, stop: Stop) -> Option<FrameTime> {
+    /// The time of the next frame, which has been read; none where the film has none for it.
+    ///
+    /// # Errors
+    /// When ffmpeg has told of no further frame in time, or does not tell of frames any more.
+    pub fn next(&mut self, stop: Stop) -> Result<Option<FrameTime>, RecvTimeoutError> {
         let begun = Instant::now();
-        while !stop.is_asked() && begun.elapsed() < PATIENCE {
-            match self.0.recv_timeout(LOOK_EVERY) {
-                Ok(time) => return Some(time),
-                Err(RecvTimeoutError::Disconnected) => break,
-                Err(RecvTimeoutError::Timeout) => {}
+        loop {
+            let told = self.0.recv_timeout(LOOK_EVERY);
+            let is_over = stop.is_asked() || begun.elapsed() >= PATIENCE;
+            if told != Err(RecvTimeoutError::Timeout) || is_over {
+                return told;
             }
         }
-        None
     }
+}
+
+/// The command by which ffmpeg reads an input, which may need options before it, and `vocc receive` what it writes.
+pub fn pipe(options: &str, input: &str) -> String {
+    let input = input.replace('\'', r"'\''");
+    format!("ffmpeg {options}-i '{input}' -pix_fmt yuv420p -f yuv4mpegpipe - | vocc receive -")
 }
 
 /// A film while it is read.
@@ -107,7 +115,7 @@ impl Film {
             if error.kind() == ErrorKind::NotFound {
                 anyhow::anyhow!(
                     "{0} is a film, and ffmpeg, which decodes films, is not on the PATH: install it, or make the film plain on a \
-                     computer that has it, by `ffmpeg -i {0} -f yuv4mpegpipe film.y4m`, which `vocc receive film.y4m` reads, as \
+                     computer that has it, by `ffmpeg -i {0} -pix_fmt yuv420p -f yuv4mpegpipe film.y4m`, which `vocc receive film.y4m` reads, as \
                      `vocc receive -` does from a pipe",
                     path.display()
                 )
@@ -168,7 +176,7 @@ fn decoder(path: &Path) -> Command {
     let mut name = std::ffi::OsString::from("file:");
     name.push(path);
     let mut ffmpeg = Command::new("ffmpeg");
-    ffmpeg.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "level+info"]);
+    ffmpeg.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "repeat+level+info"]);
     ffmpeg.args(["-protocol_whitelist", "file", "-i"]).arg(name);
     // The first that is no cover.
     ffmpeg.args(["-map", "0:V:0", "-vf", &[TELL_TIMES, ONE_BY_ONE, PIXELS].join(",")]);
@@ -178,7 +186,7 @@ fn decoder(path: &Path) -> Command {
 }
 
 /// Passes the times of frames on, and keeps the last lines that tell of faults.
-fn listen(said: ChildStderr, times: &Sender<FrameTime>) -> Vec<String> {
+fn listen(said: ChildStderr, times: &Sender<Option<FrameTime>>) -> Vec<String> {
     let mut last = Vec::new();
     let mut clock = Clock::default();
     for line in BufReader::new(said).split(b'\n').map_while(Result::ok) {
@@ -199,7 +207,11 @@ fn listen(said: ChildStderr, times: &Sender<FrameTime>) -> Vec<String> {
 }
 
 /// The words of a line that tells of a fault, or is not ffmpeg's. Which part of ffmpeg speaks, and where that is in its memory, helps nobody.
+/// Lines that begin with a blank go on with a film's own description.
 fn fault(line: &str) -> Option<&str> {
+    if line.starts_with(char::is_whitespace) {
+        return None;
+    }
     let mut words = line;
     while let Some((bracketed, rest)) = words.strip_prefix('[').and_then(|words| words.split_once("] ")) {
         if matches!(bracketed, "info" | "warning" | "verbose" | "debug" | "trace") {
@@ -218,20 +230,19 @@ struct Clock {
 }
 
 impl Clock {
-    /// The time of a frame, if a line tells one.
-    fn time(&mut self, line: &str) -> Option<FrameTime> {
+    /// The time of a frame, if a line is about one: none where the film has none for it.
+    fn time(&mut self, line: &str) -> Option<Option<FrameTime>> {
         if line.contains("config in ") {
             self.tick_s = after(line, "time_base:").and_then(ratio);
             self.rate_hz = after(line, "frame_rate:").and_then(ratio);
             return None;
         }
-        let count: f64 = after(line, " pts:")?.parse().ok()?;
-        let tick_s = self.tick_s?;
-        Some(FrameTime {
+        let count = after(line, " pts:")?.parse::<f64>().ok();
+        Some(count.zip(self.tick_s).map(|(count, tick_s)| FrameTime {
             time_s: count * tick_s,
             tick_s,
             rate_hz: self.rate_hz,
-        })
+        }))
     }
 }
 
@@ -263,8 +274,9 @@ mod tests {
             "[showinfo@times @ 0x55] [info] n:  21 pts:NOPTS   pts_time:NOPTS   pos:     7493 fmt:yuv444p sar:1/1 s:320x240 i:P",
             "[showinfo@times @ 0x55] [info] color_range:unknown color_space:unknown",
         ];
-        let told: Vec<FrameTime> = lines.iter().filter_map(|line| clock.time(line)).collect();
-        let [told] = told[..] else {
+        let told: Vec<Option<FrameTime>> = lines.iter().filter_map(|line| clock.time(line)).collect();
+        // A frame before the clock is known, one with a time, and one for which the film has none.
+        let [None, Some(told), None] = told[..] else {
             panic!("{told:?}");
         };
         assert!((told.time_s - 2.1).abs() < 1e-12 && told.tick_s == 1e-3);
@@ -274,6 +286,7 @@ mod tests {
             ("[error] file:x.mp4: Invalid data", Some("file:x.mp4: Invalid data")),
             ("moov atom not found", Some("moov atom not found")),
             ("[info] Input #0, mov", None),
+            ("                    : the second line of a comment", None),
             ("[swscaler @ 0x55] [warning] deprecated pixel format", None),
             ("", None),
         ] {

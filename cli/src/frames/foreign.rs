@@ -11,19 +11,22 @@ pub fn advice(source: &Path) -> Option<String> {
     let name = source.display();
     if is_address(source) {
         return Some(format!(
-            "{name} is an address, and files are read here: pipe what is there, by `ffmpeg -i {name} -f yuv4mpegpipe - | vocc receive -`"
+            "{name} is an address, and files are read here: pipe what is there, by `{}`",
+            film::pipe("", &name.to_string())
         ));
     }
     if source.starts_with("/dev/v4l") || source.as_os_str().as_encoded_bytes().starts_with(b"/dev/video") {
         return Some(format!(
-            "{name} is a camera, and files are read here: pipe what it sees, by `ffmpeg -f v4l2 -i {name} -f yuv4mpegpipe - | vocc receive -`"
+            "{name} is a camera, and files are read here: pipe what it sees, by `{}`",
+            film::pipe("-f v4l2 ", &name.to_string())
         ));
     }
     let is_foreign = source.is_file() && !files::is_picture(source) && !film::is_one(source) && !begins_as_picture(source);
     is_foreign.then(|| {
         format!(
-            "{name} is neither a picture (PNG, JPEG, PGM) nor, by its ending, a film: pipe what ffmpeg can read, by `ffmpeg -i {name} -f \
-             yuv4mpegpipe - | vocc receive -`, and raw grey bytes by `vocc receive - --raw WIDTHxHEIGHT < {name}`"
+            "{name} is neither a picture (PNG, JPEG, PGM) nor, by its ending, a film: pipe what ffmpeg can read, by `{}`, and raw grey \
+             bytes by `vocc receive - --raw WIDTHxHEIGHT < {name}`",
+            film::pipe("", &name.to_string())
         )
     })
 }

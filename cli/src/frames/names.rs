@@ -24,27 +24,25 @@ pub fn is_hidden(path: &Path) -> bool {
 
 /// The order of names in which `frame2` comes before `frame10`: digits in a row are one number, all else counts byte by byte.
 ///
-/// Digits after a decimal point are a fraction, so that `0.15.png` comes before `0.2.png`: names that are seconds stay in their order.
+/// Names that are decimal numbers, such as seconds, count as those: `0.15.png` comes before `0.2.png`.
 pub fn natural_order(a: &Path, b: &Path) -> Ordering {
     let names = [a, b].map(|path| path.as_os_str().as_encoded_bytes());
     let [mut a_rest, mut b_rest] = names;
-    // What stood before: a digit, or a digit and a point.
-    let (mut after_digit, mut after_point) = (false, false);
+    let are_decimal = [a, b].into_iter().all(is_decimal);
+    let mut after_point = false;
     while let ([a_first, ..], [b_first, ..]) = (a_rest, b_rest) {
         let order = match a_first.is_ascii_digit() && b_first.is_ascii_digit() {
             true => {
                 let [a_number, b_number] = [&mut a_rest, &mut b_rest].map(take_digits);
-                let order = if after_point {
+                if after_point {
                     a_number.cmp(b_number)
                 } else {
                     let [a_number, b_number] = [a_number, b_number].map(without_zeros);
                     a_number.len().cmp(&b_number.len()).then(a_number.cmp(b_number))
-                };
-                (after_digit, after_point) = (true, false);
-                order
+                }
             }
             false => {
-                (after_digit, after_point) = (false, after_digit && *a_first == b'.');
+                after_point = are_decimal && *a_first == b'.';
                 (a_rest, b_rest) = (&a_rest[1..], &b_rest[1..]);
                 a_first.cmp(b_first)
             }
@@ -55,6 +53,13 @@ pub fn natural_order(a: &Path, b: &Path) -> Ordering {
     }
     // The same numbers with other zeros.
     a_rest.len().cmp(&b_rest.len()).then(names[0].cmp(names[1]))
+}
+
+/// Whether a name is a decimal number but for its ending.
+fn is_decimal(path: &Path) -> bool {
+    let stem = path.file_stem().unwrap_or_default().as_encoded_bytes();
+    let points = stem.iter().filter(|&&byte| byte == b'.').count();
+    points == 1 && stem.iter().all(|&byte| byte.is_ascii_digit() || byte == b'.')
 }
 
 /// The digits that a name begins with, taken from it.
@@ -81,6 +86,9 @@ mod tests {
             &["a/f9.png", "a/f10.png", "b/f1.png"],
             &["f000009.png", "f000010.png", "f1000000.png"],
             &["take2-9.png", "take2-10.png", "take10-1.png"],
+            &["take1.9.png", "take1.10.png"],
+            &["2026.11.9.png", "2026.11.10.png"],
+            &["1.5/f2.png", "1.5/f10.png"],
             &["f01.png", "f1.png", "f2.png"],
             &["0.15.png", "0.2.png", "1.05.png", "1.5.png", "10.25.png"],
             &["f.png", "f0.png", "fa.png"],

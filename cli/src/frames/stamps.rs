@@ -85,7 +85,8 @@ impl Stamps {
         }
         let about = || format!("cannot read the time stamps {}", path.display());
         let text = input::read_text(&path, BYTES_MAX).with_context(about)?;
-        let has_semicolons = text.lines().any(|line| !line.starts_with('#') && line.contains(';'));
+        let mut told = text.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
+        let has_semicolons = told.all(|line| line.contains(';'));
         let mut lines = ReaderBuilder::new()
             .delimiter(if has_semicolons { b';' } else { b',' })
             .has_headers(false)
@@ -158,7 +159,7 @@ impl Stamps {
         let doubled = count - taken.len();
         ensure!(
             !(self.may_have_commas && 2 * doubled >= count),
-            "{}: by its seconds, most frames are taken with the one before, so their decimal commas seem to part them: write points, or \
+            "{}: by its seconds, most frames are taken with the one before, so decimal commas seem to have split the seconds in two: write points, or \
              semicolons between frame and seconds",
             self.path.display()
         );
@@ -287,7 +288,7 @@ mod tests {
             ),
             ("1,0\n2,1e-300\n3,2e-300", "give the times in seconds"),
             ("1,7.5\n2,7.5\n3,7.5", "all 3 frames have the same time, 7.5 s"),
-            ("frame,time\n1,7,500\n2,7,533\n3,7,566", "their decimal commas"),
+            ("frame,time\n1,7,500\n2,7,533\n3,7,566", "decimal commas seem to have split"),
             ("\u{0}\u{1}garbage\n\u{7}", "is no frame and the seconds"),
         ] {
             let error = ordered(csv, &["1.png", "2.png", "3.png"]).err().expect(csv);

@@ -16,10 +16,14 @@ use crate::event::{Message, PanelEvent};
 const TRANSMITTERS_HZ: f32 = (SymbolRate::DEFAULT.millihertz() / 1000) as f32;
 /// That of the paper, and what slower cameras want.
 const OTHERS_HZ: [f32; 12] = [100.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30.0, 27.0, 25.0, 24.0, 20.0, 10.0];
+/// Usual exposures, in seconds, for each of which a transmitter may have been told the rate of its own.
+const EXPOSURES_S: [f64; 10] = [0.04, 1.0 / 30.0, 0.02, 1.0 / 60.0, 0.01, 1.0 / 120.0, 0.005, 0.004, 0.002, 0.001];
 /// The share of a camera's frames at which it can follow symbols.
 const FOLLOWED: f32 = SymbolRate::SHARE_OF_FRAMES as f32;
 /// Rates that are nearer to each other than this, as a part, are one.
 const APART: f32 = 0.01;
+/// Rates of exposures that are nearer than this, as a part, are one: a clock follows a rate that is off by as much.
+const FOLLOWED_APART: f32 = 5e-4;
 /// LEDs that differ between two readings of different symbols: two of one symbol differ in fewer, two of random bits in 32 ± 4.
 const DIFFERENT_LEDS: u32 = 13;
 /// By how much, as a part, the rate that is seen in some tens of frames may be off.
@@ -98,13 +102,22 @@ impl Trial {
 }
 
 impl RateSearch {
-    /// All usual ones but the receiver's own, where none was told; else none. `fps` is the camera's.
+    /// All usual ones but the receiver's own, where none was told, and those of usual exposures; else none. `fps` is the camera's.
     pub fn beside(own_hz: f32, fps: f32, is_told: bool) -> Self {
         let others = OTHERS_HZ.into_iter().chain([TRANSMITTERS_HZ, fps, FOLLOWED * fps]);
         let others = others.filter(|rate| !is_told && (rate / own_hz - 1.0).abs() > APART);
         let mut trials: Vec<Trial> = others.filter_map(|rate| Trial::new(rate, fps)).collect();
         trials.sort_by(|a, b| a.rate_hz.total_cmp(&b.rate_hz));
         trials.dedup_by(|a, b| (a.rate_hz / b.rate_hz - 1.0).abs() < APART);
+        // Transmitters are told a whole number of frames a second.
+        let of_exposure = |exposure_s| SymbolRate::for_camera(f64::from(fps.round()), exposure_s);
+        let of_exposures = EXPOSURES_S.into_iter().filter_map(|exposure_s| of_exposure(exposure_s).ok());
+        for rate in of_exposures.map(|rate| rate.hz() as f32).filter(|_| !is_told) {
+            let mut tried = trials.iter().map(|trial| trial.rate_hz).chain([own_hz]);
+            if tried.all(|other| (other / rate - 1.0).abs() > FOLLOWED_APART) {
+                trials.extend(Trial::new(rate, fps));
+            }
+        }
         Self {
             trials,
             found_hz: None,
@@ -285,6 +298,21 @@ mod tests {
         assert!(rates(90.0, 100.0, true).is_empty());
         let of_fast = rates(90.0, 100.0, false);
         assert!(of_fast.contains(&100.0) && !of_fast.contains(&90.0), "{of_fast:?}");
-        assert_eq!(rates(27.0, 30.0, false), [10.0, 20.0, 24.0, 25.0, 30.0]);
+        assert_eq!(rates(27.0, 30.0, false)[..5], [10.0, 20.0, 24.0, 25.0, 30.0]);
+    }
+
+    #[test]
+    fn the_rate_that_a_transmitter_is_told_for_an_exposure_is_tried() {
+        // Cameras of 29.97 frames a second are called ones of 30.
+        for (fps, told_fps) in [(30.0, 30.0), (29.97, 30.0), (60.0, 60.0), (100.0, 100.0)] {
+            for exposure_s in EXPOSURES_S {
+                let told = SymbolRate::for_camera(told_fps, exposure_s).expect("a rate").hz() as f32;
+                let own = usual(fps);
+                let trials = RateSearch::beside(own, fps, false).trials;
+                let tried = trials.iter().map(|trial| trial.rate_hz).chain([own]);
+                let off = tried.map(|rate| (rate / told - 1.0).abs()).fold(f32::INFINITY, f32::min);
+                assert!(off < 6e-4, "{told} symbols before {fps} frames a second: off by {off}");
+            }
+        }
     }
 }

@@ -197,7 +197,7 @@ impl LevelPrior {
         })
     }
 
-    /// Takes in a frame's levels, of the covariance that its pixels leave them.
+    /// Takes in a frame's levels, of the covariance that its pixels leave them. Of a frame that does not fit, no more than its noise.
     ///
     /// The scatter of the levels is that of their estimates and what the estimates are unsure of (Dempster, Laird & Rubin
     /// 1977).

@@ -20,6 +20,8 @@ const SCAN: u8 = 0xda;
 const BARE: [u8; 2] = [0xd8, 0x01];
 /// Bytes that may follow a scan's data; more than a decoder takes in ahead.
 const TAIL: usize = 64;
+/// Bytes of one value at the end that data may have (count). More could fill a block of the picture, some 24 bytes.
+const FILLER_MAX: usize = 16;
 
 impl Layout {
     /// Follows the markers from the first one on; none where there is no scan.
@@ -48,6 +50,12 @@ impl Layout {
             end,
             lacks_tables: is_sequential && !has_tables,
         })
+    }
+
+    /// Whether a file ends in bytes that a recorder reserved and never wrote, all of them the same: they would pass for missing data.
+    pub fn ends_in_filler(bytes: &[u8]) -> bool {
+        let last = bytes.last().filter(|&&byte| byte != 0xff);
+        last.is_some_and(|last| bytes.iter().rev().take_while(|&byte| byte == last).count() > FILLER_MAX)
     }
 
     /// Whether it has the marker of its end.

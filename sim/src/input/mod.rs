@@ -119,6 +119,9 @@ pub fn picture_of(bytes: &[u8]) -> Result<Picture, PictureError> {
 /// A JPEG without the marker of its end. The decoder fills what is missing with grey, which would pass for a picture: whatever follows the
 /// data must not change it.
 fn without_end(layout: &jpeg::Layout, bytes: &[u8]) -> Result<Picture, PictureError> {
+    if jpeg::Layout::ends_in_filler(bytes) {
+        return Err(PictureError::Cut);
+    }
     match layout.ended(bytes).map(|ended| decoded(&ended)) {
         [Ok(image), Ok(other)] if image == other => Ok(Picture {
             image,

@@ -194,7 +194,7 @@ fn line(fields: &[String]) -> String {
     fields.join(",") + "\n"
 }
 
-/// A field as a cell, which no spreadsheet takes for a formula: a text that begins as one gets an apostrophe before it.
+/// A field as a cell that no spreadsheet evaluates: a text that begins like a formula gets an apostrophe before it.
 fn cell(field: &str) -> String {
     let is_formula = field.starts_with(['=', '+', '-', '@', '\t', '\r']) && field.parse::<f64>().is_err();
     let text = format!("{}{field}", if is_formula { "'" } else { "" });

@@ -18,10 +18,10 @@ pub fn foreign(text: &str) -> Option<&'static str> {
     let keys = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
     let first = text.trim_start().chars().next();
     if first == Some('<') {
-        return Some("XML, of which no calibration is read: let OpenCV write it as YAML, into a file whose name ends in .yml");
+        return Some("XML, which is not supported: let OpenCV write it as YAML, into a file whose name ends in .yml");
     }
     if first == Some('{') || first == Some('[') && serde_json::from_str::<serde_json::Value>(text).is_ok() {
-        return Some("JSON, of which no calibration is read: write focal_px, principal_px and distortion into a TOML file");
+        return Some("JSON, which is not supported: write focal_px, principal_px and distortion into a TOML file");
     }
     if keys("intrinsics:") && (keys("camera_model:") || keys("distortion_coeffs:")) {
         return Some(

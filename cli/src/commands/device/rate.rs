@@ -99,10 +99,13 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
         other_rate.map(|hz| format!("{hz} symbols a second")),
         other_carrier.map(|cycles| format!("{cycles} cycles of a carrier")),
     ];
-    if let Some(other) = others.into_iter().flatten().next() {
+    let others = others.into_iter().flatten().collect::<Vec<_>>();
+    if !others.is_empty() {
         output::tell(format_args!(
-            "vocc: {}: {other} were asked for, and the board keeps to what it shows: update its firmware",
-            port.name()
+            "vocc: {}: {} were asked for, but the board keeps what is shown above: its firmware may be too old, so flash the present one \
+             (docs/hardware.md)",
+            port.name(),
+            others.join(" and ")
         ));
         return Ok(Verdict::No);
     }

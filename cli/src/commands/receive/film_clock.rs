@@ -1,5 +1,7 @@
 //! The frames of a film by their own times: films have gaps, and phones do not keep their rate.
 
+use std::sync::mpsc::RecvTimeoutError;
+
 use anyhow::Result;
 use reception::Stamp;
 use rx_pipeline::frame::Frame;
@@ -17,55 +19,67 @@ const STEP_MAX: f64 = 1.5;
 
 /// Gives a session the frames of a film, each with its stamp.
 pub struct FilmClock {
-    times: FrameTimes,
+    /// None once ffmpeg tells no times any more.
+    times: Option<FrameTimes>,
     size: (usize, usize),
     /// Frames a second, by the film's header.
     rate_hz: f64,
     /// The first frames, until their rate is known.
     held: Vec<(Vec<u8>, Option<FrameTime>)>,
     pace: Option<Pace>,
-    /// Whether no time was told of a frame, so that none is waited for any more.
-    is_untold: bool,
 }
 
 impl FilmClock {
     /// For frames of a size; `rate_hz` is that of the film's header.
     pub fn new(times: FrameTimes, size: (usize, usize), rate_hz: f32) -> Self {
         Self {
-            times,
+            times: Some(times),
             size,
             rate_hz: rate_hz.into(),
             held: Vec::new(),
             pace: None,
-            is_untold: false,
         }
     }
 
     /// Takes the next frame.
     pub fn frame(&mut self, session: &mut Session, grey: &[u8]) -> Result<()> {
-        let time = if self.is_untold { None } else { self.times.next(stop()) };
-        self.is_untold |= time.is_none();
+        let time = match self.times.as_mut().map_or(Ok(None), |times| times.next(stop())) {
+            Ok(time) => time,
+            Err(why) => {
+                self.times = None;
+                if why == RecvTimeoutError::Timeout && !stop().is_asked() {
+                    session.say("ffmpeg tells no times of frames any more: from here on they are counted as steady");
+                }
+                None
+            }
+        };
         if let Some(pace) = &mut self.pace {
             return pace.give(session, grey, time, self.size);
         }
         self.held.push((grey.to_vec(), time));
         let most = (FIRST_BYTES / grey.len().max(1)).clamp(2, FIRST_FRAMES);
-        if self.is_untold || self.held.len() >= most {
+        if self.times.is_none() || self.held.len() >= most {
             self.begin(session)?;
         }
         Ok(())
     }
 
-    /// Gives what is held where a film ends before its rate is known.
+    /// Gives what is held where a film ends before its rate is known, and says how many frames were left out.
     pub fn finish(&mut self, session: &mut Session) -> Result<()> {
-        match self.pace {
-            Some(_) => Ok(()),
-            None => self.begin(session),
+        if self.pace.is_none() {
+            self.begin(session)?;
         }
+        session.say_doubled(self.pace.as_ref().map_or(0, |pace| pace.doubled));
+        Ok(())
     }
 
     fn begin(&mut self, session: &mut Session) -> Result<()> {
         let told: Vec<FrameTime> = self.held.iter().filter_map(|(_, time)| *time).collect();
+        if told.len() > 1 && told.iter().all(|time| time.time_s == told[0].time_s) {
+            session.say("all frames of the film have one time: they are counted as steady");
+            self.times = None;
+            self.held.iter_mut().for_each(|(_, time)| *time = None);
+        }
         let mut pace = Pace::of(&told, self.rate_hz);
         session.set_usual_fps(pace.rate_hz as f32)?;
         for (grey, time) in self.held.drain(..) {
@@ -84,6 +98,8 @@ struct Pace {
     from_s: f64,
     /// The time and the number of the last frame.
     last: Option<(f64, u64)>,
+    /// Frames that have the time of the frame before (count).
+    doubled: usize,
 }
 
 impl Pace {
@@ -98,6 +114,7 @@ impl Pace {
             rate_hz: usual_s.filter(|usual_s| usual_s * told_hz > STEP_MAX).map_or(told_hz, f64::recip),
             from_s: 0.0,
             last: None,
+            doubled: 0,
         }
     }
 
@@ -118,6 +135,7 @@ impl Pace {
         let follows_s = last_s + 1.0 / self.rate_hz;
         let (time_s, tick_s) = time.map_or((follows_s, 0.0), |time| (time.time_s, time.tick_s));
         if time_s == last_s {
+            self.doubled += 1;
             return None;
         }
         let next = last + 1;

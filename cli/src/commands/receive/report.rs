@@ -119,13 +119,15 @@ impl<'a> Report<'a> {
     /// # Errors
     /// When a picture could not be drawn, or something not be recorded or written.
     pub fn end(mut self, advice: &[String]) -> anyhow::Result<Verdict> {
-        if let Some(recording) = self.recording.take() {
+        // One that cannot be finished is no reason to lose the other.
+        let recorded = self.recording.take().map_or(Ok(()), |recording| {
             let about = recording.about();
-            recording.finish().context(about)?;
-        }
+            recording.finish().context(about)
+        });
         if let Some(file) = self.bytes.take().filter(|_| self.messages > 0) {
             file.keep().context("cannot write the messages' bytes")?;
         }
+        recorded?;
         if let Some(error) = self.undrawn.take().or(self.unrecorded.take()).or(self.unwritten.take()) {
             return Err(error);
         }

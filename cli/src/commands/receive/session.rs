@@ -58,11 +58,15 @@ impl<'a> Session<'a> {
 
     /// Sets the usual rate of frames with time stamps, of which `doubled` were there twice.
     pub fn set_stamped_fps(&mut self, fps: f32, doubled: usize) -> anyhow::Result<()> {
-        if doubled > 0 {
-            self.report
-                .say(&format!("{doubled} frames have the time of the frame before, and are left out"));
-        }
+        self.say_doubled(doubled);
         Ok(self.reception.set_fps(fps)?)
+    }
+
+    /// Says how many frames have the time of the frame before, if any have.
+    pub fn say_doubled(&self, doubled: usize) {
+        if doubled > 0 {
+            self.say(&format!("{doubled} frames have the time of the frame before, and are left out"));
+        }
     }
 
     /// Whether a message has come.
@@ -77,7 +81,8 @@ impl<'a> Session<'a> {
             None => self.reception.set_camera(self.hints.of_pixels(is_deep)),
             Some(before) => ensure!(
                 before == is_deep,
-                "it has {} of a sample, and the film {}: their levels mean different light; give frames of one depth, each film by itself",
+                "its samples have {}, those of the frames before have {}: their levels mean different light; receive the frames of each depth \
+                 by themselves",
                 bits(is_deep),
                 bits(before)
             ),
@@ -129,19 +134,29 @@ impl<'a> Session<'a> {
                 self.report.learnt(panel, learnt)?;
             }
         }
-        if let Some(path) = &self.arguments.save_camera {
-            match self.reception.learnt() {
-                Some(learnt) => self.hints.save(path, learnt, self.is_deep == Some(true))?,
-                None => self.report.say(&format!(
-                    "no panel was read, so nothing was learnt of the camera: {} is not written",
-                    path.display()
-                )),
-            }
-        }
+        let saved = self.save_camera();
         if self.arguments.profile {
             self.times.print();
         }
-        self.report.end(&self.reception.advice(true))
+        let verdict = self.report.end(&self.reception.advice(true));
+        saved.and(verdict)
+    }
+
+    /// Writes what was learnt of the camera, if that is asked for.
+    fn save_camera(&self) -> anyhow::Result<()> {
+        let Some(path) = &self.arguments.save_camera else {
+            return Ok(());
+        };
+        match self.reception.learnt() {
+            Some(learnt) => self.hints.save(path, learnt, self.is_deep == Some(true)),
+            None => {
+                self.say(&format!(
+                    "no panel was read, so nothing was learnt of the camera: {} is not written",
+                    path.display()
+                ));
+                Ok(())
+            }
+        }
     }
 }
 
