@@ -186,14 +186,19 @@ impl Symbols {
     pub fn is_short_of(&mut self, lead: usize) -> bool {
         let waiting = self.waiting();
         if waiting > LEAD_MAX {
-            self.next = first_unshifted();
+            self.next = self.first_free();
             return true;
         }
         waiting < lead
     }
 
     fn waiting(&self) -> usize {
-        (self.next + PANELS - first_unshifted()) % PANELS
+        (self.next + PANELS - self.first_free()) % PANELS
+    }
+
+    /// The first panel that may be written when none waits: one whose cycles are running may not.
+    fn first_free(&self) -> usize {
+        (first_unshifted() + usize::from(!self.timing.waveform().is_still())) % PANELS
     }
 }
 
