@@ -12,7 +12,6 @@ export function repair(mcu, lockUp) {
   repairPwmRequests(mcu);
   mcu.pwm.channels.forEach(repairPwmOutputs);
   addFlashController(mcu);
-  answerAborts(mcu);
   mcu.pio.forEach(repairPio);
   keepBuffersAvailable(mcu);
   quickenInputs(mcu);
@@ -174,14 +173,6 @@ function repairPwmOutputs(slice) {
 function addFlashController(mcu) {
   const PAGE = 0x14000;
   mcu.peripherals[PAGE] = { readUint32: () => 0, writeUint32Atomic: () => {} };
-}
-
-// 2.5.5.3: the register that aborts transfers reads 0 once that is done. The emulated abort is done at once, and the register cannot be
-// read.
-function answerAborts({ dma }) {
-  const ABORT = 0x444;
-  const read = dma.readUint32.bind(dma);
-  dma.readUint32 = (offset) => (offset === ABORT ? 0 : read(offset));
 }
 
 // 3.2: state machines run on the computer's time, not the chip's. Here one runs, in no time, whenever something has happened that it may

@@ -285,7 +285,8 @@ fn start_anew(clock: &SymbolClock, first: usize) {
     wait_until_shifted();
     force_stop();
     pac::DMA.chan_abort().write(|w| w.set_chan_abort(1 << TRIGGER));
-    while pac::DMA.chan_abort().read().chan_abort() != 0 {}
+    // The abort's own bit clears while a transfer is still in flight (erratum RP2040-E13).
+    while pac::DMA.ch(TRIGGER).ctrl_trig().read().busy() {}
     connect_channels(clock.ticks, (first + 1) % PANELS);
 
     // What the first tick is to show is shifted now.
