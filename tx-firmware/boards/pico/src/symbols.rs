@@ -151,6 +151,7 @@ impl Symbols {
     /// carrier; one with a carrier has been shown but for half a cycle, and the next one begins.
     fn restart(&self, clock: &SymbolClock) {
         pac::PWM.ch(SLICE).csr().modify(|w| w.set_en(false));
+        wait_until_shifted();
         let back = if self.timing.waveform().is_still() { SHOWN } else { 0 };
         let first = (first_unshifted() + PANELS - back) % PANELS;
         start_anew(clock, first);
@@ -280,9 +281,8 @@ pub fn force_stop() {
     }
 }
 
-/// Lets the standing clock start with a whole symbol of the panel at `first`, at once.
+/// Lets the standing clock start with a whole symbol of the panel at `first`, at once. All that was begun is shifted.
 fn start_anew(clock: &SymbolClock, first: usize) {
-    wait_until_shifted();
     force_stop();
     pac::DMA.chan_abort().write(|w| w.set_chan_abort(1 << TRIGGER));
     // The abort's own bit clears while a transfer is still in flight (erratum RP2040-E13).
