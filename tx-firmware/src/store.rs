@@ -52,6 +52,7 @@ const SYMBOL_TIMING: u8 = 3;
 const INTENSITY_LIMIT: u8 = 4;
 /// The bits of a symbol rate; above them stand the carrier's cycles, which are 0 for panels that stand still.
 const CYCLES_SHIFT: u32 = 20;
+const _: () = assert!(SymbolRate::MAX.millihertz() < 1 << CYCLES_SHIFT && (Waveform::MAX_CYCLES as u32) < 1 << (32 - CYCLES_SHIFT));
 
 /// Format, the longest value, CRC; rounded up to any flash's word of at most 32 bytes, and 1 byte of key.
 const BUFFER: usize = (1 + 1 + IMAGE_MAX + 4).next_multiple_of(32);
