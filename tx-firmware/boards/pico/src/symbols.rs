@@ -52,6 +52,8 @@ const SLICE: usize = 0;
 const TRIGGER: usize = 0;
 const SHIFT: usize = 1;
 const LOAD: usize = 2;
+/// EN of a channel's control register.
+const CHANNEL_ENABLED: u32 = 1;
 
 /// A panel in the ring. Channel 0 wraps its address at the four addresses, so they have to be aligned to them.
 #[repr(C, align(16))]
@@ -277,7 +279,7 @@ fn connect_channels(ticks: u32, first: usize) {
 /// Ends what the channels wait for: no more panels are shifted, whatever state the program is in.
 pub fn force_stop() {
     for channel in [TRIGGER, LOAD, SHIFT] {
-        pac::DMA.ch(channel).al1_ctrl().write_value(0);
+        pac::DMA.ch(channel).al1_ctrl().modify(|control| *control &= !CHANNEL_ENABLED);
     }
 }
 
@@ -303,9 +305,7 @@ fn start_anew(clock: &SymbolClock, first: usize) {
     }
     wait_until_shifted();
     let slice = pac::PWM.ch(SLICE);
-    slice.div().write(|w| w.set_int(clock.divider));
-    slice.top().write(|w| w.set_top(clock.top));
-    slice.cc().write(|w| w.set_b(clock.latch));
+    write_division(clock);
     slice.ctr().write(|w| w.set_ctr(clock.top));
     slice.csr().modify(|w| w.set_en(true));
 }
@@ -335,12 +335,18 @@ pub fn acknowledge_interrupt() {
 fn take_over(clock: &SymbolClock) {
     let slice = pac::PWM.ch(SLICE);
     let before = u32::from(slice.div().read().int());
-    // While the counter stands, a new top counts at once.
     slice.csr().modify(|w| w.set_en(false));
     let shown = u32::from(slice.ctr().read().ctr()) * before / u32::from(clock.divider);
-    slice.div().write(|w| w.set_int(clock.divider));
-    slice.top().write(|w| w.set_top(clock.top));
-    let counter = shown.clamp(1, clock.top.into()) as u16;
+    write_division(clock);
+    let counter = shown.clamp(clock.latch.into(), clock.top.into()) as u16;
     slice.ctr().write(|w| w.set_ctr(counter));
     slice.csr().modify(|w| w.set_en(true));
+}
+
+/// While the counter stands, all of it counts at once.
+fn write_division(clock: &SymbolClock) {
+    let slice = pac::PWM.ch(SLICE);
+    slice.div().write(|w| w.set_int(clock.divider));
+    slice.top().write(|w| w.set_top(clock.top));
+    slice.cc().write(|w| w.set_b(clock.latch));
 }
