@@ -210,11 +210,15 @@ struct NoSymbolRate(u32, [u32; 2]);
 impl fmt::Display for NoSymbolRate {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let &Self(millihertz, [least, most]) = self;
-        Outside(millihertz, least..=most).fmt(formatter)?;
-        if least > SymbolRate::MIN.millihertz() || most < SymbolRate::MAX.millihertz() {
-            write!(formatter, "; its carrier leaves no others, give other cycles with the rate")?;
+        if least <= SymbolRate::MIN.millihertz() && most >= SymbolRate::MAX.millihertz() {
+            return Outside(millihertz, least..=most).fmt(formatter);
         }
-        Ok(())
+        let [asked, least, most] = [millihertz, least, most].map(|millihertz| f64::from(millihertz) / 1e3);
+        write!(
+            formatter,
+            "{asked} symbols a second are outside {least} to {most}, which the carrier in use allows: give a rate in that range, or set rate and \
+             cycles together (`--carrier-cycles`)"
+        )
     }
 }
 
