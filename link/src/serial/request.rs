@@ -78,7 +78,8 @@ pub enum Request<'a> {
     },
     /// Answered by [`Answer::Carrier`](super::Answer::Carrier). Added later: an older transmitter refuses it as unknown.
     ReadCarrier,
-    /// Check, store and use this symbol rate with this carrier, from a change of symbols on. Answered by
+    /// Check, store and use this symbol rate with this carrier. A change that a carrier has part in stops the clock for about 35 µs: the
+    /// symbol on show loses at most half a cycle, or, where it stands still, begins again. Answered by
     /// [`Answer::Carrier`](super::Answer::Carrier). Added later: an older transmitter refuses it as unknown.
     WriteCarrier {
         /// Thousandths of a symbol a second, see [`SymbolRate`](crate::symbol_rate::SymbolRate).
