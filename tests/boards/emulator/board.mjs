@@ -64,9 +64,9 @@ export class Board {
     this.report({ reset: 'brown-out' });
   }
 
-  // The processor executes nothing any more, as if it were in an endless loop with interrupts off.
-  hang() {
-    this.hung = true;
+  // The processor executes nothing any more, as if it were in a loop with interrupts off, or goes on.
+  hang(on = true) {
+    this.hung = on;
   }
 
   // The processor meets what it cannot do.

@@ -9,7 +9,7 @@
 // Commands, beside those of `harness.mjs`:
 //
 //   {"lux": 5000, "fault": "none"}   the light on the sensor, and how it fails: none, missing, stuck, silent, hanging
-//   {"hang": true}                   the processor executes nothing any more
+//   {"hang": true}                   the processor executes nothing any more, or goes on
 //   {"enter": "NAME"}                it goes on in the function of that (mangled) name
 //   {"cut_after": 3}                 cuts the power half-way through a flash operation, after so many more
 //
@@ -41,7 +41,7 @@ new Harness({
     if ('lux' in command) pico.sensor.lux = command.lux;
     if ('fault' in command) pico.sensor.fail(command.fault);
     if ('cut_after' in command) flash.cutAfter(command.cut_after);
-    if ('hang' in command) pico.hang();
+    if ('hang' in command) pico.hang(command.hang);
     if ('enter' in command) pico.enter(functions(elf).find(({ name }) => name.includes(command.enter)).address);
   },
 });

@@ -126,6 +126,49 @@ pub fn a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart(programs:
     );
 }
 
+/// A processor that is late by more panels than are kept ready writes none over the one whose cycles are running.
+pub fn a_carrier_stays_whole_when_the_ring_runs_empty(programs: &Programs, folder: &Path) {
+    const CYCLES: usize = 2;
+    const TICKS: usize = QUARTERS.len() * CYCLES;
+    {
+        let mut board = Emulator::power_up(programs, folder, &[]);
+        board.real_time(true);
+        let terminal = Terminal::open(board.socket());
+        vocc(
+            programs,
+            folder,
+            &["device", "rate", "100", "--carrier-cycles", "2"],
+            terminal.name(),
+        )
+        .json();
+    }
+    let mut board = Emulator::power_up(programs, folder, &[]);
+    let mut record = Record::default();
+    // Three to five symbols, where three panels are kept ready.
+    for late_ms in [32, 35, 38, 45] {
+        record.extend(&board.run_ms(203));
+        board.hang(true);
+        record.extend(&board.run_ms(late_ms));
+        board.hang(false);
+    }
+    record.extend(&board.run_ms(200));
+    let dark = record
+        .symbols
+        .iter()
+        .take_while(|edge| edge.panel.bits() == 0 || edge.panel.bits() == u64::MAX)
+        .count();
+    let edges = &record.symbols[dark..];
+    assert!(edges.len() > 100 * TICKS, "{} edges", edges.len());
+    for (index, symbol) in edges.chunks_exact(TICKS).enumerate() {
+        let bits = symbol[0].panel.bits();
+        let is_whole = |(edge, is_panel): (&Symbol, &bool)| edge.panel.bits() == if *is_panel { bits } else { !bits };
+        assert!(
+            symbol.iter().zip(QUARTERS.iter().cycle()).all(is_whole),
+            "symbol {index}: {symbol:?}"
+        );
+    }
+}
+
 /// What the LEDs do by a carrier goes to a camera's exposures, and its frames to a receiver that is told nothing but their rate.
 pub fn a_message_by_a_carrier_is_received_by_a_camera(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up(programs, folder, &[]);

@@ -109,9 +109,9 @@ impl Emulator {
         self.emulation.command(&json!({ "cut_after": operations }));
     }
 
-    /// Stops the processor, and nothing else.
-    pub fn hang(&mut self) {
-        self.emulation.command(&json!({ "hang": true }));
+    /// Stops the processor, and nothing else, or lets it go on.
+    pub fn hang(&mut self, on: bool) {
+        self.emulation.command(&json!({ "hang": on }));
     }
 
     /// Lets the processor go on in the function with this name.

@@ -47,6 +47,10 @@ const TESTS: &[(&str, Test)] = &[
         carrier::a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart,
     ),
     (
+        "a_carrier_stays_whole_when_the_ring_runs_empty",
+        carrier::a_carrier_stays_whole_when_the_ring_runs_empty,
+    ),
+    (
         "a_message_by_a_carrier_is_received_by_a_camera",
         carrier::a_message_by_a_carrier_is_received_by_a_camera,
     ),

@@ -48,7 +48,7 @@ fn is_back(board: &mut Emulator, programs: &Programs, folder: &Path) {
 /// A program that hangs is restarted by the watchdog.
 pub fn a_program_that_hangs_is_restarted(programs: &Programs, folder: &Path) {
     let mut board = shining(programs, folder);
-    board.hang();
+    board.hang(true);
     let events = board.run_ms(2_050);
     assert_eq!(resets(&events), ["timed out"]);
     is_back(&mut board, programs, folder);
