@@ -95,7 +95,10 @@ fn frames_of_another_depth_are_refused_and_the_rest_is_read() {
     says(
         &received,
         2,
-        &["frame 3: its samples have more than 8 bits, those of the frames before have 8 bits", "1 of 6 frames"],
+        &[
+            "frame 3: its samples have more than 8 bits, those of the frames before have 8 bits",
+            "1 of 6 frames",
+        ],
     );
     assert!(text(&received.stdout).contains("frame 5:"), "{}", text(&received.stdout));
 }
