@@ -346,7 +346,10 @@ fn a_carrier_is_told_set_kept_and_refused() {
             &["34 cycles", "3060 Hz", "200 to 3000 Hz", "another rate"],
         ),
         (&["--carrier-cycles", "7"], &["7 cycles", "27 symbols", "189 Hz", "200 to 3000 Hz"]),
-        (&["90"], &["90 symbols a second", "9 to 55.555", "carrier", "cycles with the rate"]),
+        (
+            &["90"],
+            &["90 symbols a second", "9 to 55.555", "carrier", "rate and cycles together"],
+        ),
     ] {
         ends(&board.vocc(&[&["device", "rate"], wrong].concat()), 2, words);
     }
