@@ -168,6 +168,7 @@ fn nothing_that_is_read_is_overwritten() {
         ("receive film --show ./film", "holds frames"),
         ("receive film/frame-000000.png --show ./film", "holds frames"),
         ("receive protected.png --show .", "holds frames"),
+        ("receive scene.toml --show .", "neither a picture"),
         ("link --frames 2 --save film", "holds frames already"),
         ("link --frames 2 --save photographs", "such as mine.JPG"),
         ("table pull old.toml --port /dev/none", "holds more"),

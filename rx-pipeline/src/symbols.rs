@@ -468,11 +468,21 @@ mod tests {
 
     /// Symbols read in frames of usual exposure.
     fn read(symbols_per_frame: f64, start: f64, frames: u64, mixed: impl Fn(u64) -> Mixture) -> Vec<(u32, u64)> {
-        exposed(EXPOSURE_USUAL, symbols_per_frame, start, frames, mixed)
+        let [symbols, without] = [true, false].map(|is_read| exposed(EXPOSURE_USUAL, symbols_per_frame, start, frames, is_read, &mixed));
+        assert_eq!(symbols, without);
+        symbols
     }
 
-    /// Symbols read in frames of which each begins at its phase, `mixed` telling what one says that catches two.
-    fn exposed(exposure: f64, symbols_per_frame: f64, start: f64, frames: u64, mixed: impl Fn(u64) -> Mixture) -> Vec<(u32, u64)> {
+    /// Symbols read in frames of which each begins at its phase, `mixed` telling what one says that catches two. Read as a single symbol it
+    /// shows the one that had most of the exposure, or nothing.
+    fn exposed(
+        exposure: f64,
+        symbols_per_frame: f64,
+        start: f64,
+        frames: u64,
+        is_read: bool,
+        mixed: &impl Fn(u64) -> Mixture,
+    ) -> Vec<(u32, u64)> {
         let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
         let mut symbols = Vec::new();
         for frame in 0..frames {
@@ -481,9 +491,9 @@ mod tests {
             symbols.extend(if (begin + exposure * symbols_per_frame) as u64 == symbol {
                 clock.push(frame, &panel(shown(symbol)))
             } else {
-                // What the frame shows as a single symbol is the one that had most of the exposure.
                 let longer = (begin + 0.5 * exposure * symbols_per_frame) as u64;
-                clock.push_mixed(frame, &panel(shown(longer)), &mixed(symbol))
+                let reading = if is_read { panel(shown(longer)) } else { SoftPanel::ERASED };
+                clock.push_mixed(frame, &reading, &mixed(symbol))
             });
         }
         symbols.extend(clock.flush());
@@ -493,8 +503,11 @@ mod tests {
     #[test]
     fn exposures_of_most_of_a_frame_spoil_no_symbol_once_that_is_known() {
         for (exposure, symbols_per_frame) in [(0.3, 0.77), (0.4, 0.7), (0.75, 0.55), (0.8, 0.5)] {
-            for start in [0.05, 0.15, 0.25, 0.35, 0.45, 0.55] {
-                let symbols = exposed(exposure, symbols_per_frame, start, 200, |_| Mixture::INSEPARABLE);
+            for (start, is_read) in [0.05, 0.15, 0.25, 0.35, 0.45, 0.55]
+                .into_iter()
+                .flat_map(|start| [(start, true), (start, false)])
+            {
+                let symbols = exposed(exposure, symbols_per_frame, start, 200, is_read, &|_| Mixture::INSEPARABLE);
                 let count = (start + 199.0 * symbols_per_frame) as usize;
                 let shown = &expected(count as u32)[count / 3..];
                 let first = symbols.iter().position(|symbol| symbol.1 == shown[0].1);

@@ -298,7 +298,11 @@ mod tests {
         assert!(rates(90.0, 100.0, true).is_empty());
         let of_fast = rates(90.0, 100.0, false);
         assert!(of_fast.contains(&100.0) && !of_fast.contains(&90.0), "{of_fast:?}");
-        assert_eq!(rates(27.0, 30.0, false)[..5], [10.0, 20.0, 24.0, 25.0, 30.0]);
+        let of_slow = rates(27.0, 30.0, false);
+        let (usual, of_exposures) = of_slow.split_at(5);
+        assert_eq!(usual, [10.0, 20.0, 24.0, 25.0, 30.0]);
+        // Exposures of 1/120 s and 1/60 s want 24 and 20, short ones the receiver's own.
+        assert_eq!(of_exposures, [13.636, 15.0, 18.75, 23.077, 26.087, 26.786]);
     }
 
     #[test]
