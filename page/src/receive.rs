@@ -223,7 +223,8 @@ fn as_json(event: &PanelEvent) -> Option<Value> {
         return None;
     };
     Some(json!({
-        "text": String::from_utf8_lossy(data), "hex": hex_if_no_text(data), "first_frame": first_frame, "last_frame": last_frame, "corrected_bits": corrected_bits,
+        "text": String::from_utf8_lossy(data), "hex": hex_if_no_text(data),
+        "first_frame": first_frame, "last_frame": last_frame, "corrected_bits": corrected_bits,
     }))
 }
 

@@ -185,7 +185,8 @@ impl Sending {
 
 fn told(received: &Received, sent: &[u8]) -> Value {
     json!({
-        "message": String::from_utf8_lossy(&received.message), "message_hex": hex_if_no_text(&received.message), "is_right": received.message == sent,
+        "message": String::from_utf8_lossy(&received.message), "message_hex": hex_if_no_text(&received.message),
+        "is_right": received.message == sent,
         "first_frame": received.first_frame, "last_frame": received.last_frame, "corrected_bits": received.corrected_bits,
     })
 }

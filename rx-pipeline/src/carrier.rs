@@ -117,9 +117,8 @@ impl Carrier {
         }
     }
 
-    /// Takes the reading of frame `number`, taken at `time` (frame periods), and gives it the sign of its symbol; a frame at
-    /// which the carrier is blind says nothing. Gives the
-    /// readings before it, when it is the first by which their signs are known.
+    /// Takes the reading of frame `number`, taken at `time` (frame periods), and gives it the sign of its symbol; a frame at which the
+    /// carrier is blind says nothing. Gives the readings before it, when it is the first by which their signs are known.
     pub fn resolve(&mut self, number: u64, time: f64, detection: &mut Detection) -> Option<Reread<'_>> {
         if self.time.is_some_and(|before| !(0.0..GAP_MAX).contains(&(time - before))) {
             *self = Self::NONE;

@@ -226,8 +226,8 @@ impl SymbolClock {
     /// Takes in what frame `frame` says, which seems to have caught the end of one symbol and the beginning of the next; gives the last one
     /// of which it is the end, or which was over before.
     ///
-    /// Where the two cannot be told apart, the frame's `reading` counts as that of one symbol if it is sure of nearly all LEDs (it shows the
-    /// symbol that had most of the exposure, or the On LEDs of both), or if the frame lies in the middle of a symbol: then it is noisy. So
+    /// Where the two cannot be told apart, the frame's `reading` counts as that of one symbol if it is sure of nearly all LEDs (it shows
+    /// the symbol that had most of the exposure, or the On LEDs of both), or if the frame lies in the middle of a symbol: then it is noisy. So
     /// does a sure reading of the symbol shown before, where little is known of the next: a trace of another symbol may be other light, and
     /// the next frame shows it better.
     pub fn push_mixed(&mut self, frame: u64, reading: &SoftPanel, mixture: &Mixture) -> Option<Symbol> {

@@ -406,7 +406,7 @@ fn symbols_per_frame(scene: &Scene) -> f32 {
     (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32
 }
 
-/// The last message of frames that are read again, by each carrier that may be the panel's. The decoder of the one that is goes on from there.
+/// The last message of frames that are read again, by each carrier that may be the panel's. The decoder of the right one goes on from there.
 fn read_again(frames: &Reread<'_>, symbols_per_frame: f32, reading_on: &mut Option<Box<MessageDecoder>>) -> Option<Received> {
     let mut last = None;
     for readings in frames.each() {

@@ -115,8 +115,8 @@ impl Film {
             if error.kind() == ErrorKind::NotFound {
                 anyhow::anyhow!(
                     "{0} is a film, and ffmpeg, which decodes films, is not on the PATH: install it, or make the film plain on a \
-                     computer that has it, by `ffmpeg -i {0} -pix_fmt yuv420p -f yuv4mpegpipe film.y4m`, which `vocc receive film.y4m` reads, as \
-                     `vocc receive -` does from a pipe",
+                     computer that has it, by `ffmpeg -i {0} -pix_fmt yuv420p -f yuv4mpegpipe film.y4m`, which `vocc receive film.y4m` \
+                     reads, as `vocc receive -` does from a pipe",
                     path.display()
                 )
             } else {
@@ -206,8 +206,8 @@ fn listen(said: ChildStderr, times: &Sender<Option<FrameTime>>) -> Vec<String> {
     last
 }
 
-/// The words of a line that tells of a fault, or is not ffmpeg's. Which part of ffmpeg speaks, and where that is in its memory, helps nobody.
-/// Lines that begin with a blank go on with a film's own description.
+/// The words of a line that tells of a fault, or is not ffmpeg's, without the part of ffmpeg that speaks and its place in memory. Lines that
+/// begin with a blank go on with a film's own description.
 fn fault(line: &str) -> Option<&str> {
     if line.starts_with(char::is_whitespace) {
         return None;

@@ -9,16 +9,17 @@ use super::{files, film};
 /// What helps where a source cannot be read by its name; none where it may be.
 pub fn advice(source: &Path) -> Option<String> {
     let name = source.display();
+    let pipe = |options| film::pipe(options, &name.to_string());
     if is_address(source) {
         return Some(format!(
             "{name} is an address, and files are read here: pipe what is there, by `{}`",
-            film::pipe("", &name.to_string())
+            pipe("")
         ));
     }
     if source.starts_with("/dev/v4l") || source.as_os_str().as_encoded_bytes().starts_with(b"/dev/video") {
         return Some(format!(
             "{name} is a camera, and files are read here: pipe what it sees, by `{}`",
-            film::pipe("-f v4l2 ", &name.to_string())
+            pipe("-f v4l2 ")
         ));
     }
     let is_foreign = source.is_file() && !files::is_picture(source) && !film::is_one(source) && !begins_as_picture(source);
@@ -26,7 +27,7 @@ pub fn advice(source: &Path) -> Option<String> {
         format!(
             "{name} is neither a picture (PNG, JPEG, PGM) nor, by its ending, a film: pipe what ffmpeg can read, by `{}`, and raw grey \
              bytes by `vocc receive - --raw WIDTHxHEIGHT < {name}`",
-            film::pipe("", &name.to_string())
+            pipe("")
         )
     })
 }

@@ -159,8 +159,8 @@ impl Stamps {
         let doubled = count - taken.len();
         ensure!(
             !(self.may_have_commas && 2 * doubled >= count),
-            "{}: by its seconds, most frames are taken with the one before, so decimal commas seem to have split the seconds in two: write points, or \
-             semicolons between frame and seconds",
+            "{}: by its seconds, most frames are taken with the one before, so decimal commas seem to have split the seconds in two: write \
+             points, or semicolons between frame and seconds",
             self.path.display()
         );
         ensure!(
@@ -225,13 +225,18 @@ fn places(times_s: &[f64], period_s: f64) -> Vec<(u64, f64)> {
     let mut next = 0;
     let from_s = times_s.first().copied().unwrap_or_default();
     let place = |time_s: &f64| {
-        let periods = (time_s - from_s) / period_s;
-        // A cast of what is negative is 0.
-        let number = (periods.round() as u64).max(next);
+        let (number, late) = numbered((time_s - from_s) / period_s, next);
         next = number.saturating_add(1);
-        (number, periods - number as f64)
+        (number, late)
     };
     times_s.iter().map(place).collect()
+}
+
+/// The number of a frame that was taken so many frame periods after number 0, at least `next`, and by how many later than that says.
+pub fn numbered(periods: f64, next: u64) -> (u64, f64) {
+    // A cast of what is negative is 0.
+    let number = (periods.round() as u64).max(next);
+    (number, periods - number as f64)
 }
 
 #[cfg(test)]

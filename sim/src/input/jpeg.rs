@@ -1,5 +1,5 @@
-//! JPEG files (ITU-T T.81) as cameras and telephones leave them: with a film behind the picture, without the marker of their end, or without
-//! the Huffman tables that every webcam shares.
+//! JPEG files (ITU-T T.81) as cameras and telephones leave them: with a film behind the picture, without the marker of their end, or
+//! without the Huffman tables that every webcam shares.
 
 /// What a file's markers say of it.
 pub struct Layout {

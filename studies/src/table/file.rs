@@ -230,11 +230,15 @@ impl TableFile {
     }
 
     /// The ratio at a place, if there is one.
-    pub(super) fn ratio(&self, [illuminance_lx, interval]: [f64; 2]) -> Option<f64> {
-        let ratios = &self.ratios;
-        let row = ratios.illuminance_lx.iter().position(|&e| e == illuminance_lx)?;
-        let column = ratios.interval.iter().position(|&i| i == interval)?;
-        ratios.l2a.get(row)?.get(column).copied()
+    pub(super) fn ratio(&self, place: [f64; 2]) -> Option<f64> {
+        let [row, column] = self.row_and_column(place)?;
+        self.ratios.l2a.get(row)?.get(column).copied()
+    }
+
+    fn row_and_column(&self, [illuminance_lx, interval]: [f64; 2]) -> Option<[usize; 2]> {
+        let row = self.ratios.illuminance_lx.iter().position(|&e| e == illuminance_lx)?;
+        let column = self.ratios.interval.iter().position(|&i| i == interval)?;
+        Some([row, column])
     }
 
     /// The places at which nothing was found yet.
@@ -242,12 +246,9 @@ impl TableFile {
         self.ratios.places().filter(|place| !self.is_found(*place))
     }
 
-    fn put(&mut self, [illuminance_lx, interval]: [f64; 2], l2a: f64) {
-        let ratios = &mut self.ratios;
-        let row = ratios.illuminance_lx.iter().position(|&e| e == illuminance_lx);
-        let column = ratios.interval.iter().position(|&i| i == interval);
-        let place = row.and_then(|row| ratios.l2a.get_mut(row)?.get_mut(column?));
-        if let Some(ratio) = place {
+    fn put(&mut self, place: [f64; 2], l2a: f64) {
+        let place = self.row_and_column(place);
+        if let Some(ratio) = place.and_then(|[row, column]| self.ratios.l2a.get_mut(row)?.get_mut(column)) {
             // To a thousandth: finer than any uncertainty, and what a reader can take in.
             *ratio = (l2a * 1e3).round() / 1e3;
         }

@@ -8,6 +8,7 @@ use rx_pipeline::frame::Frame;
 
 use super::session::Session;
 use crate::frames::film::{FrameTime, FrameTimes};
+use crate::frames::stamps::numbered;
 use crate::stop::stop;
 
 /// Frames that tell the usual time from one to the next, and how many bytes of them may be held for it.
@@ -138,15 +139,12 @@ impl Pace {
             self.doubled += 1;
             return None;
         }
-        let next = last + 1;
+        let next = last.saturating_add(1);
         if time_s < last_s {
             // A clock that was set back: what was filmed then follows.
             self.from_s = time_s - next as f64 / self.rate_hz;
         }
-        let periods = (time_s - self.from_s) * self.rate_hz;
-        // A cast of what is negative is 0.
-        let number = (periods.round() as u64).max(next);
-        let late = periods - number as f64;
+        let (number, late) = numbered((time_s - self.from_s) * self.rate_hz, next);
         self.last = Some((time_s, number));
         // Times that are rounded tell no less.
         let is_on_time = late.abs() <= tick_s * self.rate_hz;

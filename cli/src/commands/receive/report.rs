@@ -80,16 +80,14 @@ impl<'a> Report<'a> {
 
     /// Writes a message's bytes, if that is asked for.
     fn write(&mut self, message: &[u8]) {
-        let Some(mut file) = self.bytes.take() else {
+        let Some(file) = &mut self.bytes else {
             return;
         };
-        match file.write_all(message).and_then(|()| file.flush()) {
-            Ok(()) => self.bytes = Some(file),
-            Err(error) => {
-                let error = anyhow::Error::from(error).context("cannot write the messages' bytes");
-                self.say(&format!("vocc: {error:#}; going on without them"));
-                self.unwritten = Some(error);
-            }
+        let written = file.write_all(message).and_then(|()| file.flush());
+        if let Err(error) = written.context("cannot write the messages' bytes") {
+            self.say(&format!("vocc: {error:#}; going on without them"));
+            self.bytes = None;
+            self.unwritten = Some(error);
         }
     }
 

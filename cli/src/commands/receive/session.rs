@@ -81,8 +81,8 @@ impl<'a> Session<'a> {
             None => self.reception.set_camera(self.hints.of_pixels(is_deep)),
             Some(before) => ensure!(
                 before == is_deep,
-                "its samples have {}, those of the frames before have {}: their levels mean different light; receive the frames of each depth \
-                 by themselves",
+                "its samples have {}, those of the frames before have {}: their levels mean different light; receive the frames of each \
+                 depth by themselves",
                 bits(is_deep),
                 bits(before)
             ),

@@ -140,8 +140,8 @@ struct LowestRates {
     no_seizures_hz: f64,
 }
 
-/// Prints what is seen of a message, or of beacons where there is none, with `carrier_cycles` cycles of a
-/// carrier a symbol; `file` is that which the message comes from.
+/// Prints what is seen of a message, or of beacons where there is none, with `carrier_cycles` cycles of a carrier a symbol; `file` is the one
+/// that the message comes from.
 pub fn run(
     options: &Options,
     carrier_cycles: Option<u32>,
