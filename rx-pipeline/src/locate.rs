@@ -5,7 +5,8 @@
 //! 3. `pose_candidates`: the poses of greatest `evidence` around it. The evidence of 64 spots of any brightness follows from one
 //!    convolution of the patch (`patch`), so hundreds of poses can be asked; `hill_climbing` finds its maxima, with spots of a few widths.
 //! 4. `verification`: 64 spots of two brightnesses and of any width, fitted to the pixels in linear light, must explain them, end on all
-//!    four sides where the LEDs do, and show a pattern as random as a scrambled message. Else they say why not.
+//!    four sides where the LEDs do, and show a pattern as random as a scrambled message. Else they say why not. In a single frame nothing
+//!    like these LEDs may lie beyond them on the same lattice.
 //!
 //! The difference of two frames is free of everything that stands still, and so steps 2 to 4 work on it before any background. In a single
 //! frame step 3 looks at what is left without what is smooth, and again without edges (`patch`), bright spots or dark ones, so that
@@ -593,6 +594,38 @@ mod tests {
     fn white_boards_are_found_by_their_dark_leds() {
         for blur_sigma_px in [0.6, 0.7, 0.8] {
             expect_found(&before_two_walls(4.8, [-3.0, 0.3], blur_sigma_px));
+        }
+    }
+
+    /// A dark board with a lattice of lamps, about half of them On.
+    fn lamps(columns: usize, rows: usize, bits: u64, pitch_px: f32) -> Vec<u8> {
+        let middle = [columns, rows].map(|lines| 0.5 * (lines - 1) as f32);
+        let light = |i: usize| {
+            let [x, y] = [i % SIDE, i / SIDE].map(|c| (c as f32 - 63.6) / pitch_px);
+            let [column, row] = [x + middle[0], y + middle[1]];
+            let (near_column, near_row) = (column.round(), row.round());
+            let is_lamp = (0.0..columns as f32).contains(&near_column) && (0.0..rows as f32).contains(&near_row);
+            let number = near_row.max(0.0) as u64 * columns as u64 + near_column.max(0.0) as u64;
+            let is_on = is_lamp && link::scramble::split_mix64(bits ^ number) & 1 == 1;
+            let (u, v) = (column - near_column, row - near_row);
+            0.3 + f32::from(is_on) * 3.0 * (-(u * u + v * v) / 0.16).exp()
+        };
+        (0..SIDE * SIDE).map(|i| (118.0 * light(i).powf(1.0 / 2.2)).round() as u8).collect()
+    }
+
+    #[test]
+    fn boards_of_more_lamps_are_no_panels() {
+        let locator = Locator::new(Camera::default()).unwrap();
+        let mut memory = Box::new(LocatorMemory::<25_600>::new());
+        let mut seen = |columns, rows, bits, pitch_px| {
+            let pixels = lamps(columns, rows, bits, pitch_px);
+            locator.locate(&Frame::new(&pixels, SIDE, SIDE).unwrap(), &mut memory).is_ok()
+        };
+        assert!(seen(8, 8, 1, 5.3));
+        for (columns, rows) in [(9, 8), (10, 8), (9, 9), (12, 10), (16, 9)] {
+            for bits in 1..=4 {
+                assert!(!seen(columns, rows, bits << 32, 5.3), "{columns} × {rows}, {bits}");
+            }
         }
     }
 

@@ -1,5 +1,6 @@
 //! Is it a panel? A lattice fitted to the pixels is verified to be one, or says why it is not.
 
+mod beyond;
 mod criteria;
 mod led_likeness;
 mod lines;
@@ -151,6 +152,9 @@ pub(super) fn verify<const N: usize>(
         return Err(LocateError::GoesOn { lit_around });
     }
     if single {
+        if let Some(lit_around) = beyond::goes_on(observation, &fitted.spots) {
+            return Err(LocateError::GoesOn { lit_around });
+        }
         let log_odds = bimodality::log_odds(&fitted.spots, &fitted.slope, noise);
         if log_odds.is_nan() || may_be_no_panel(&fitted, scope) && log_odds < settings.min_log_odds {
             return Err(LocateError::Indistinct { log_odds });

@@ -4,7 +4,8 @@ import argparse
 import json
 import pathlib
 
-from evaluate import evaluate_films, evaluate_pictures, report
+from deceivers import draw_deceiver
+from evaluate import evaluate_deceivers, evaluate_films, evaluate_pictures, report
 from film import draw_film
 from single import draw_single
 
@@ -17,6 +18,7 @@ def arguments():
     parser = argparse.ArgumentParser(prog="tests/tools/other-cameras/run", description=__doc__)
     parser.add_argument("--films", type=int, default=0, metavar="N", help="draw N films")
     parser.add_argument("--pictures", type=int, default=0, metavar="N", help="draw N single pictures of a panel on a board")
+    parser.add_argument("--deceivers", type=int, default=0, metavar="N", help="draw N single pictures without a panel, of what looks like one")
     parser.add_argument("--seed", type=int, default=1, help="the first film's seed, and the pictures'; from 1000 on held out of tuning")
     parser.add_argument("--size", default="512x384", help="pixels of a film's frames; every sixth film is of full HD")
     parser.add_argument("--storage", help="how to keep all films: png, png16, jpg, h264, h265, rgb or bayer")
@@ -46,9 +48,17 @@ def main():
         for index in range(given.pictures):
             draw_single(given.seed, index, pictures, given.photographs, (1920, 1080))
         print(f"{given.pictures} pictures in {pictures}", flush=True)
+    if given.deceivers:
+        pictures = given.out / "deceivers"
+        pictures.mkdir(parents=True, exist_ok=True)
+        for index in range(given.deceivers):
+            draw_deceiver(given.seed, index, pictures, given.photographs)
+        print(f"{given.deceivers} pictures without a panel in {pictures}", flush=True)
     if given.evaluate:
         films = report(evaluate_films(given.vocc, given.out), "films", "delivered", given.json)
         pictures = report(evaluate_pictures(given.vocc, given.out / "single"), "pictures", "found", given.json)
+        if given.deceivers:
+            report(evaluate_deceivers(given.vocc, given.out / "deceivers"), "pictures without a panel", "found", given.json)
         if given.at_least:
             demand(given.at_least, films, pictures)
 

@@ -87,6 +87,14 @@ def summary(results, what, good):
     return {"summary": what, "of": len(results), **total}
 
 
+def evaluate_deceivers(vocc, folder):
+    """All pictures without a panel of a folder: is one seen?"""
+    for picture in sorted(folder.iterdir()):
+        ended = subprocess.run([vocc, "decode", "--json", str(picture)], capture_output=True, text=True)
+        seen = json.loads(ended.stdout.splitlines()[0])
+        yield {"picture": picture.name, "found": bool(seen["found"]), "misplaced": 0, "errors": 0, "bits": 0, "why": str(seen.get("why") or "")}
+
+
 def report(results, what, good, as_json):
     """Prints each result as it comes, and the sums, which it gives."""
     kept = []

@@ -180,7 +180,7 @@ fn unexplained(observation: Observation<'_, '_>, spots: &LatticeModel, at: [f32;
 }
 
 /// The light between pixels, and whether it is white.
-fn light_at(observation: Observation<'_, '_>, [x, y]: [f32; 2]) -> Option<(f32, bool)> {
+pub(super) fn light_at(observation: Observation<'_, '_>, [x, y]: [f32; 2]) -> Option<(f32, bool)> {
     let frame: &Frame<'_> = observation.frame;
     let (i, j) = (libm::floorf(x), libm::floorf(y));
     if !(i >= 0.0 && j >= 0.0) {

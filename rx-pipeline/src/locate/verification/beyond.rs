@@ -1,0 +1,71 @@
+//! Does the lattice go on? A panel ends on all four sides. Boards of lamps, dot-matrix signs, fronts of windows and the modules of a code
+//! show more of the same on the same lattice.
+//!
+//! At each LED the light is curved, along rows and along columns; the LEDs found say by how much, as this camera sees them. Places on the
+//! lattice up to [`LINES`] lines beyond it where the light is curved just so show one more LED. What an edge, a gradient or a texture of
+//! another size makes is hardly ever curved so both ways.
+
+use super::led_likeness::light_at;
+use crate::spots::{LatticeModel, Observation};
+use heapless::Vec;
+use link::panel::{LEDS, SIDE};
+
+/// Lines looked at beyond the lattice on each side (count). More: letters of a sign farther apart are seen, and more of what is like an
+/// LED by chance.
+const LINES: i32 = 4;
+/// A place shows one more LED if it differs from the others by less (share of the step from Off to On). Higher: more by chance.
+const JUST_LIKE: f32 = 0.3;
+/// But it has at least that of what they have (share).
+const LEAST_SHARE: f32 = 0.5;
+/// LEDs that are On stand out if they have more (share of the step from Off to On): else those that are Off do, as on a white board or in
+/// spots that have grown together.
+const STANDS_OUT: f32 = 0.28;
+/// LEDs in the other state that look just like those that stand out, at most (count): with more, the light tells nothing.
+const MOST_MISTAKEN: usize = 2;
+/// More LEDs in the line next to the lattice, and in all lines, at most (count). Panels before photographs have next to none. Lower: more
+/// panels before clutter wait for other frames.
+const MOST: (u32, u32) = (1, 5);
+
+/// How many more LEDs there are beyond the lattice, if it goes on; `None` if it ends as a panel does.
+pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) -> Option<u32> {
+    let curved = |column: i32, row: i32| curvature(observation, spots, [column as f32, row as f32]);
+    let (mut on, mut off) = (Vec::<f32, LEDS>::new(), Vec::<f32, LEDS>::new());
+    for led in 0..LEDS {
+        let group = if spots.state[led] > 0.5 { &mut on } else { &mut off };
+        // There are no more than that.
+        let _full = group.push(curved((led % SIDE) as i32, (led / SIDE) as i32));
+    }
+    let (of_on, of_off) = (median(&mut on)?, median(&mut off)?);
+    let step = of_on - of_off;
+    let (usual, others) = if of_on > STANDS_OUT * step { (of_on, &off) } else { (of_off, &on) };
+    let is_like = |value: f32| (value - usual).abs() < JUST_LIKE * step.abs() && value / usual > LEAST_SHARE;
+    if others.iter().filter(|&&value| is_like(value)).count() > MOST_MISTAKEN {
+        return None;
+    }
+    let (mut next, mut all) = (0, 0);
+    let side = SIDE as i32;
+    for row in -LINES..side + LINES {
+        for column in -LINES..side + LINES {
+            let lines_beyond = |place: i32| (-place).max(place - (side - 1));
+            let beyond = lines_beyond(column).max(lines_beyond(row));
+            if beyond > 0 && is_like(curved(column, row)) {
+                all += 1;
+                next += u32::from(beyond == 1);
+            }
+        }
+    }
+    (next > MOST.0 || all > MOST.1).then_some(all)
+}
+
+fn median(values: &mut [f32]) -> Option<f32> {
+    let middle = values.len() / 2;
+    (middle > 0).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
+}
+
+/// The lesser of the second differences of the light along the row and along the column, over half a pitch; 0 where the frame ends.
+fn curvature(observation: Observation<'_, '_>, spots: &LatticeModel, [column, row]: [f32; 2]) -> f32 {
+    let light = |u: f32, v: f32| Some(light_at(observation, spots.lattice.position(column + u, row + v))?.0);
+    let bend = |u: f32, v: f32| Some(light(0.0, 0.0)? - 0.5 * (light(-u, -v)? + light(u, v)?));
+    let both = bend(0.5, 0.0).zip(bend(0.0, 0.5));
+    both.map_or(0.0, |(across, down)| across.min(down))
+}
