@@ -8,6 +8,9 @@
 //!    four sides where the LEDs do, and show a pattern as random as a scrambled message. Else they say why not. In a single frame nothing
 //!    like these LEDs may lie beyond them on the same lattice.
 //!
+//! A single frame is first searched for spots that stand by themselves alone ([`Effort::Spots`]), which takes a twentieth of the time and
+//! finds most panels; then by all of that.
+//!
 //! The difference of two frames is free of everything that stands still, and so steps 2 to 4 work on it before any background. In a single
 //! frame step 3 looks at what is left without what is smooth, and again without edges (`patch`), bright spots or dark ones, so that
 //! neither a board nor what is around it counts; and step 4 at pixels within the lattice's own outline alone.
@@ -79,6 +82,9 @@ const HOLES_EVERY: u64 = 4;
 /// The side of the largest panel looked for on a level (larger px): as large as the smallest on the next level, and a
 /// quarter. Larger: slower; smaller: panels fall between two levels.
 const LEVEL_SIDE_MAX_PX: f32 = 70.0;
+/// Sides of panels whose LEDs are looked for as spots by themselves around each busy place (px): between them they resolve pitches of 3 to
+/// 20 px. More: slower, and panels of other sizes are found so.
+const SPOTS_SIDES_PX: [f32; 3] = [40.0, 80.0, 120.0];
 /// What spots at their first place explain of the light there, at least (share of the energy): else the pose is left. Higher: faster, and
 /// panels are missed that are small beside what moves behind them.
 const LEAST_SHARE: f32 = 0.12;
@@ -148,6 +154,8 @@ impl Location {
 /// How much of a frame to look at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
+    /// Only what stands out as spots by themselves, whatever is around them: cheap, and enough for most single frames.
+    Spots,
     /// All that stands out.
     Full,
     /// What is most striking, and of the rest one place in each frame: pass a number that counts the frames.
@@ -161,7 +169,7 @@ pub enum Effort {
 impl Effort {
     fn budget(self, share: u16, spare: u32) -> u32 {
         match self {
-            Self::Full => u32::MAX,
+            Self::Spots | Self::Full => u32::MAX,
             Self::Share(_) => share.into(),
             Self::Spare(_) => spare.min(share.into()),
             Self::Level(_) => 1,
@@ -192,7 +200,8 @@ impl Effort {
     fn busy(self) -> (impl Fn(usize) -> bool, &'static [Ground]) {
         let another = |number: u64| ALWAYS + (number % (BUSY_PEAKS - ALWAYS) as u64) as usize;
         let grounds = match self {
-            Self::Full => &[Ground::Around, Ground::Edges, Ground::Smooth, Ground::Holes][..],
+            Self::Spots => &[][..],
+            Self::Full => &[Ground::Around, Ground::Edges, Ground::Smooth, Ground::Holes],
             Self::Share(number) if number % HOLES_EVERY == HOLES_EVERY - 1 => &[Ground::Around, Ground::Holes],
             Self::Share(_) => &[Ground::Around, Ground::Edges],
             Self::Spare(number) => match number % 4 {
@@ -203,7 +212,7 @@ impl Effort {
             Self::Level(_) => &[Ground::Around],
         };
         let chosen = move |rank: usize| match self {
-            Self::Full => true,
+            Self::Spots | Self::Full => true,
             Self::Share(number) | Self::Level(number) => rank < ALWAYS || rank == another(number),
             // In eight frames each of the most striking is compared with each ground.
             Self::Spare(number) => rank == ((number / 2 + number / 4) % ALWAYS as u64) as usize || rank == another(number / 4),
@@ -335,6 +344,15 @@ impl Locator {
             suspects.keep(suspect);
             None
         };
+        if effort == Effort::Spots {
+            let view = View {
+                ground: Ground::Edges,
+                ..self.view(frame, None, survey.noise_grey)
+            };
+            let mut places = survey.busy.iter().filter(unknown);
+            let found = profile.timed(Stage::Search, || places.find_map(|peak| attempt.on_spots(peak, view)));
+            return found.ok_or_else(|| attempt.failure());
+        }
         let change = |before| self.view(frame, Some(before), survey.noise_of_change_grey);
         if effort.looks_again() && !in_motion {
             for suspect in suspected.latest() {
@@ -526,6 +544,27 @@ impl<const N: usize> Attempt<'_, N> {
         best.map(|verified| verified.location())
     }
 
+    /// A panel, clearly, on the lattice of the spots around a place: in what stands out there, or in patches of a few sizes.
+    fn on_spots(&mut self, peak: &Peak, view: View<'_, '_>) -> Option<Location> {
+        self.places += 1;
+        let sizes = SPOTS_SIDES_PX.map(|side_px| Blob {
+            centre: peak.centre,
+            side_px,
+        });
+        let blobs = Blob::around(peak, view.frame, None).into_iter().filter(|blob| view.resolves(blob));
+        let candidates = blobs.chain(sizes).filter_map(|blob| view.on_spots(&blob));
+        for candidate in candidates {
+            for Trial { widths_px, scope } in view.trials(&candidate) {
+                let pose = view.sharpened(&candidate, &widths_px, LEAST_SHARE);
+                match pose.and_then(|pose| self.verified(&view, scope, &pose).ok()) {
+                    Some(verified) if verified.is_clear() => return Some(verified.location()),
+                    _ => {}
+                }
+            }
+        }
+        None
+    }
+
     /// A suspect where it was.
     fn again(&mut self, suspect: &Suspect, view: View<'_, '_>) -> Option<Location> {
         let pose = view.sharpened(&suspect.lattice, &[suspect.spot_sigma_px()], LEAST_SHARE)?;
@@ -627,6 +666,16 @@ mod tests {
                 assert!(!seen(columns, rows, bits << 32, 5.3), "{columns} × {rows}, {bits}");
             }
         }
+    }
+
+    #[test]
+    fn spots_alone_show_a_panel() {
+        let pixels = before_two_walls(0.3, [0.2, 3.0], 0.7);
+        let locator = Locator::new(Camera::default()).unwrap();
+        let mut memory = Box::new(LocatorMemory::<25_600>::new());
+        let frame = Frame::new(&pixels, SIDE, SIDE).unwrap();
+        let found = locator.locate_among(&frame, &[], &[], Effort::Spots, &mut memory, &mut ()).unwrap();
+        assert!(Lattice::through(&found.corners).is_close_to(&TRUTH), "{found:?}");
     }
 
     fn expect_found(pixels: &[u8]) {

@@ -158,7 +158,7 @@ impl View<'_, '_> {
     }
 
     /// The lattice of the spots in a blob.
-    fn on_spots(&self, blob: &Blob) -> Option<Lattice> {
+    pub fn on_spots(&self, blob: &Blob) -> Option<Lattice> {
         let step = (libm::ceilf(blob.side_px * SPOTS_ROOM / PATCH_SIDE as f32) as usize).max(1);
         let patch = self.patch(blob, step);
         constellation::lattice(&patch).map(|lattice| patch.to_frame_lattice(&lattice.most_upright()))

@@ -31,6 +31,9 @@ const LIT_AROUND: [u32; 2] = [2, 3];
 /// What is left is next to nothing but noise (amplitude ratio): no other pose is tried. Higher: faster, and the
 /// second best pose may stay.
 const BEYOND_DOUBT: f32 = 1.25;
+/// A misfit below tells that no other pose need be tried (ratio of variances). Panels a line off have some 0.5. Higher: faster, and panels
+/// may be a line off.
+const CLEAR: f32 = 0.1;
 /// The noise around the panel counts as no less (share of the variance of the whole frame's).
 const LEAST_NOISE_AROUND: f32 = 0.3;
 
@@ -55,6 +58,11 @@ impl Verified {
     /// Whether there is next to nothing but noise left.
     pub fn is_beyond_doubt(&self) -> bool {
         self.fits() && self.residual_grey < BEYOND_DOUBT * self.noise_grey
+    }
+
+    /// Whether it fits so well that no line beside it could.
+    pub fn is_clear(&self) -> bool {
+        self.is_beyond_doubt() || self.misfit < CLEAR
     }
 
     /// Whether it fits where another does not, or leaves less.

@@ -125,12 +125,13 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
             0
         };
         let (for_levels, for_frames) = buffer.split_at_mut(for_levels);
+        let first = match self.in_vain {
+            _ if self.is_thorough => Effort::Spots,
+            PATIENCE_SEARCHES.. => Effort::Spare(number),
+            _ => Effort::Share(number),
+        };
         let mut asked = Asked {
-            effort: match self.in_vain {
-                _ if self.is_thorough => Effort::Full,
-                PATIENCE_SEARCHES.. => Effort::Spare(number),
-                _ => Effort::Share(number),
-            },
+            effort: first,
             locator,
             known,
             residuals,
@@ -140,18 +141,25 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
         self.levels.draw(frame, for_levels);
         profile.ends(Stage::Survey);
         // Each level's turn comes in every second frame, or after searches in vain in every fourth.
-        let are_left_out = matches!(asked.effort, Effort::Spare(number) if number % 4 >= 2);
-        let near = if are_left_out {
-            None
-        } else {
-            self.levels.find(for_levels, &mut asked, profile)
+        let are_left_out = matches!(first, Effort::Spare(number) if number % 4 >= 2);
+        let mut look = |effort| {
+            asked.effort = effort;
+            let near = if are_left_out {
+                None
+            } else {
+                self.levels.find(for_levels, &mut asked, profile)
+            };
+            near.map_or_else(
+                || {
+                    let earlier = self.history.frames(for_frames, size, KEPT_FRAMES);
+                    asked.at(&Grid::FRAME, frame, &earlier, &mut self.suspects, profile)
+                },
+                Ok,
+            )
         };
-        let found = match near {
-            Some(location) => Ok(location),
-            None => {
-                let earlier = self.history.frames(for_frames, size, KEPT_FRAMES);
-                asked.at(&Grid::FRAME, frame, &earlier, &mut self.suspects, profile)
-            }
+        let found = match look(first) {
+            Err(_) if first == Effort::Spots => look(Effort::Full),
+            found => found,
         };
         self.history.keep(for_frames, frame, KEPT_FRAMES);
         self.in_vain = match found {

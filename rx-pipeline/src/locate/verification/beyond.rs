@@ -22,9 +22,11 @@ const LEAST_SHARE: f32 = 0.5;
 const STANDS_OUT: f32 = 0.28;
 /// LEDs in the other state that look just like those that stand out, at most (count): with more, the light tells nothing.
 const MOST_MISTAKEN: usize = 2;
-/// More LEDs in the line next to the lattice, and in all lines, at most (count). Panels before photographs have next to none. Lower: more
+/// More LEDs in the line next to the lattice, and in all lines beyond what there is between them, at most (count). Panels before photographs have next to none. Lower: more
 /// panels before clutter wait for other frames.
 const MOST: (u32, u32) = (1, 5);
+/// Half a line off, where nothing of the lattice is (pitches).
+const BETWEEN: [[f32; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
 
 /// How many more LEDs there are beyond the lattice, if it goes on; `None` if it ends as a panel does.
 pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) -> Option<u32> {
@@ -42,19 +44,25 @@ pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) ->
     if others.iter().filter(|&&value| is_like(value)).count() > MOST_MISTAKEN {
         return None;
     }
-    let (mut next, mut all) = (0, 0);
-    let side = SIDE as i32;
-    for row in -LINES..side + LINES {
-        for column in -LINES..side + LINES {
-            let lines_beyond = |place: i32| (-place).max(place - (side - 1));
-            let beyond = lines_beyond(column).max(lines_beyond(row));
-            if beyond > 0 && is_like(curved(column, row)) {
+    let count = |offset: [f32; 2]| {
+        let side = SIDE as i32;
+        let places = (-LINES..side + LINES).flat_map(|row| (-LINES..side + LINES).map(move |column| [column, row]));
+        let (mut next, mut all) = (0, 0);
+        for place in places {
+            let beyond = place.map(|line| (-line).max(line - (side - 1)));
+            let beyond = beyond[0].max(beyond[1]);
+            let at = [0, 1].map(|axis| place[axis] as f32 + offset[axis]);
+            if beyond > 0 && is_like(curvature(observation, spots, at)) {
                 all += 1;
                 next += u32::from(beyond == 1);
             }
         }
-    }
-    (next > MOST.0 || all > MOST.1).then_some(all)
+        (next, all)
+    };
+    let (next, all) = count([0.0; 2]);
+    // Other lights lie between the lattice's lines as often as on them.
+    let by_chance = || BETWEEN.map(|offset| count(offset).1).into_iter().fold(0, u32::max);
+    (next > MOST.0 || all > MOST.1 && all > MOST.1 + by_chance()).then_some(all)
 }
 
 fn median(values: &mut [f32]) -> Option<f32> {
