@@ -604,7 +604,7 @@ fn a_conversation_that_breaks_after_the_hello_leaves_the_old_table_or_the_new() 
 
 #[test]
 fn a_flash_that_is_full_or_broken_leaves_the_old_table() {
-    for fault in [StoreError::Full, StoreError::Flash] {
+    for fault in [StoreError::Damaged, StoreError::Flash] {
         let mut is_told = false;
         let board = Board::start(move |fake, bytes| {
             if !std::mem::replace(&mut is_told, true) {

@@ -1,11 +1,20 @@
 //! The table, the calibration, the symbol rate with its carrier and the intensity limit in flash memory, which lose nothing when the power
 //! goes.
 //!
-//! Each is one item of a [`sequential_storage`] map: a new value is written beside the old one, and counts from
-//! the moment it is whole. A power cut at any moment leaves the old value or the new; a test cuts it at every
-//! single word and erase of updates, with torn words, and looks: `cargo test -p vocc-tx-firmware --test power_cut`.
+//! All of them together are one record, and each save writes a whole one beside those before it:
 //!
-//! A place that holds something else, so that nothing of a store is found in it, is erased by the first save.
+//! | bytes | what |
+//! |---|---|
+//! | 1 | the format: a record of another one is not read |
+//! | 4 | a number, one more than that of the record before |
+//! | 503 | the items, each at its place: its length in 2 bytes, and as many bytes as it may have at most; FF where there is none |
+//! | 4 | CRC-32C of all before it |
+//!
+//! The whole record with the greatest number counts. It is never written to, and a save erases at most one unit, the next one, when this
+//! one is full. Records stand at fixed places, so a torn one is left out, whatever was cut: a power cut leaves the old value or the new, and
+//! what is saved after it is found. A test cuts the power at every byte: `cargo test -p vocc-tx-firmware --test power_cut`.
+//!
+//! A memory that holds something else is taken over unit by unit, as the records reach it.
 //!
 //! The flash is anything that implements the blocking traits of [`embedded_storage`]. Two erase units of it are
 //! enough; with more, each is erased more seldom.
@@ -25,8 +34,7 @@
 
 use core::ops::Range;
 
-use embassy_futures::block_on;
-use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use embedded_storage::nor_flash::NorFlash;
 use link::{
     checksum::crc32c,
     intensity::IntensityLimit,
@@ -35,27 +43,29 @@ use link::{
     symbol_rate::SymbolRate,
     waveform::{SymbolTiming, Waveform},
 };
-use sequential_storage::{
-    Error,
-    cache::{Cache, Uncached},
-    map::{MapConfig, MapStorage},
-};
 use thiserror::Error;
 
 use crate::calibration::Calibration;
 
-/// The format of what is stored, before each value; another one is taken for nothing stored.
+/// Bytes of a record: a multiple of any flash's words.
+const RECORD: usize = 512;
+type Record = [u8; RECORD];
+const BLANK: Record = [0xff; RECORD];
+
+const FORMAT_AT: usize = 0;
+const NUMBER: Range<usize> = 1..5;
+const TABLE: Range<usize> = item(NUMBER.end, IMAGE_MAX);
+const CALIBRATION: Range<usize> = item(TABLE.end, 64);
+const SYMBOL_TIMING: Range<usize> = item(CALIBRATION.end, 4);
+const INTENSITY_LIMIT: Range<usize> = item(SYMBOL_TIMING.end, 8);
+const CRC_AT: usize = RECORD - 4;
+const _: () = assert!(INTENSITY_LIMIT.end <= CRC_AT);
+
+/// The format of a record.
 const FORMAT: u8 = 1;
-const TABLE: u8 = 1;
-const CALIBRATION: u8 = 2;
-const SYMBOL_TIMING: u8 = 3;
-const INTENSITY_LIMIT: u8 = 4;
 /// The bits of a symbol rate; above them stand the carrier's cycles, which are 0 for panels that stand still.
 const CYCLES_SHIFT: u32 = 20;
 const _: () = assert!(SymbolRate::MAX.millihertz() < 1 << CYCLES_SHIFT && (Waveform::MAX_CYCLES as u32) < 1 << (32 - CYCLES_SHIFT));
-
-/// Format, the longest value, CRC; rounded up to any flash's word of at most 32 bytes, and 1 byte of key.
-const BUFFER: usize = (1 + 1 + IMAGE_MAX + 4).next_multiple_of(32);
 
 /// Why the flash memory gave or took nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -72,11 +82,8 @@ pub enum StoreError {
     #[error("the flash memory failed: the old value stays in use; try again")]
     Flash,
     /// What is stored makes no sense.
-    #[error("what the flash memory holds is damaged: write it again")]
+    #[error("what the flash memory holds is damaged or no store's: write it again")]
     Damaged,
-    /// There is no room for it.
-    #[error("the store is full: give it more erase units")]
-    Full,
 }
 
 /// Where a transmitter keeps what it must not forget.
@@ -121,8 +128,23 @@ pub struct Remembered {
 
 /// A store in a part of a flash memory.
 pub struct Store<F: NorFlash> {
-    map: MapStorage<u8, Awaited<F>, Cache<Uncached, Uncached, Uncached, u8>>,
-    buffer: [u8; BUFFER],
+    flash: F,
+    addresses: Range<u32>,
+    /// What was found when it was first looked for, and has been saved since.
+    found: Option<Found>,
+    /// The record that counts, or a blank one.
+    record: Record,
+}
+
+/// What a flash memory holds.
+#[derive(Clone, Copy, Debug)]
+enum Found {
+    /// Nothing, or records of another format.
+    Nothing,
+    /// Something that no store has written.
+    Foreign,
+    /// A record that counts, at this address.
+    Record(u32),
 }
 
 impl<F: NorFlash> Store<F> {
@@ -131,14 +153,18 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// [`StoreError::Addresses`] when they are no whole units, or fewer than two.
     pub fn new(flash: F, addresses: Range<u32>) -> Result<Self, StoreError> {
+        const { assert!(F::ERASE_SIZE.is_multiple_of(RECORD) && RECORD.is_multiple_of(F::WRITE_SIZE) && RECORD.is_multiple_of(F::READ_SIZE)) };
         let (start, end) = (addresses.start, addresses.end);
-        if start > end {
+        let unit = F::ERASE_SIZE as u32;
+        let is_whole = start.is_multiple_of(unit) && end.is_multiple_of(unit);
+        if !is_whole || end.saturating_sub(start) < 2 * unit {
             return Err(StoreError::Addresses { start, end });
         }
-        let config = MapConfig::try_new(addresses).map_err(|_| StoreError::Addresses { start, end })?;
         Ok(Self {
-            map: MapStorage::new(Awaited(flash), config, Cache::new_uncached()),
-            buffer: [0; BUFFER],
+            flash,
+            addresses,
+            found: None,
+            record: BLANK,
         })
     }
 
@@ -213,47 +239,103 @@ impl<F: NorFlash> Store<F> {
 
     /// Gives the flash back.
     pub fn release(self) -> F {
-        self.map.destroy().0.0
+        self.flash
     }
 
-    /// The content of an item: what stands between its format and its CRC.
-    fn load(&mut self, key: u8) -> Result<Option<&[u8]>, StoreError> {
-        let item: Option<&[u8]> = block_on(self.map.fetch_item(&mut self.buffer, &key)).map_err(|error| store_error(&error))?;
-        item.map(|item| {
-            let (content, crc) = item.split_last_chunk().ok_or(StoreError::Damaged)?;
-            match content.split_first() {
-                Some((&FORMAT, value)) if crc32c(&[content]) == u32::from_le_bytes(*crc) => Ok(value),
-                _ => Err(StoreError::Damaged),
-            }
-        })
-        .transpose()
+    /// An item of the record that counts.
+    fn load(&mut self, item: Range<usize>) -> Result<Option<&[u8]>, StoreError> {
+        if let Found::Foreign = self.find()? {
+            return Err(StoreError::Damaged);
+        }
+        let (length, value) = self.record[item].split_first_chunk().unwrap_or((&[0xff; 2], &[]));
+        Ok(value.get(..u16::from_le_bytes(*length).into()))
     }
 
-    fn save(&mut self, key: u8, value: &[u8]) -> Result<(), StoreError> {
-        let mut item = heapless::Vec::<u8, BUFFER>::new();
-        let mut append = |bytes: &[u8]| item.extend_from_slice(bytes).map_err(|_| StoreError::Full);
-        append(&[FORMAT])?;
-        append(value)?;
-        let crc = crc32c(&[&item]);
-        item.extend_from_slice(&crc.to_le_bytes()).map_err(|_| StoreError::Full)?;
-        match self.put(key, &item) {
-            Err(StoreError::Damaged) if self.is_foreign() => {
-                block_on(self.map.erase_all()).map_err(|error| store_error(&error))?;
-                self.put(key, &item)
+    /// Writes the record that counts with this item in it as the next one.
+    fn save(&mut self, item: Range<usize>, value: &[u8]) -> Result<(), StoreError> {
+        let found = self.find()?;
+        let mut record = self.record;
+        let number = if let Found::Record(_) = found {
+            number(&record).wrapping_add(1)
+        } else {
+            0
+        };
+        record[FORMAT_AT] = FORMAT;
+        record[NUMBER].copy_from_slice(&number.to_le_bytes());
+        let length = (value.len() as u16).to_le_bytes();
+        for (place, byte) in record[item].iter_mut().zip(length.iter().chain(value)) {
+            *place = *byte;
+        }
+        let crc = crc_of(&record);
+        record[CRC_AT..].copy_from_slice(&crc);
+
+        let address = self.blank_place(found)?;
+        self.flash.write(address, &record).map_err(|_| StoreError::Flash)?;
+        if self.read(address)? != record {
+            return Err(StoreError::Flash);
+        }
+        self.record = record;
+        self.found = Some(Found::Record(address));
+        Ok(())
+    }
+
+    /// The first place behind the record that counts where nothing stands. The first of an erase unit is made one.
+    fn blank_place(&mut self, found: Found) -> Result<u32, StoreError> {
+        let mut address = self.addresses.start;
+        if let Found::Record(last) = found {
+            address = self.next(last);
+        }
+        let unit = F::ERASE_SIZE as u32;
+        while !address.is_multiple_of(unit) {
+            if self.read(address)? == BLANK {
+                return Ok(address);
             }
-            done => done,
+            address = self.next(address);
+        }
+        self.flash.erase(address, address + unit).map_err(|_| StoreError::Flash)?;
+        Ok(address)
+    }
+
+    fn next(&self, address: u32) -> u32 {
+        match address + RECORD as u32 {
+            next if next == self.addresses.end => self.addresses.start,
+            next => next,
         }
     }
 
-    fn put(&mut self, key: u8, item: &[u8]) -> Result<(), StoreError> {
-        block_on(self.map.store_item(&mut self.buffer, &key, &item)).map_err(|error| store_error(&error))
+    /// Looks for the record that counts, the first time.
+    fn find(&mut self) -> Result<Found, StoreError> {
+        if let Some(found) = self.found {
+            return Ok(found);
+        }
+        let (mut is_foreign, mut is_other_format, mut newest) = (false, false, None);
+        for address in self.addresses.clone().step_by(RECORD) {
+            let record = self.read(address)?;
+            if record == BLANK {
+                continue;
+            }
+            if record[CRC_AT..] != crc_of(&record) {
+                is_foreign = true;
+            } else if record[FORMAT_AT] != FORMAT {
+                is_other_format = true;
+            } else if newest.is_none() || number(&record).wrapping_sub(number(&self.record)).cast_signed() > 0 {
+                newest = Some(address);
+                self.record = record;
+            }
+        }
+        let found = match newest {
+            Some(address) => Found::Record(address),
+            None if is_foreign && !is_other_format => Found::Foreign,
+            None => Found::Nothing,
+        };
+        self.found = Some(found);
+        Ok(found)
     }
 
-    /// Whether there is nothing in it that could be lost.
-    fn is_foreign(&mut self) -> bool {
-        [TABLE, CALIBRATION, SYMBOL_TIMING, INTENSITY_LIMIT]
-            .into_iter()
-            .all(|key| matches!(self.load(key), Ok(None) | Err(StoreError::Damaged)))
+    fn read(&mut self, address: u32) -> Result<Record, StoreError> {
+        let mut record = BLANK;
+        self.flash.read(address, &mut record).map_err(|_| StoreError::Flash)?;
+        Ok(record)
     }
 }
 
@@ -264,7 +346,7 @@ impl<F: NorFlash> Memory for Store<F> {
 
     fn save_calibration(&mut self, calibration: &Calibration) -> Result<(), StoreError> {
         let mut bytes = [0; 64];
-        let bytes = postcard::to_slice(calibration.measured(), &mut bytes).map_err(|_| StoreError::Full)?;
+        let bytes = postcard::to_slice(calibration.measured(), &mut bytes).map_err(|_| StoreError::Damaged)?;
         self.save(CALIBRATION, bytes)
     }
 
@@ -288,42 +370,16 @@ fn readable<T>(found: Result<Option<T>, StoreError>, faults: &mut Faults) -> Opt
     })
 }
 
-fn store_error<E>(error: &Error<E>) -> StoreError {
-    match error {
-        Error::Storage { .. } => StoreError::Flash,
-        Error::FullStorage | Error::ItemTooBig => StoreError::Full,
-        _ => StoreError::Damaged,
-    }
+fn number(record: &Record) -> u32 {
+    let [_, a, b, c, d, ..] = *record;
+    u32::from_le_bytes([a, b, c, d])
 }
 
-/// A blocking flash where an asynchronous one is asked for: whatever is awaited is there at once.
-struct Awaited<F>(F);
-
-impl<F: ErrorType> ErrorType for Awaited<F> {
-    type Error = F::Error;
+fn crc_of(record: &Record) -> [u8; 4] {
+    crc32c(&[&record[..CRC_AT]]).to_le_bytes()
 }
 
-impl<F: ReadNorFlash> embedded_storage_async::nor_flash::ReadNorFlash for Awaited<F> {
-    const READ_SIZE: usize = F::READ_SIZE;
-
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
-        self.0.read(offset, bytes)
-    }
-
-    fn capacity(&self) -> usize {
-        self.0.capacity()
-    }
-}
-
-impl<F: NorFlash> embedded_storage_async::nor_flash::NorFlash for Awaited<F> {
-    const WRITE_SIZE: usize = F::WRITE_SIZE;
-    const ERASE_SIZE: usize = F::ERASE_SIZE;
-
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
-        self.0.erase(from, to)
-    }
-
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
-        self.0.write(offset, bytes)
-    }
+/// The place of an item behind another: its length, and at most so many bytes.
+const fn item(behind: usize, most: usize) -> Range<usize> {
+    behind..behind + 2 + most
 }

@@ -3,12 +3,14 @@
 mod flash;
 
 use fixed::types::U32F32;
-use flash::{ERASE, Flash, Power};
+use flash::{ERASE, Flash, Power, Tear, mixed};
+use link::checksum::crc32c;
 use link::intensity::IntensityLimit;
 use link::l2a_table::{ILLUMINANCES_MAX, INTERVALS_MAX, L2aTable};
 use link::serial::Faults;
 use link::symbol_rate::SymbolRate;
 use link::waveform::{SymbolTiming, Waveform};
+use properties::all_cases;
 use tx_firmware::calibration::{BENCH, Calibration, Measured};
 use tx_firmware::store::{Memory, Remembered, Store, StoreError};
 
@@ -110,7 +112,7 @@ fn used<const WRITE: usize>(tables: u16, rates: u16) -> Flash<WRITE> {
 fn cut_everywhere<const WRITE: usize, K: Stored>(before: &Flash<WRITE>, number: u16) -> u64 {
     let (old, new) = (K::numbered(number - 1), K::numbered(number));
     let mut cuts = 0;
-    for tear in 0..6 {
+    for tear in (0..6).map(Tear::Bits) {
         for operations in 0.. {
             let mut cut = store(Flash {
                 power: Power::For(operations),
@@ -121,7 +123,7 @@ fn cut_everywhere<const WRITE: usize, K: Stored>(before: &Flash<WRITE>, number: 
             let flash = cut.release().restarted();
             let mut restarted = store(flash.clone());
             let found = K::load(&mut restarted).expect("readable").expect("a value");
-            let context = format!("{WRITE}-byte words, update {number}, tear {tear}, cut at {operations}");
+            let context = format!("{WRITE}-byte words, update {number}, {tear:?}, cut at {operations}");
             if saved.is_ok() {
                 assert_eq!(found, new, "{context}");
                 break;
@@ -158,8 +160,8 @@ fn cut_repair_everywhere<const WRITE: usize, K: Stored>(left: &Flash<WRITE>, old
 
 #[test]
 fn a_power_cut_at_any_operation_leaves_the_old_table_or_the_new() {
-    // The first updates fill a unit; later ones move what is needed to the other unit and erase the first.
-    for updates in [1, 2, 9, 10, 11, 12, 13, 20, 21, 22, 23] {
+    // After 7, 15 and 23 tables a unit is full, and the next save erases the other one.
+    for updates in [1, 2, 6, 7, 8, 14, 15, 16, 22, 23] {
         let before = used::<4>(updates, 0);
         assert!(cut_everywhere::<4, L2aTable>(&before, updates) > 0);
     }
@@ -167,7 +169,7 @@ fn a_power_cut_at_any_operation_leaves_the_old_table_or_the_new() {
 
 #[test]
 fn a_power_cut_at_any_operation_leaves_the_old_symbol_rate_and_carrier_or_the_new_and_the_table() {
-    // With eleven tables before them, the first rates end the unit and the later ones move the table to the other.
+    // Before the twelfth rate after eleven tables a unit is full.
     for (tables, rates) in [(1, 1), (11, 1), (11, 2), (11, 9), (11, 10), (11, 11), (11, 12)] {
         let before = used::<4>(tables, rates);
         assert!(cut_everywhere::<4, SymbolTiming>(&before, rates) > 0);
@@ -179,7 +181,7 @@ fn a_power_cut_at_any_operation_leaves_the_old_symbol_rate_and_carrier_or_the_ne
 
 #[test]
 fn a_power_cut_at_any_operation_leaves_the_old_intensity_limit_or_the_new() {
-    for tables in [1, 9, 10, 11, 12] {
+    for tables in [1, 4, 5, 6, 13] {
         let mut store = store(used::<4>(tables, 1));
         let before = IntensityLimit::numbered(0);
         store.save_intensity_limit(Some(before)).expect("room");
@@ -204,11 +206,141 @@ fn a_limit_is_remembered_whatever_calibration_is_there_and_can_be_taken_back() {
 
 #[test]
 fn it_does_so_whatever_the_flashs_words_are() {
-    for updates in [11, 12] {
+    for updates in [6, 7] {
         assert!(cut_everywhere::<1, L2aTable>(&used(updates, 0), updates) > 0);
         assert!(cut_everywhere::<8, L2aTable>(&used(updates, 0), updates) > 0);
         assert!(cut_everywhere::<32, L2aTable>(&used(updates, 0), updates) > 0);
-        assert!(cut_everywhere::<32, SymbolTiming>(&used(11, updates), updates) > 0);
+        assert!(cut_everywhere::<32, SymbolTiming>(&used(11, updates + 5), updates + 5) > 0);
+    }
+}
+
+/// What is kept, as a transmitter finds it when it starts.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Kept {
+    table: Option<L2aTable>,
+    calibration: Option<Calibration>,
+    timing: Option<SymbolTiming>,
+    limit: Option<IntensityLimit>,
+}
+
+/// One of the values of [`Kept`].
+enum Value {
+    Table(Box<L2aTable>),
+    Calibration(Calibration),
+    Timing(SymbolTiming),
+    Limit(IntensityLimit),
+}
+
+impl Value {
+    /// Tables of all sizes, and now and then something else.
+    fn drawn(seed: u64) -> Self {
+        let number = mixed(seed);
+        match number >> 60 {
+            0 => Self::Calibration(calibration(number as u32 % 10_000)),
+            1 => Self::Timing(timing(number as u16 % 500)),
+            2 => Self::Limit(IntensityLimit::numbered(number as u16)),
+            _ => {
+                let (n, m) = (
+                    (number >> 20) as usize % ILLUMINANCES_MAX + 1,
+                    (number >> 40) as usize % INTERVALS_MAX + 1,
+                );
+                let lux: Vec<f32> = (0..n).map(|n| 2.5_f32.powi(n as i32)).collect();
+                let pitches: Vec<f32> = (0..m).map(|n| 0.5 + 0.25 * n as f32).collect();
+                let values: Vec<f32> = (0..n * m).map(|n| 0.2 + (n as u64 * 7 + number % 997) as f32 % 3.8).collect();
+                Self::Table(Box::new(L2aTable::new(&lux, &pitches, &values).expect("a table")))
+            }
+        }
+    }
+
+    fn save<const WRITE: usize>(&self, store: &mut Store<Flash<WRITE>>) -> Result<(), StoreError> {
+        match self {
+            Self::Table(table) => store.save_table(table),
+            Self::Calibration(calibration) => store.save_calibration(calibration),
+            Self::Timing(timing) => store.save_timing(*timing),
+            Self::Limit(limit) => store.save_intensity_limit(Some(*limit)),
+        }
+    }
+}
+
+impl Kept {
+    fn found<const WRITE: usize>(flash: &Flash<WRITE>) -> Self {
+        let mut store = store(flash.restarted());
+        Self {
+            table: store.table().ok().flatten(),
+            calibration: store.calibration().ok().flatten(),
+            timing: store.timing().ok().flatten(),
+            limit: store.intensity_limit().ok().flatten(),
+        }
+    }
+
+    fn with(&self, value: &Value) -> Self {
+        let mut kept = self.clone();
+        match value {
+            Value::Table(table) => kept.table = Some(*table.clone()),
+            Value::Calibration(calibration) => kept.calibration = Some(*calibration),
+            Value::Timing(timing) => kept.timing = Some(*timing),
+            Value::Limit(limit) => kept.limit = Some(*limit),
+        }
+        kept
+    }
+}
+
+/// Saves a value and cuts the power after so many bytes, if there are so many: the flash, and what a restart finds in it.
+fn cut_after<const WRITE: usize>(flash: &Flash<WRITE>, value: &Value, bytes: usize) -> (Flash<WRITE>, Kept) {
+    let before = Kept::found(flash);
+    let mut cut = store(Flash {
+        power: Power::For((bytes / WRITE) as u64),
+        tear: Tear::Bytes(bytes % WRITE),
+        ..flash.clone()
+    });
+    let saved = value.save(&mut cut).is_ok();
+    let left = cut.release().restarted();
+    let found = Kept::found(&left);
+    let with = before.with(value);
+    assert!(
+        found == with || !saved && found == before,
+        "{WRITE}-byte words, cut after {bytes} bytes"
+    );
+    (left, found)
+}
+
+/// A fixed sequence of saves, each of which is cut at many bytes; then comes the next, which is cut once more or not, and is tried until it
+/// is through. What was answered with success is there after the next restart.
+fn sequence_of_cuts<const WRITE: usize>(sequence: u64) {
+    const SAVES: u64 = 4;
+    let mut flash = Flash::<WRITE>::new();
+    let value = |save: u64| Value::drawn(sequence * 100 + save);
+    for save in 0..SAVES {
+        let drawn = |number: u64| (mixed(sequence << 20 | save << 16 | number) % 600) as usize;
+        let cuts: Vec<usize> = if all_cases() {
+            (0..=520).collect()
+        } else {
+            (0..=8).chain((0..3).map(drawn)).collect()
+        };
+        for bytes in cuts {
+            let (mut left, mut found) = cut_after(&flash, &value(save), bytes);
+            let next = value(save + 1);
+            if drawn(bytes as u64 + 10).is_multiple_of(3) {
+                (left, found) = cut_after(&left, &next, drawn(bytes as u64 + 11) % 64);
+            }
+            let mut last = store(left);
+            next.save(&mut last).expect("with power");
+            let context = format!("{WRITE}-byte words, sequence {sequence}, save {save} cut after {bytes} bytes");
+            assert_eq!(Kept::found(&last.release()), found.with(&next), "{context}");
+        }
+        let mut whole = store(flash);
+        value(save).save(&mut whole).expect("with power");
+        flash = whole.release();
+    }
+}
+
+/// All cuts with `VOCC_TEST_CASES=all cargo test --release -p vocc-tx-firmware --test power_cut`.
+#[test]
+fn what_was_saved_is_there_whatever_was_cut_before() {
+    for sequence in 0..200 {
+        sequence_of_cuts::<1>(sequence);
+        sequence_of_cuts::<4>(sequence);
+        sequence_of_cuts::<32>(sequence);
     }
 }
 
@@ -233,12 +365,42 @@ fn erased_and_foreign_memories_hold_nothing_and_can_be_used() {
         assert!(!matches!(foreign.table(), Ok(Some(_))));
         let found = foreign.remembered(calibration(1));
         assert_eq!(found.table, L2aTable::shipped());
-        assert!(found.faults.contains(nothing.faults));
+        assert_eq!(found.faults, nothing.faults.union(Faults::STORE));
         foreign.save_table(&table(1)).expect("taken over");
         assert_eq!(foreign.table(), Ok(Some(table(1))));
         let found = foreign.remembered(calibration(1));
         assert_eq!((found.table, found.faults), (table(1), Faults::NO_CALIBRATION));
     }
+}
+
+/// An erase stops a board's processor, and its watchdog with it.
+#[test]
+fn a_save_erases_one_unit_at_most_whatever_was_in_the_memory() {
+    let mut flash = Flash::<1>::new();
+    flash.bytes.fill(0x5a);
+    for number in 0..20 {
+        let mut store = store(flash);
+        store.save_table(&table(number)).expect("taken over");
+        flash = store.release();
+        assert!(core::mem::take(&mut flash.erased) <= 1, "{number}");
+    }
+}
+
+#[test]
+fn records_of_another_format_are_nothing_stored_and_are_written_over() {
+    let mut flash = used::<4>(3, 1);
+    for record in flash.bytes.chunks_exact_mut(512).take_while(|record| record[0] != 0xff) {
+        record[0] += 1;
+        let (content, crc) = record.split_last_chunk_mut().expect("a record");
+        *crc = crc32c(&[content]).to_le_bytes();
+    }
+    let mut store = store(flash);
+    assert_eq!(store.table(), Ok(None));
+    let found = store.remembered(calibration(1));
+    assert_eq!(found.faults, Faults::NO_TABLE.union(Faults::NO_CALIBRATION));
+    store.save_timing(timing(7)).expect("room");
+    let mut store = self::store(store.release());
+    assert_eq!((store.timing(), store.table()), (Ok(Some(timing(7))), Ok(None)));
 }
 
 #[test]

@@ -52,7 +52,7 @@ use crate::{
     symbols::Symbols,
 };
 
-/// Longer than any erase of the flash.
+/// Longer than any erase of a sector of the flash.
 const WATCHDOG: Duration = Duration::from_secs(2);
 
 bind_interrupts!(struct Irqs {
