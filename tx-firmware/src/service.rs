@@ -16,8 +16,8 @@ use link::{
     intensity::IntensityLimit,
     l2a_table::{L2aTable, image::IMAGE_MAX},
     serial::{
-        ANSWER_FRAME_MAX, Answer, BodyError, CHUNK_MAX, Counters, FrameReader, Hello, Kind, Measured, REQUEST_FRAME_MAX, Refusal, Request,
-        SCHEMA, Status, TablePart, encode, wire_length,
+        ANSWER_FRAME_MAX, Answer, BodyError, CHUNK_MAX, Counters, Faults, FrameReader, Hello, Kind, Measured, REQUEST_FRAME_MAX, Refusal,
+        Request, SCHEMA, Status, TablePart, encode, wire_length,
     },
     symbol_rate::SymbolRate,
     waveform::{SymbolTiming, Waveform},
@@ -116,8 +116,6 @@ pub struct Service {
 #[derive(Debug)]
 struct Conversation {
     staging: Option<Staging>,
-    /// The table that was committed last: the same commit again has lost its answer.
-    committed: Option<u32>,
     /// The sequence number of the message that was taken last.
     message: Option<u32>,
     counters: Counters,
@@ -131,7 +129,6 @@ impl Service {
             reader: FrameReader::new(),
             conversation: Conversation {
                 staging: None,
-                committed: None,
                 message: None,
                 counters: Counters {
                     frames: 0,
@@ -271,7 +268,10 @@ impl Conversation {
 
     fn commit(&mut self, crc: u32, device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
         let Some(staging) = &self.staging else {
-            return if self.committed == Some(crc) {
+            // The same commit again has lost its answer; another port may have put another table in its place since.
+            let is_in_use =
+                |transmitter: &Transmitter<_>| transmitter.table().crc() == crc && !transmitter.faults().contains(Faults::NO_TABLE);
+            return if device.read(is_in_use) {
                 Ok(Answer::Committed { crc })
             } else {
                 Err(Refusal::NotBegun)
@@ -281,7 +281,6 @@ impl Conversation {
         memory.save_table(&table).map_err(|_| Refusal::Store)?;
         device.change(|transmitter| transmitter.set_table(table));
         self.staging = None;
-        self.committed = Some(crc);
         Ok(Answer::Committed { crc })
     }
 

@@ -95,6 +95,25 @@ fn every_request_may_be_repeated() {
 }
 
 #[test]
+fn a_commit_that_is_repeated_says_whether_its_table_is_in_use_whatever_the_other_port_did() {
+    let mut bench = Bench::new();
+    let [first, second] = [2.0, 3.0].map(|l2a| L2aTable::new(&[1.0], &[1.0], &[l2a]).expect("a table"));
+    let commit = |table: &L2aTable| Request::CommitTable { crc: table.crc() };
+    let committed = |table: &L2aTable| Answer::Committed { crc: table.crc() };
+    bench.stage(first.image(), first.crc());
+    bench.expect(&commit(&first), &committed(&first));
+
+    let port = std::mem::replace(&mut bench.service, Bench::<RecordingMatrix>::another_port());
+    bench.expect(&commit(&first), &committed(&first));
+    bench.stage(second.image(), second.crc());
+    bench.expect(&commit(&second), &committed(&second));
+
+    bench.service = port;
+    bench.expect(&commit(&first), &Answer::Refused(Refusal::NotBegun));
+    assert_eq!(bench.transmitter.table(), &second);
+}
+
+#[test]
 fn a_table_out_of_order_is_refused_and_changes_nothing() {
     let mut bench = Bench::new();
     let table = table();

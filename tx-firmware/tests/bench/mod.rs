@@ -14,7 +14,7 @@ use crate::flash::Flash;
 pub struct Bench<M = RecordingMatrix> {
     pub transmitter: Transmitter<M>,
     pub store: Store<Flash<4>>,
-    service: Service,
+    pub service: Service,
     pub sequence: u32,
 }
 
@@ -30,12 +30,17 @@ impl<M: LedMatrix> Bench<M> {
         Self {
             transmitter: Transmitter::new(matrix, calibration, L2aTable::default(), Smoothing::default()),
             store: Store::new(Flash::new(), 0..8192).expect("a store"),
-            service: Service::new(Identity {
-                firmware: "1.2.3",
-                board: "bench",
-            }),
+            service: Self::another_port(),
             sequence: 0,
         }
+    }
+
+    /// The service of a port that has received nothing.
+    pub fn another_port() -> Service {
+        Service::new(Identity {
+            firmware: "1.2.3",
+            board: "bench",
+        })
     }
 
     /// The bytes that come back for these.
