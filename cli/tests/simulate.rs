@@ -134,8 +134,13 @@ fn a_table_a_calibration_and_a_message_are_tried_without_hardware() {
     board.end();
 }
 
+/// A template with the luminance of the bench's panel.
+fn measured(template: &str) -> String {
+    template.replace("luminance_full_cd_m2 = 0.0", "luminance_full_cd_m2 = 26000.0")
+}
+
 #[test]
-fn a_calibration_to_fill_in_can_be_written_as_it_is() {
+fn a_calibration_to_fill_in_is_refused_until_its_luminance_is_there() {
     let place = folder("calibration-template");
     let file = place.join("mine.toml");
     let template = ["device", "calibration", "--template"];
@@ -149,9 +154,14 @@ fn a_calibration_to_fill_in_can_be_written_as_it_is() {
         assert!(text_of(&file).contains(words), "{words:?} is missing");
     }
 
-    // The bench's values are those that a new board takes its own for.
+    // Nobody has measured this panel yet.
     let board = Simulated::start(&[]);
+    says(&board.vocc(&["device", "calibration", name(&file)]), 2, &["full luminance 0"]);
+    assert_eq!(board.status()["faults"], serde_json::json!(["no_table", "no_calibration"]));
+
+    // The bench's values are those that a new board takes its own for.
     let before = board.vocc(&["device", "calibration", "--json"]);
+    std::fs::write(&file, measured(&text(&printed.stdout))).expect("written");
     let after = board.vocc(&["device", "calibration", name(&file), "--json"]);
     says(&after, 0, &[]);
     assert_eq!(text(&before.stdout), text(&after.stdout));
@@ -225,7 +235,7 @@ fn the_flash_survives_and_is_one_boards_at_a_time() {
 fn a_limit_of_the_intensity_is_kept_to_whatever_the_light_and_without_power_too() {
     let place = folder("simulated-limit");
     let (flash, limited) = (place.join("flash"), place.join("limited.toml"));
-    let plain = text(&vocc(&["device", "calibration", "--template"]).stdout);
+    let plain = measured(&text(&vocc(&["device", "calibration", "--template"]).stdout));
     let limit = "max_cd = 10.0\nled_diameter_m = 0.03\n";
     std::fs::write(&limited, format!("{plain}{limit}")).expect("written");
     // 10 cd are 442 cd/m².
@@ -387,7 +397,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     let place = folder("simulated-calibration");
     let pictures = place.join("pictures");
     std::fs::create_dir(&pictures).expect("a folder");
-    let trial = text(&vocc(&["device", "calibration", "--template"]).stdout)
+    let trial = measured(&text(&vocc(&["device", "calibration", "--template"]).stdout))
         .replace("shortest_pulse_ns = 100", "shortest_pulse_ns = 0")
         .replace("low_current_share = 0.125", "low_current_share = 1.0");
     let light = ["camera.frame_rate_hz=4", "ambient.illuminance_lx=10000", "panel.reflectance=0.4"];

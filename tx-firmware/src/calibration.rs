@@ -10,6 +10,7 @@ pub use link::serial::Measured;
 use thiserror::Error;
 
 use crate::drive::{EXPOSURE_LONG_NS, period_ns};
+use crate::matrix::Duty;
 
 /// The luminance that a panel may have at full duty, cd/m²: an L2A of 4 on a white panel in the
 /// brightest sun takes 520 000.
@@ -195,6 +196,16 @@ impl Calibration {
             most_cd_m2.min(full_cd_m2)
         });
         Self { limit, most_cd_m2, ..self }
+    }
+
+    /// The same panel, which is given no more than this duty.
+    pub(crate) fn with_duty_at_most(self, most: Duty) -> Self {
+        if most == Duty::MAX {
+            return self;
+        }
+        let share = u128::from(self.measured.luminance_full_cd_m2.to_bits()) * u128::from(most.to_bits());
+        let most_cd_m2 = U32F32::from_bits((share >> Duty::FRAC_NBITS) as u64).min(self.most_cd_m2);
+        Self { most_cd_m2, ..self }
     }
 
     /// The limit of the luminous intensity, if there is one.

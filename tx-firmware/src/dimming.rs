@@ -18,7 +18,8 @@
 //! | `Floor` | L* < floor, and the floor's L2A is at most [`L2A_MAX`] | the floor |
 //! | `Off` | L* < floor, and the floor's L2A would be above [`L2A_MAX`]; or floor > most | dark |
 //!
-//! *Most* is full luminance, or less where the calibration limits the panel's intensity: [`Calibration::luminance_most_cd_m2`].
+//! *Most* is full luminance, or less where the calibration limits the panel's intensity ([`Calibration::luminance_most_cd_m2`]) or where its
+//! board has a [`ceiling`] of the duty.
 //! The floor is the shortest clean pulse in each PWM period,
 //! [`Calibration::luminance_floor_cd_m2`]. Just below it the floor is held, because a link somewhat
 //! brighter than best still works. Far below it, at night, the same pulse would flare and blind a
@@ -145,6 +146,22 @@ fn duty(luminance_cd_m2: U32F32, full_cd_m2: U32F32) -> Duty {
     let luminance = u128::from(luminance_cd_m2.to_bits()) << Duty::FRAC_NBITS;
     let share = luminance / u128::from(full_cd_m2.to_bits().max(1));
     Duty::from_bits(share.try_into().unwrap_or(u32::MAX))
+}
+
+/// The greatest duty in this light, read by the sensor before any gain, of LEDs that may have full duty from `full_duty_lx` on: in
+/// proportion to the light below, and never less than at [`NIGHT_LX`].
+///
+/// ```
+/// use link::l2a_table::Illuminance;
+/// use tx_firmware::dimming::{Duty, ceiling};
+/// let at = |lx: &str| ceiling(4000, lx.parse::<Illuminance>().unwrap());
+/// assert_eq!((at("4000"), at("1000"), at("50")), (Duty::MAX, Duty::lit("0.25"), Duty::lit("0.0125")));
+/// assert_eq!(at("0"), at("50"));
+/// ```
+pub fn ceiling(full_duty_lx: u32, reading_lx: Illuminance) -> Duty {
+    let lux = u64::from(reading_lx.max(NIGHT_LX).to_bits()) << (Duty::FRAC_NBITS - Illuminance::FRAC_NBITS);
+    let share = lux.checked_div(full_duty_lx.into()).and_then(|share| share.try_into().ok());
+    share.map_or(Duty::MAX, Duty::from_bits)
 }
 
 /// The steps of a PWM of `max_duty_cycle` steps that are nearest to `duty`.

@@ -72,6 +72,10 @@ pub trait LedMatrix {
     /// at once, four times a cycle.
     const SHOWS_CARRIER: bool = false;
 
+    /// From how much light on these LEDs may have full duty, lx as the sensor itself reads it: [`ceiling`](crate::dimming::ceiling). So a
+    /// calibration whose numbers nobody measured does not dazzle. 0 for LEDs that may have it in the dark.
+    const FULL_DUTY_LX: u32 = 0;
+
     /// Shows `panel` until the next call: bit 8·row + column is the LED of that row and column, as
     /// the camera sees them.
     ///
@@ -97,6 +101,7 @@ impl<M: LedMatrix + ?Sized> LedMatrix for &mut M {
     type Error = M::Error;
 
     const SHOWS_CARRIER: bool = M::SHOWS_CARRIER;
+    const FULL_DUTY_LX: u32 = M::FULL_DUTY_LX;
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
         (**self).show(panel)

@@ -14,9 +14,9 @@ use link::{
 use crate::{
     ambient::{Ambient, Smoothing},
     calibration::Calibration,
-    dimming::{Dimming, L2A_MAX, NIGHT_LX},
+    dimming::{Dimming, L2A_MAX, NIGHT_LX, ceiling},
     light_watch::{Evidence, LightSample, LightWatch, SensorRange},
-    matrix::LedMatrix,
+    matrix::{Duty, LedMatrix},
     schedule::{Repeats, Schedule},
 };
 
@@ -47,6 +47,8 @@ pub struct Transmitter<M> {
     timing: SymbolTiming,
     /// The L2A and the illuminance that the panel was dimmed to while light was known.
     known: Option<(L2a, Illuminance)>,
+    /// The most that the latest evidence of the light allows.
+    most_duty: Duty,
     dimming: Option<Dimming>,
     now_ms: u64,
     faults: Faults,
@@ -66,6 +68,7 @@ impl<M: LedMatrix> Transmitter<M> {
             schedule: Schedule::new(),
             timing: SymbolTiming::default(),
             known: None,
+            most_duty: ceiling(M::FULL_DUTY_LX, NIGHT_LX),
             dimming: None,
             now_ms: 0,
             faults: Faults::empty(),
@@ -86,8 +89,14 @@ impl<M: LedMatrix> Transmitter<M> {
             LightSample::Light { .. } | LightSample::Saturated => &mut self.counters.readings,
         });
         let illuminance_lx = match self.light_watch.observe(self.now_ms, range, sample) {
-            Evidence::Light(lux) => Some(self.ambient.sense(lux)),
-            Evidence::Daylight => Some(self.ambient.sense_daylight()),
+            Evidence::Light(lux) => {
+                self.most_duty = ceiling(M::FULL_DUTY_LX, Illuminance::saturating_from_num(lux));
+                Some(self.ambient.sense(lux))
+            }
+            Evidence::Daylight => {
+                self.most_duty = Duty::MAX;
+                Some(self.ambient.sense_daylight())
+            }
             Evidence::None => None,
         };
         if let Some(illuminance_lx) = illuminance_lx {
@@ -178,13 +187,18 @@ impl<M: LedMatrix> Transmitter<M> {
     }
 
     fn dim(&mut self) -> Result<Option<Dimming>, M::Error> {
-        let dimmed = |(l2a, lx)| Dimming::new(l2a, lx, &self.calibration);
-        let dimming = match self.light_watch.light() {
+        let light = self.light_watch.light();
+        if light == Light::Lost {
+            self.most_duty = ceiling(M::FULL_DUTY_LX, NIGHT_LX);
+        }
+        let calibration = self.calibration.with_duty_at_most(self.most_duty);
+        let dimmed = |(l2a, lx)| Dimming::new(l2a, lx, &calibration);
+        let dimming = match light {
             Light::Unknown => return Ok(None),
             Light::Measured | Light::Held | Light::Daylight => self.known.map(dimmed),
             Light::Lost => {
                 self.ambient.fall_back(NIGHT_LX);
-                let night = Dimming::new(L2A_MAX, NIGHT_LX, &self.calibration);
+                let night = Dimming::new(L2A_MAX, NIGHT_LX, &calibration);
                 let known = self.known.map(dimmed);
                 known.filter(|known| known.luminance_cd_m2 < night.luminance_cd_m2).or(Some(night))
             }
@@ -373,6 +387,66 @@ mod tests {
             self.intact()?.duty = duty;
             Ok(())
         }
+    }
+
+    /// LEDs whose board has a ceiling of the duty.
+    #[derive(Default)]
+    struct Dazzling(RecordingMatrix);
+
+    impl LedMatrix for Dazzling {
+        type Error = core::convert::Infallible;
+
+        const FULL_DUTY_LX: u32 = 4000;
+
+        fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
+            self.0.show(panel)
+        }
+
+        fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error> {
+            self.0.set_duty(duty)
+        }
+    }
+
+    properties! {
+        /// Whatever is calibrated and pushed, and limited by a number that may be as wrong.
+        #[test]
+        fn no_calibration_takes_the_duty_above_the_ceiling(
+            full in 1.0f64..1e6, gain in 0.02f64..999.0, reflectance in 0.06f64..1.0, pulse_ns in 0u32..49_000, lux in 0u32..130_000,
+        ) {
+            let calibration = Calibration::new(Measured {
+                luminance_full_cd_m2: U32F32::from_num(full),
+                sensor_gain: fixed::types::U12F20::from_num(gain),
+                reflectance: U1F31::from_num(reflectance),
+                shortest_pulse_ns: pulse_ns,
+                ..BENCH
+            }).unwrap();
+            let mut transmitter = Transmitter::new(Dazzling::default(), calibration, L2aTable::shipped(), Smoothing::default());
+            let most = |lux: u32| f64::from(lux.max(50)) / 4000.0;
+            let duty = |transmitter: &Transmitter<Dazzling>| transmitter.matrix().0.duty.to_num::<f64>();
+            for (now_ms, lux) in [(0, 120_000), (100, lux), (200, lux), (300, 50)] {
+                lit_at(&mut transmitter, now_ms, lux);
+                prop_assert!(duty(&transmitter) <= most(lux), "{} at {lux} lx", duty(&transmitter));
+            }
+            transmitter.watch(300 + 2 * HOLD_MS).unwrap();
+            prop_assert!(transmitter.status().light == Light::Lost && duty(&transmitter) <= most(50));
+        }
+
+        /// The bench's panel never asks for it.
+        #[test]
+        fn the_ceiling_leaves_the_benchs_panel_as_it_is(lux in 0u32..130_000, l2a in 0.2f32..4.0) {
+            let table = L2aTable::new(&[1.0], &[1.0], &[l2a]).unwrap();
+            let calibration = Calibration::new(BENCH).unwrap();
+            let mut free = Transmitter::new(RecordingMatrix::default(), calibration, table.clone(), Smoothing::default());
+            let mut ceiled = Transmitter::new(Dazzling::default(), calibration, table, Smoothing::default());
+            lit_at(&mut free, 0, lux);
+            lit_at(&mut ceiled, 0, lux);
+            prop_assert_eq!(free.dimming(), ceiled.dimming());
+        }
+    }
+
+    fn lit_at<M: LedMatrix>(transmitter: &mut Transmitter<M>, now_ms: u64, lux: u32) {
+        let sample = light(lux, now_ms as u16);
+        assert!(transmitter.sense(now_ms, SensorRange::Operating, sample).is_ok());
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow, bail};
 use fixed::traits::Fixed;
+use fixed::types::U32F32;
 use link::intensity::IntensityLimit;
 use link::serial::{self, Measured, Request};
 use serde::{Deserialize, Serialize};
@@ -34,6 +35,12 @@ struct Values {
     #[serde(skip_serializing_if = "Option::is_none")]
     led_diameter_m: Option<f64>,
 }
+
+/// The bench's panel but for its luminance, on which dimming and limit depend most: as it is, a transmitter refuses it.
+const UNMEASURED: Measured = Measured {
+    luminance_full_cd_m2: U32F32::ZERO,
+    ..BENCH
+};
 
 /// Prints the values, after writing those of the file if there is one.
 pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict> {
@@ -66,11 +73,11 @@ pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<
 /// Prints a file to fill in, or writes it where no file is yet.
 pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict> {
     match file {
-        None if shared.json => output::json(&Values::of(&BENCH))?,
-        None => output::lines(&filled_in(&BENCH))?,
+        None if shared.json => output::json(&Values::of(&UNMEASURED))?,
+        None => output::lines(&filled_in(&UNMEASURED))?,
         Some(path) => {
             files::check_new(path)?;
-            files::write(path, filled_in(&BENCH))?;
+            files::write(path, filled_in(&UNMEASURED))?;
             let file = path.display().to_string();
             if shared.json {
                 output::json(&json!({ "file": file }))?;
@@ -99,7 +106,7 @@ pub fn filled_in(measured: &Measured) -> String {
     format!(
         "\
 # What was measured of a transmitter's panel, for `vocc device calibration FILE --port P`.
-# The values are those of the bench's panel of docs/hardware.md: replace each by your own.
+# The values are those of the bench's panel of docs/hardware.md: replace each by your own. A full luminance of 0 is refused.
 
 # Luminance of an On LED at full duty, with ambient light shut out: cd/m², {} to {}.
 luminance_full_cd_m2 = {luminance_full_cd_m2:?}

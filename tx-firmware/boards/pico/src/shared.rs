@@ -12,7 +12,7 @@ use tx_firmware::{
 };
 
 use crate::{
-    leds::{Dimmer, IMAGES},
+    leds::{Dimmer, FULL_DUTY_LX, IMAGES},
     symbols::{LEAD, Symbols},
 };
 
@@ -26,6 +26,7 @@ impl LedMatrix for Panel {
     type Error = Infallible;
 
     const SHOWS_CARRIER: bool = IMAGES > 1;
+    const FULL_DUTY_LX: u32 = FULL_DUTY_LX;
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Infallible> {
         self.symbols.push(&self.dimmer.entry(panel));

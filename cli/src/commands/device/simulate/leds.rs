@@ -41,6 +41,7 @@ impl LedMatrix for Leds {
     type Error = Infallible;
 
     const SHOWS_CARRIER: bool = true;
+    const FULL_DUTY_LX: u32 = 4000;
 
     fn show(&mut self, _: PanelFrame) -> Result<(), Infallible> {
         Ok(())

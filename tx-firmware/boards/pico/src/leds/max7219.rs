@@ -47,6 +47,9 @@ pub const TYPICAL: Measured = Measured {
     low_current_share: U1F31::lit("1"),
 };
 
+/// Four times the duty that the typical module wants.
+pub const FULL_DUTY_LX: u32 = 125;
+
 /// What shifts, while it lives.
 pub struct Shifter {
     _clock: Pwm<'static>,

@@ -20,7 +20,7 @@ use embassy_rp::{
     spi::{self, Blocking, Spi},
 };
 
-pub use chosen::{Dimmer, IMAGES, Shifter, TRANSFER, TYPICAL, force_dark};
+pub use chosen::{Dimmer, FULL_DUTY_LX, IMAGES, Shifter, TRANSFER, TYPICAL, force_dark};
 
 /// Flying leads take it, and a MAX7219 takes 10 MHz; eight registers take 16 µs.
 const SHIFT_CLOCK_HZ: u32 = 4_000_000;

@@ -39,6 +39,9 @@ pub const IMAGES: usize = 2;
 /// For as long as nobody has measured this panel.
 pub use tx_firmware::calibration::BENCH as TYPICAL;
 
+/// Four times the duty that the typical panel wants. A panel of less than a quarter of its luminance wants more light: it takes fewer lux.
+pub const FULL_DUTY_LX: u32 = 4_000;
+
 /// What shifts and latches, while it lives.
 pub struct Shifter {
     _latch: Pwm<'static>,
