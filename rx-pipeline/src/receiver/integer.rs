@@ -91,13 +91,14 @@ impl Track {
             return None;
         };
         let is_mixed = decision.distance.saturating_mul(3) < self.usual;
-        // Two symbols at once are a panel still; for long they are none.
-        self.missed = if is_mixed { self.missed + 1 } else { 0 };
         if !is_mixed {
             profile.timed(Stage::Follow, || self.follow(&samples, &decision));
         }
+        let corners = self.outline.corners();
+        // Two symbols at once are a panel still; for long they are none. No more is an outline that has collapsed.
+        self.missed = if is_mixed || corners.is_none() { self.missed + 1 } else { 0 };
         let reading = IntegerReading {
-            corners: self.outline.corners()?,
+            corners: corners?,
             bits: decision.bits,
             soft: decision.soft,
             confidence: decision.confidence(),

@@ -113,7 +113,7 @@ pub fn for_search(by_mean: &mut Exposure, now: Exposure, levels: Levels, turn: u
     let in_mean = (light * by_mean.sensitivity() / now.sensitivity().max(1)).max(1);
     *by_mean = adjusted(*by_mean, MEAN - u32::from(BLACK_GREY), in_mean, mode);
     let shorter = BRACKETS[turn as usize % BRACKETS.len()];
-    of_sensitivity(by_mean.sensitivity() >> shorter, mode)
+    of_sensitivity(rounded(by_mean.sensitivity(), 1 << shorter), mode)
 }
 
 fn adjusted(now: Exposure, wanted: u32, light: u32, mode: Mode) -> Exposure {
@@ -121,7 +121,12 @@ fn adjusted(now: Exposure, wanted: u32, light: u32, mode: Mode) -> Exposure {
     if (DEAD_BAND.0..=DEAD_BAND.1).contains(&ratio) {
         return now;
     }
-    of_sensitivity(now.sensitivity() * ratio / 256, mode)
+    of_sensitivity(rounded(now.sensitivity() * ratio, 256), mode)
+}
+
+/// Of two or three lines half a line is a quarter of the light.
+const fn rounded(numerator: u32, denominator: u32) -> u32 {
+    (numerator + denominator / 2) / denominator
 }
 
 /// The longest exposure that leaves symbols whole: a quarter of the time between frames.
@@ -188,6 +193,19 @@ mod tests {
                 let exposure = of_sensitivity(sensitivity, mode);
                 prop_assert!(exposure.lines >= LEAST_LINES && exposure.lines <= mode.most_lines());
                 prop_assert!(exposure.gain_log2 <= Exposure::GAIN_MAX);
+            }
+        }
+    }
+
+    /// As near as whole lines come, in the brightest light, too: half a line of two and a half, and as much by the dead band.
+    #[test]
+    fn the_shortest_exposures_are_the_nearest() {
+        for needed in (20..=100).map(|tenths| f64::from(tenths) / 10.0) {
+            let led = f64::from(BRIGHT - u32::from(BLACK_GREY)) / needed;
+            for start in [2, 3, 4, 8, 16] {
+                let (exposure, _) = settled(led, 0.0, of_sensitivity(start, Mode::QVGA), Mode::QVGA);
+                let light = f64::from(exposure.sensitivity()) / needed;
+                assert!((0.79..1.26).contains(&light), "{needed} lines wanted from {start}: {exposure:?}");
             }
         }
     }

@@ -255,3 +255,21 @@ fn noise_is_not_parted() {
         assert_eq!(decision.is_parted(), is_parted, "{distance}");
     }
 }
+
+/// Its samples may tell On from Off as well as ever.
+#[test]
+fn an_outline_that_is_none_any_more_counts_as_missed() {
+    let shown = turned(7.0, 0.0);
+    let pixels = panel(0x5a3c_c3a5_0ff0_9669, &shown, 150.0, 0.5, 1.5);
+    let frame = Frame::new(&pixels, SIDE_PX, SIDE_PX).unwrap();
+    let [top_left, top_right, bottom_right, bottom_left] = Outline::of(&shown).0;
+    let mut track = Track {
+        outline: Outline([top_right, top_left, bottom_left, bottom_right]),
+        usual: 0,
+        missed: 0,
+    };
+    for missed in 1..=PATIENCE_FRAMES {
+        assert!(track.read(&frame, &mut ()).is_none());
+        assert_eq!(track.missed, missed);
+    }
+}
