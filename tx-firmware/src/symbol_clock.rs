@@ -28,10 +28,10 @@ const LATCH_COUNTS: u16 = 7;
 /// use tx_firmware::symbol_clock::SymbolClock;
 ///
 /// let still = SymbolClock::new(SymbolTiming::default(), 125_000_000);
-/// assert_eq!(still, SymbolClock { ticks: 1, divider: 22, top: 63_130, latch: 1 });
+/// assert_eq!(still, SymbolClock { ticks: 1, divider: 22, top: 63_130, latch_from: 63_130 });
 /// // 1440 Hz: 64 ticks a symbol.
 /// let carrier = SymbolTiming::new(SymbolRate::DEFAULT, Waveform::new(16)?)?;
-/// assert_eq!(SymbolClock::new(carrier, 125_000_000), SymbolClock { ticks: 64, divider: 1, top: 21_700, latch: 7 });
+/// assert_eq!(SymbolClock::new(carrier, 125_000_000), SymbolClock { ticks: 64, divider: 1, top: 21_700, latch_from: 21_694 });
 /// # Ok::<(), link::waveform::WaveformError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,8 +42,9 @@ pub struct SymbolClock {
     pub divider: u8,
     /// The counter's last value: a tick is one count more.
     pub top: u16,
-    /// Counts for which the latch is high at the beginning of a tick.
-    pub latch: u16,
+    /// From this count on the latch is high, until the tick ends. The next panel is shifted from then on, which a latch that is transparent
+    /// while it is high must not let through.
+    pub latch_from: u16,
 }
 
 impl SymbolClock {
@@ -59,11 +60,12 @@ impl SymbolClock {
         let divider = system_cycles.div_ceil(1 << 16).clamp(1, 255);
         let counts = (system_cycles + divider / 2) / divider;
         let divider = divider as u8;
+        let top = counts.saturating_sub(1).min(u16::MAX.into()) as u16;
         Self {
             ticks,
             divider,
-            top: counts.saturating_sub(1).min(u16::MAX.into()) as u16,
-            latch: LATCH_COUNTS.div_ceil(divider.into()),
+            top,
+            latch_from: top.saturating_sub(LATCH_COUNTS.div_ceil(divider.into()) - 1),
         }
     }
 }
@@ -127,8 +129,8 @@ mod tests {
                 let clock = SymbolClock::new(timing, system_hz);
                 let tick_s = ticks_s(clock, system_hz)[1];
                 prop_assert!(tick_s > 5.0 * SHIFTED_S);
-                let latch_s = f64::from(clock.divider) * f64::from(clock.latch) / f64::from(system_hz);
-                prop_assert!((40e-9..2.1e-6).contains(&latch_s) && clock.latch < clock.top, "{clock:?}");
+                let latch_s = f64::from(clock.divider) * (f64::from(clock.top) + 1.0 - f64::from(clock.latch_from)) / f64::from(system_hz);
+                prop_assert!((40e-9..2.1e-6).contains(&latch_s) && tick_s - latch_s > 4.0 * SHIFTED_S, "{clock:?}");
             }
         }
 

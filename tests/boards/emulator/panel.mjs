@@ -1,4 +1,7 @@
 // What the LEDs do: eight shift registers on SPI 0, their latch and their output-enable line.
+//
+// There are two kinds of latch. Some take what was shifted when the line rises (74HC595, TPIC6B595), some let it through while the line is
+// high and keep what they have when it falls (TLC5916, STP08DP05). Both have to show the same panel.
 
 const LATCH_PIN = 17, OUTPUT_ENABLE_PIN = 20, CURRENT_PIN = 21, DIMMING_SLICE = 2;
 const COMPARE = 0x0c, TOP = 0x10, HIGH = 1, LOW = 0;
@@ -11,16 +14,37 @@ export class Panel {
     this.shifted = 0n;
     this.litNanos = 0;
     this.litSince = null;
-    mcu.spi[0].onFrame = (frame, bits) => {
-      this.shifted = ((this.shifted << BigInt(bits)) | BigInt(frame)) & LEDS_MASK;
-    };
-    mcu.gpio[LATCH_PIN].addListener((level) => {
-      if (level === HIGH) report({ panel: this.shifted.toString(16).padStart(16, '0') });
-    });
+    this.followLatch(mcu.spi[0], mcu.gpio[LATCH_PIN], report);
     mcu.gpio[CURRENT_PIN].addListener((level) => report({ low_current: level !== HIGH }));
     this.followDimming(mcu.pwm.channels[DIMMING_SLICE], report);
     if (edges) this.followEdges(mcu.gpio[OUTPUT_ENABLE_PIN]);
     else stopEdges(mcu.pwm.channels[DIMMING_SLICE]);
+  }
+
+  followLatch(spi, latch, report) {
+    const shiftedBy = (frame, bits, all) =>
+      ((this.shifted << BigInt(bits)) | (BigInt(frame) >> BigInt(all - bits))) & LEDS_MASK;
+    let running = null, taken = null;
+    spi.onStart = (frame, bits, bitNanos) => (running = { frame, bits, bitNanos, since: this.mcu.clock.nanos });
+    spi.onFrame = (frame, bits) => {
+      this.shifted = shiftedBy(frame, bits, bits);
+      running = null;
+    };
+    // In mode 0 the clock rises in the middle of each bit.
+    const soFar = () => {
+      if (!running) return this.shifted;
+      const { frame, bits, bitNanos, since } = running;
+      return shiftedBy(frame, Math.min(Math.floor((this.mcu.clock.nanos - since) / bitNanos + 0.5), bits), bits);
+    };
+    const digits = (panel) => panel.toString(16).padStart(16, '0');
+    latch.addListener((level) => {
+      if (level === HIGH) {
+        taken = soFar();
+        report({ panel: digits(taken) });
+      } else if (taken !== null && taken !== soFar()) {
+        report({ error: `a transparent latch keeps ${digits(soFar())} of ${digits(taken)}` });
+      }
+    });
   }
 
   // A new period or pulse, in clock cycles.

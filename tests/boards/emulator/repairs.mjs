@@ -72,7 +72,7 @@ function keepBuffersAvailable({ usbCtrl: usb, usbDPRAMView: memory }) {
   };
 }
 
-// 4.4: frames are shifted in no time. Here each takes its bits at the programmed clock.
+// 4.4: frames are shifted in no time. Here each takes its bits at the programmed clock, and tells when it begins.
 function giveShiftingTime(mcu, spi) {
   let frame = 0;
   const alarm = mcu.clock.createAlarm(() => {
@@ -81,7 +81,9 @@ function giveShiftingTime(mcu, spi) {
   });
   spi.onTransmit = (value) => {
     frame = value;
-    alarm.schedule((spi.dataBits * NANOS_PER_SECOND) / spi.clockFrequency);
+    const bitNanos = NANOS_PER_SECOND / spi.clockFrequency;
+    spi.onStart?.(frame, spi.dataBits, bitNanos);
+    alarm.schedule(spi.dataBits * bitNanos);
   };
 }
 
@@ -155,15 +157,17 @@ function repairPwmRequests(mcu) {
 }
 
 // 4.5.2: an output is the comparison of the counter, inverted or not, at any moment. The emulated one stays low until the
-// first period after it was switched on or inverted is over. And a counter that is off stands; the emulated one runs from when its divider
-// is written.
+// first period after it was switched on or inverted is over. And a counter that is off stands, and what is written to it counts at once;
+// the emulated one runs from when its divider is written.
 function repairPwmOutputs(slice) {
-  const CONTROL = 0x00, DIVIDER = 0x04;
+  const CONTROL = 0x00, DIVIDER = 0x04, ENABLED = 1;
   const write = slice.writeRegister.bind(slice);
   slice.writeRegister = (offset, value) => {
     write(offset, value);
     if (offset === DIVIDER) slice.updateEnable();
-    if (offset !== CONTROL) return;
+    const isOff = !(slice.csr & ENABLED);
+    if (isOff) slice.updateDoubleBuffered();
+    if (offset !== CONTROL && !isOff) return;
     slice.setA(slice.timer.counter < slice.alarmA.target);
     slice.setB(slice.timer.counter < slice.alarmB.target);
   };

@@ -1,7 +1,7 @@
 //! Panels to the LEDs at the symbol clock's edges, whatever the processor is busy with.
 //!
 //! ```text
-//! PWM slice 0 ── output B ──────────────────────────────▶ latch: what was shifted last appears on all LEDs
+//! PWM slice 0 ── output B ──────────────────────────────▶ latch, just before the wrap: what was shifted last appears on all LEDs
 //!      │ wrap, once a tick
 //!      ▼
 //! DMA channel 0 ── which image, starts ──▶ DMA channel 1 ── an image ──▶ SPI 0 ──▶ shift registers
@@ -104,7 +104,9 @@ impl Symbols {
         let mut config = pwm::Config::default();
         config.divider = clock.divider.into();
         config.top = clock.top;
-        config.compare_b = clock.latch;
+        // High from the comparison on, until the wrap.
+        config.invert_b = true;
+        config.compare_b = clock.latch_from;
         config.enable = false;
         let shifter = hardware.leds.connect(hardware.slice, config);
         pac::SPI0.dmacr().write(|w| w.set_txdmae(true));
@@ -152,7 +154,7 @@ impl Symbols {
     /// Lets the clock stand for some microseconds and start anew. A panel that stood still has just begun, and is shown anew with its
     /// carrier; one with a carrier has been shown but for half a cycle, and the next one begins.
     fn restart(&self, clock: &SymbolClock) {
-        pac::PWM.ch(SLICE).csr().modify(|w| w.set_en(false));
+        stop_with_the_latch_low();
         wait_until_shifted();
         let back = if self.timing.waveform().is_still() { SHOWN } else { 0 };
         let first = (first_unshifted() + PANELS - back) % PANELS;
@@ -306,7 +308,7 @@ fn start_anew(clock: &SymbolClock, first: usize) {
     wait_until_shifted();
     let slice = pac::PWM.ch(SLICE);
     write_division(clock);
-    slice.ctr().write(|w| w.set_ctr(clock.top));
+    slice.ctr().write(|w| w.set_ctr(before_latch(clock)));
     slice.csr().modify(|w| w.set_en(true));
 }
 
@@ -335,12 +337,25 @@ pub fn acknowledge_interrupt() {
 fn take_over(clock: &SymbolClock) {
     let slice = pac::PWM.ch(SLICE);
     let before = u32::from(slice.div().read().int());
-    slice.csr().modify(|w| w.set_en(false));
-    let shown = u32::from(slice.ctr().read().ctr()) * before / u32::from(clock.divider);
+    let shown = u32::from(stop_with_the_latch_low()) * before / u32::from(clock.divider);
     write_division(clock);
-    let counter = shown.clamp(clock.latch.into(), clock.top.into()) as u16;
+    let counter = shown.min(before_latch(clock).into()) as u16;
     slice.ctr().write(|w| w.set_ctr(counter));
     slice.csr().modify(|w| w.set_en(true));
+}
+
+/// The count after which the latch rises, so that it does not while the counter stands.
+fn before_latch(clock: &SymbolClock) -> u16 {
+    clock.latch_from.saturating_sub(1)
+}
+
+/// Returns where the counter was.
+fn stop_with_the_latch_low() -> u16 {
+    let slice = pac::PWM.ch(SLICE);
+    slice.csr().modify(|w| w.set_en(false));
+    let counter = slice.ctr().read().ctr();
+    slice.ctr().write(|w| w.set_ctr(0));
+    counter
 }
 
 /// While the counter stands, all of it counts at once.
@@ -348,5 +363,5 @@ fn write_division(clock: &SymbolClock) {
     let slice = pac::PWM.ch(SLICE);
     slice.div().write(|w| w.set_int(clock.divider));
     slice.top().write(|w| w.set_top(clock.top));
-    slice.cc().write(|w| w.set_b(clock.latch));
+    slice.cc().write(|w| w.set_b(clock.latch_from));
 }
