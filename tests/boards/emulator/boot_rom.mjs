@@ -5,18 +5,19 @@ const FUNCTION_TABLE_POINTER = 0x14, DATA_TABLE_POINTER = 0x16, LOOKUP_POINTER =
 const TABLE = 0x40, LOOKUP = 0x100, FUNCTIONS = 0x200, SIZE = 0x4000;
 const NANOS_PER_MS = 1e6;
 
-// W25Q16JV datasheet, 9.6: typical times.
-const ERASE_SECTOR_MS = 45, PROGRAM_PAGE_MS = 0.4;
+// W25Q16JV datasheet, 9.6: typical times, and the longest.
+const TYPICAL_MS = { sector: 45, page: 0.4 }, LONGEST_MS = { sector: 400, page: 3 };
 const SECTOR = 4096, PAGE = 256;
 
 export class BootRom {
   constructor(mcu, flash) {
     this.mcu = mcu;
+    const takes = () => (flash.isSlow ? LONGEST_MS : TYPICAL_MS);
     const codes = {
       IF: () => {}, EX: () => {}, FC: () => {}, CX: () => {},
-      RE: (offset, count) => this.inSteps(offset, count, SECTOR, ERASE_SECTOR_MS, (at) => flash.erase(at, SECTOR)),
+      RE: (offset, count) => this.inSteps(offset, count, SECTOR, takes().sector, (at) => flash.erase(at, SECTOR)),
       RP: (offset, data, count) =>
-        this.inSteps(offset, count, PAGE, PROGRAM_PAGE_MS, (at) => flash.program(at, this.bytes(data + at - offset, PAGE))),
+        this.inSteps(offset, count, PAGE, takes().page, (at) => flash.program(at, this.bytes(data + at - offset, PAGE))),
       C4: (to, from, count) => {
         for (let at = 0; at < count; at += 4) mcu.writeUint32(to + at, mcu.readUint32(from + at));
         return to;

@@ -1,10 +1,11 @@
 // A transmitter's image on an emulated Raspberry Pi Pico.
 //
-//   node emulator.mjs IMAGE.elf FLASH.bin SOCKET [--max7219] [--edges] [--time NAME]...
+//   node emulator.mjs IMAGE.elf FLASH.bin SOCKET [--max7219] [--edges] [--slow-flash] [--time NAME]...
 //
 // IMAGE.elf is flashed into FLASH.bin if that is not there yet. SOCKET is UART 0, a Unix socket for one client at a time.
 // --max7219 puts a module with that chip in the place of the shift registers.
 // --edges follows each pulse of the dimming, --time counts the cycles of a function or an interrupt.
+// With --slow-flash, erasing and programming take the longest that the datasheet allows.
 //
 // Commands, beside those of `harness.mjs`:
 //
@@ -25,13 +26,19 @@ import { Stopwatch } from './stopwatch.mjs';
 
 const { positionals, values } = parseArgs({
   allowPositionals: true,
-  options: { max7219: { type: 'boolean' }, edges: { type: 'boolean' }, time: { type: 'string', multiple: true, default: [] } },
+  options: {
+    max7219: { type: 'boolean' },
+    edges: { type: 'boolean' },
+    'slow-flash': { type: 'boolean' },
+    time: { type: 'string', multiple: true, default: [] },
+  },
 });
 const [image, flashFile, socket] = positionals;
 const { max7219, edges, time } = values;
 const elf = fs.readFileSync(image);
 const stopwatch = time.length ? new Stopwatch(elf, time) : null;
 const { board: pico, flash, line } = plug(Pico, { elf, flash: flashFile, socket, report: say }, { max7219, edges, stopwatch });
+flash.isSlow = values['slow-flash'];
 
 new Harness({
   now: () => pico.nanos,

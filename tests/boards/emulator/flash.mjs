@@ -13,6 +13,7 @@ export class Flash {
     this.file = fs.openSync(path, 'r+');
     this.operations = 0;
     this.cutAt = Infinity;
+    this.isSlow = false;
   }
 
   // Cuts the power half-way through the operation after `operations` more.

@@ -31,6 +31,10 @@ const TESTS: &[(&str, Test)] = &[
     ("boots_and_says_how_it_is", serial::boots_and_says_how_it_is),
     ("a_table_outlives_a_power_cut", serial::a_table_outlives_a_power_cut),
     (
+        "a_flash_that_held_something_else_is_taken_over_while_symbols_go_on",
+        serial::a_flash_that_held_something_else_is_taken_over_while_symbols_go_on,
+    ),
+    (
         "a_power_cut_in_an_update_leaves_one_table_whole",
         serial::a_power_cut_in_an_update_leaves_one_table_whole,
     ),

@@ -5,10 +5,11 @@ use std::path::Path;
 use link::l2a_table::L2aTable;
 use serde_json::{Value, json};
 use sim::l2a::table_file;
+use tx_firmware::schedule::Schedule;
 
 use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
-use crate::panel::{FULL_CD_M2, REFLECTANCE, l2a};
+use crate::panel::{FULL_CD_M2, REFLECTANCE, Record, l2a};
 use crate::power_cut::{at_every_operation, change};
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
@@ -71,6 +72,41 @@ pub fn a_table_outlives_a_power_cut(programs: &Programs, folder: &Path) {
     assert!(close(&status["luminance_cd_m2"], 1.25 * 1000.0 * REFLECTANCE), "{status}");
     vocc(programs, folder, &["table", "pull", "back.toml"], terminal.name()).json();
     vocc(programs, folder, &["table", "verify", "back.toml"], terminal.name()).json();
+}
+
+/// A store's place that held something else, in the slowest flash: symbols go on in step, and nothing is reset.
+pub fn a_flash_that_held_something_else_is_taken_over_while_symbols_go_on(programs: &Programs, folder: &Path) {
+    const STORE_BYTES: usize = 64 * 1024;
+    let table = write_table(folder, NIGHT, 1.25);
+    drop(Emulator::power_up(programs, folder, &[]));
+    let flashed = folder.join("flash.bin");
+    let mut bytes = std::fs::read(&flashed).expect("the flash is a file");
+    let place = bytes.len() - STORE_BYTES;
+    bytes[place..].fill(0x5a);
+    std::fs::write(&flashed, &bytes).expect("the flash is a file");
+
+    let mut board = Emulator::power_up(programs, folder, &["--slow-flash"]);
+    let mut record = Record::default();
+    record.extend(&board.run_ms(500));
+    board.real_time(true);
+    let terminal = Terminal::open(board.socket());
+    let before = vocc(programs, folder, &["device", "status"], terminal.name()).json();
+    assert_eq!(before["faults"], json!(["store", "no_table", "no_calibration"]), "{before}");
+    vocc(programs, folder, &["table", "push", NIGHT], terminal.name()).json();
+    vocc(programs, folder, &["device", "rate", "90"], terminal.name()).json();
+    let mut events = board.real_time(false);
+    events.extend(board.run_ms(500));
+    assert!(events.iter().all(|event| event.reset.is_none()));
+    record.extend(&events);
+    let mut beacons = Schedule::new();
+    let first = record.symbols.iter().position(|symbol| symbol.panel.bits() != 0);
+    for symbol in &record.symbols[first.expect("symbols are shown")..] {
+        assert_eq!(symbol.panel, beacons.next_panel(), "at {} ns", symbol.ns);
+    }
+    board.real_time(true);
+    let terminal = Terminal::open(board.socket());
+    let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
+    assert_eq!(status["table_crc"], crc(&table), "{status}");
 }
 
 /// The power goes in the middle of flash operations of updates: one of the two tables is there, whole.
