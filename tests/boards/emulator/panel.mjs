@@ -3,14 +3,17 @@
 // There are two kinds of latch. Some take what was shifted when the line rises (74HC595, TPIC6B595), some let it through while the line is
 // high and keep what they have when it falls (TLC5916, STP08DP05). Both have to show the same panel.
 
+import { OutputEnable, UNPOWERED } from './output_enable.mjs';
+
 const LATCH_PIN = 17, OUTPUT_ENABLE_PIN = 20, CURRENT_PIN = 21, DIMMING_SLICE = 2;
-const COMPARE = 0x0c, TOP = 0x10, HIGH = 1, LOW = 0;
+const COMPARE = 0x0c, TOP = 0x10, HIGH = 1;
 const LEDS_MASK = (1n << 64n) - 1n;
 
 export class Panel {
-  // `report` takes what happened; with `edges`, each pulse of the output-enable line is followed, which costs time.
-  constructor(mcu, report, edges) {
+  // `report` takes what happened; with `edges`, each pulse of the output-enable line is followed, which costs time. `stage` drives that line.
+  constructor(mcu, report, edges, stage) {
     this.mcu = mcu;
+    this.outputEnable = new OutputEnable(stage);
     this.shifted = 0n;
     this.litNanos = 0;
     this.litSince = null;
@@ -58,13 +61,15 @@ export class Panel {
     };
   }
 
-  // Low lights the LEDs; a pull-up holds the line high when nothing drives it.
   followEdges(pin) {
-    pin.addListener((level) => {
+    const follow = (state) => {
       const { nanos } = this.mcu.clock;
       if (this.litSince !== null) this.litNanos += nanos - this.litSince;
-      this.litSince = level === LOW ? nanos : null;
-    });
+      this.litSince = this.outputEnable.lights(state) ? nanos : null;
+    };
+    follow(pin.value);
+    pin.addListener(follow);
+    this.unpower = () => follow(UNPOWERED);
   }
 
   // Time for which the LEDs were lit since the last call.

@@ -6,9 +6,9 @@ import { Opt3001 } from './opt3001.mjs';
 import { Panel } from './panel.mjs';
 
 export class Pico extends Board {
-  constructor(flash, report, { max7219 = false, edges = false, stopwatch = null } = {}) {
+  constructor(flash, report, { max7219 = false, edges = false, stage = 'gate', stopwatch = null } = {}) {
     super(flash, report, { stopwatch });
-    this.edges = edges;
+    Object.assign(this, { edges, stage });
     this.module = max7219 ? new Max7219(this.report) : null;
     this.powerUp();
   }
@@ -19,12 +19,24 @@ export class Pico extends Board {
     this.sensor = Object.assign(new Opt3001(mcu, mcu.i2c[0]), { lux: light.lux });
     this.sensor.fail(light.fault);
     this.module?.connect(mcu);
-    this.panel = this.module ?? new Panel(mcu, this.report, this.edges);
+    this.panel = this.module ?? new Panel(mcu, this.report, this.edges, this.stage);
   }
 
   reset() {
     const litNanos = this.panel.takeLitNanos();
     super.reset();
-    this.panel.litNanos = litNanos;
+    this.panel.litNanos += litNanos;
+  }
+
+  // Starts anew in the boot loader that takes programs over USB, and stays there: it leaves the pins as a reset does.
+  enterBootLoader() {
+    this.brownOut();
+    this.hang();
+  }
+
+  // Loses its supply, while the registers keep theirs.
+  losePower() {
+    this.enterBootLoader();
+    this.panel.unpower();
   }
 }

@@ -114,6 +114,16 @@ impl Emulator {
         self.emulation.command(&json!({ "hang": on }));
     }
 
+    /// Lets the chip start anew in its boot loader, where it runs no program.
+    pub fn enter_boot_loader(&mut self) {
+        self.emulation.command(&json!({ "boot_loader": true }));
+    }
+
+    /// Takes the Pico's supply away, and leaves the registers theirs.
+    pub fn lose_power(&mut self) {
+        self.emulation.command(&json!({ "power": false }));
+    }
+
     /// Lets the processor go on in the function with this name.
     pub fn enter(&mut self, function: &str) {
         self.emulation.command(&json!({ "enter": function }));

@@ -72,6 +72,7 @@ const TESTS: &[(&str, Test)] = &[
         closed_loop::a_message_sent_to_the_board_is_received_by_a_camera,
     ),
     ("a_program_that_hangs_is_restarted", restart::a_program_that_hangs_is_restarted),
+    ("it_is_dark_without_a_program", restart::it_is_dark_without_a_program),
     ("a_panic_is_dark_and_restarts", restart::a_panic_is_dark_and_restarts),
     (
         "the_desk_kit_is_read_by_a_camera_on_the_desk",

@@ -29,6 +29,21 @@ fn shining(programs: &Programs, folder: &Path) -> Emulator {
     board
 }
 
+/// No state without a program lights the LEDs, whatever the registers hold; behind a buffer instead of the gate each of them would.
+pub fn it_is_dark_without_a_program(programs: &Programs, folder: &Path) {
+    for state in [Emulator::enter_boot_loader, Emulator::lose_power] {
+        let mut board = shining(programs, folder);
+        state(&mut board);
+        let dark = board.run_ms(500);
+        assert!(lit_ms(&dark) == 0.0, "{} ms", lit_ms(&dark));
+
+        let mut board = Emulator::power_up(programs, folder, &["--edges", "--stage", "buffer"]);
+        state(&mut board);
+        let lit = board.run_ms(500);
+        assert!(lit_ms(&lit) > 499.0, "{} ms", lit_ms(&lit));
+    }
+}
+
 fn resets(events: &[Event]) -> Vec<&str> {
     events.iter().filter_map(|event| event.reset.as_deref()).collect()
 }

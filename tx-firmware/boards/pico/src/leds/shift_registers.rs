@@ -1,5 +1,5 @@
 //! Shift registers with output latches: the symbol clock is the latch, pulses on their output-enable line dim, and so does the LEDs'
-//! current.
+//! current. `docs/hardware.md` has the gate that drives that line.
 
 use embassy_rp::{
     Peri,
@@ -20,7 +20,7 @@ use tx_firmware::{
 use super::{Entry, Lines, Shift, Transfer, shift};
 use crate::symbols::Symbols;
 
-/// The PWM slice of the output-enable line.
+/// The PWM slice of the dimming.
 const SLICE: usize = 2;
 
 /// Which bit lights an LED.
@@ -58,8 +58,8 @@ impl Lines {
     }
 }
 
-/// What dims the LEDs. Output enable lights them when low, and a pull-up holds it high while nothing drives it. The current pin
-/// gives them the full current when high, and a pull-down holds it low.
+/// What dims the LEDs. High lights them: an inverting gate makes output enable of it, and a pull-down keeps them dark while nothing drives
+/// the pin. The current pin gives them the full current when high, and a pull-down holds it low.
 pub struct Dimmer {
     drive: Drive,
     shown: Pulses,
@@ -71,18 +71,17 @@ impl Dimmer {
     /// Takes the lines over: dark.
     pub fn dark(
         slice: Peri<'static, PWM_SLICE2>,
-        output_enable: Peri<'static, PIN_20>,
+        lit: Peri<'static, PIN_20>,
         full_current: Peri<'static, PIN_21>,
         measured: &Measured,
     ) -> Self {
         let mut config = pwm::Config::default();
-        config.invert_a = true;
         config.compare_a = 0;
         Self {
             drive: drive_of(measured),
             shown: Pulses::default(),
             full_current: Output::new(full_current, Level::High),
-            _pwm: Pwm::new_output_a(slice, output_enable, config),
+            _pwm: Pwm::new_output_a(slice, lit, config),
         }
     }
 
@@ -134,5 +133,5 @@ pub fn force_dark() {
     pac::IO_BANK0
         .gpio(PIN)
         .ctrl()
-        .modify(|w| w.set_outover(pac::io::vals::Outover::HIGH));
+        .modify(|w| w.set_outover(pac::io::vals::Outover::LOW));
 }
