@@ -5,7 +5,7 @@ import { functions } from './elf.mjs';
 const THREAD = 0, FIRST_IRQ = 16;
 
 export class Stopwatch {
-  // `names`: parts of the (mangled) names of functions; an interrupt is `irq` and its number.
+  // `names`: parts of the (mangled) names of functions; an interrupt is `irq` and its number, `interrupts off` the time when none can come.
   constructor(elf, names) {
     this.names = names;
     this.forget();
@@ -15,6 +15,7 @@ export class Stopwatch {
       if (known) this.entries.set(address, known);
     }
     this.running = [];
+    this.isLocked = false;
   }
 
   // Counts anew.
@@ -40,6 +41,11 @@ export class Stopwatch {
   }
 
   step(core) {
+    if (core.PM !== this.isLocked) {
+      this.isLocked = core.PM;
+      if (core.PM) this.lockedSince = core.cycles;
+      else this.tally('interrupts off', core.cycles - this.lockedSince);
+    }
     const name = this.entries.get(core.PC);
     if (name) this.running.push({ name, returnsTo: core.LR & ~1, stack: core.SP, since: core.cycles });
     const last = this.running.at(-1);

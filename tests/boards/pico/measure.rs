@@ -22,6 +22,8 @@ const SYMBOLS: u32 = 10_000;
 /// What the symbol clock may be early or late, ns.
 const JITTER_MAX_NS: f64 = 1_000.0;
 const SYMBOL_RATE_HZ: f64 = 90.0;
+/// For how long no interrupt can come, cycles: UART 0 fills its controller in 2.8 ms, here is a tenth of that.
+const INTERRUPTS_OFF_MAX: u64 = 35_000;
 /// What the symbol rate may be off, beside the crystal.
 const RATE_ERROR_MAX: f64 = 1e-5;
 
@@ -38,7 +40,7 @@ pub fn it_is_small(programs: &Programs, _: &Path) {
 
 /// The latch keeps its time whatever comes over the serial port; what interrupts and functions take is told.
 pub fn the_latch_keeps_time_under_serial_load(programs: &Programs, folder: &Path) {
-    let names = ["irq12", "take_reading", "5Block6encode"];
+    let names = ["irq12", "take_reading", "5Block6encode", "interrupts off"];
     let options: Vec<&str> = names.iter().flat_map(|name| ["--time", name]).collect();
     let mut board = Emulator::power_up(programs, folder, &options);
     let mut port = UnixStream::connect(board.socket()).expect("the emulator listens");
@@ -76,10 +78,12 @@ pub fn the_latch_keeps_time_under_serial_load(programs: &Programs, folder: &Path
     ));
     assert!(jitter_ns <= JITTER_MAX_NS && rate_error.abs() <= RATE_ERROR_MAX);
     let cycles = last.cycles.expect("cycles were counted");
-    for (name, what) in names
-        .into_iter()
-        .zip(["symbol interrupt", "dimming update, sensor reading to duty", "LDPC-encoded block"])
-    {
+    for (name, what) in names.into_iter().zip([
+        "symbol interrupt",
+        "dimming update, sensor reading to duty",
+        "LDPC-encoded block",
+        "interrupts off",
+    ]) {
         let tally = |key: &str| cycles[name][key].as_u64().expect("it ran");
         say(&format!(
             "{what}: {} to {} cycles, {} on average",
@@ -88,6 +92,7 @@ pub fn the_latch_keeps_time_under_serial_load(programs: &Programs, folder: &Path
             tally("mean")
         ));
     }
+    assert!(cycles["interrupts off"]["most"].as_u64() <= Some(INTERRUPTS_OFF_MAX));
 }
 
 /// A step of the light reaches the duty: under a bridge within a second, and how long it takes is told.

@@ -2,8 +2,9 @@
 
 use core::{cell::RefCell, convert::Infallible};
 
+use embassy_rp::interrupt::{Interrupt, InterruptExt};
 use embassy_sync::{
-    blocking_mutex::{Mutex, raw::CriticalSectionRawMutex},
+    blocking_mutex::{Mutex, raw::RawMutex},
     once_lock::OnceLock,
 };
 use link::{l2a_table::L2aTable, panel::PanelFrame, serial::Measured, waveform::SymbolTiming};
@@ -48,7 +49,47 @@ impl LedMatrix for Panel {
 }
 
 /// The transmitter, and turns at it.
-pub struct Shared(Mutex<CriticalSectionRawMutex, RefCell<Transmitter<Panel>>>);
+pub struct Shared(Mutex<AmongSharers, RefCell<Transmitter<Panel>>>);
+
+/// Keeps those out who share the transmitter, and lets all other interrupts come: a block is encoded for 2 ms, and the UART's controller
+/// holds bytes of 2.8 ms.
+struct AmongSharers;
+
+/// The symbol interrupt, and that of the serial ports' executor. All else that shares the transmitter is at thread level.
+const SHARERS: [Interrupt; 2] = [Interrupt::DMA_IRQ_1, Interrupt::SWI_IRQ_0];
+
+#[allow(unsafe_code)]
+// SAFETY: one core runs this program. Whoever has the lock is at thread level or in one of the sharers' interrupts, and while it has it
+// neither of these begins; so none is interrupted by another one.
+unsafe impl RawMutex for AmongSharers {
+    const INIT: Self = Self;
+
+    fn lock<R>(&self, work: impl FnOnce() -> R) -> R {
+        let enabled = keep_sharers_out();
+        let result = work();
+        let_sharers_in(enabled);
+        result
+    }
+}
+
+/// Which of them were let in before. Neither this nor the other is inlined: turns are taken in many places.
+#[inline(never)]
+fn keep_sharers_out() -> [bool; SHARERS.len()] {
+    let enabled = SHARERS.map(InterruptExt::is_enabled);
+    SHARERS.into_iter().for_each(InterruptExt::disable);
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+    enabled
+}
+
+#[inline(never)]
+#[allow(unsafe_code)]
+fn let_sharers_in(enabled: [bool; SHARERS.len()]) {
+    for (sharer, _) in SHARERS.into_iter().zip(enabled).filter(|(_, is_enabled)| *is_enabled) {
+        // SAFETY: it was enabled when the lock was taken.
+        unsafe { sharer.enable() }
+    }
+}
 
 static SHARED: OnceLock<Shared> = OnceLock::new();
 
@@ -67,7 +108,7 @@ impl Shared {
         SHARED.try_get()
     }
 
-    /// A turn, with interrupts off.
+    /// A turn.
     pub fn with<R>(&self, work: impl FnOnce(&mut Transmitter<Panel>) -> R) -> R {
         self.0.lock(|transmitter| work(&mut transmitter.borrow_mut()))
     }

@@ -140,12 +140,12 @@ impl Symbols {
         let Some(wanted) = self.wanted else { return };
         let clock = SymbolClock::new(wanted, clk_sys_freq());
         if self.timing.waveform().is_still() && wanted.waveform().is_still() {
-            take_over(&clock);
+            critical_section::with(|_| take_over(&clock));
         } else if self.waiting() + SHOWN > LEAD_MAX {
             // There is no room for going back in the ring: the next symbol is soon there.
             return;
         } else {
-            self.restart(&clock);
+            critical_section::with(|_| self.restart(&clock));
         }
         self.timing = wanted;
         self.wanted = None;
