@@ -11,7 +11,7 @@ use crate::air::Air;
 use crate::scene::{Panel, Scene};
 
 /// What the automatic exposure set: the longest exposure and the ISO that puts the background at grey 118, times the
-/// bias; the exposure shortens only when the ISO stands at its minimum.
+/// bias; the exposure shortens only when the ISO stands at its minimum. Where the scene fixes the exposure, the ISO alone follows the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {
     /// Exposure time in seconds.
@@ -55,7 +55,10 @@ impl Exposure {
             iso_min: camera.iso_min,
             iso_max: camera.iso_max,
         };
-        let (time_s, iso) = automatic.time_and_iso(wanted);
+        let (time_s, iso) = match camera.exposure_s {
+            Some(time_s) => (time_s, (wanted / time_s).clamp(camera.iso_min, camera.iso_max)),
+            None => automatic.time_and_iso(wanted),
+        };
         let per_cd_m2 = time_s * iso * per_second_iso;
         Self {
             time_s,
@@ -134,6 +137,18 @@ mod tests {
     #[test]
     fn bias_shifts_the_background_by_stops() {
         assert!((exposure(&["camera.exposure_bias_ev=-1"]).background - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_fixed_exposure_stays_and_the_iso_follows_the_light_as_far_as_it_goes() {
+        let at = |lx: &str| exposure(&["camera.exposure_s=0.0005", &format!("ambient.illuminance_lx={lx}")]);
+        let [dusk, noon] = ["10000", "100000"].map(at);
+        assert_eq!([dusk.time_s, noon.time_s], [0.0005; 2]);
+        assert!((dusk.background - 1.0).abs() < 1e-12 && dusk.iso > 100.0);
+        // 1/6287 s would do.
+        assert!((noon.background - 6_287.3 / 2000.0).abs() < 1e-3 && noon.iso == 100.0);
+        let scene = Scene::load("paper", &["camera.exposure_s=0.02".into()]);
+        assert!(scene.is_err_and(|fault| fault.to_string().contains("camera.exposure_s")));
     }
 
     #[test]

@@ -15,7 +15,7 @@ impl Effect for Motion {
         About {
             name: "motion",
             model: "motion during the exposure: the mean of the images at equally spaced moments of it",
-            keys: &["pose.velocity_m_s", "camera.exposure_max_s"],
+            keys: &["pose.velocity_m_s", "camera.exposure_max_s", "camera.exposure_s"],
             cost: "LEDs are drawn once for each quarter pixel",
         }
     }

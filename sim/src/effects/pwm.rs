@@ -19,7 +19,12 @@ impl Effect for Pwm {
         About {
             name: "pwm",
             model: "the part of the dimming pulses that falls into the exposure, over its mean",
-            keys: &["panel.pwm_hz", "panel.luminance_max_cd_m2", "camera.exposure_max_s"],
+            keys: &[
+                "panel.pwm_hz",
+                "panel.luminance_max_cd_m2",
+                "camera.exposure_max_s",
+                "camera.exposure_s",
+            ],
             cost: "one multiplication an LED",
         }
     }

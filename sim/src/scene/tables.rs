@@ -45,6 +45,8 @@ table! {
         frame_rate_hz: f64 = 100.0, in 1.0..=10_000.0, unit "Hz";
         /// The longest exposure: at most one frame period.
         exposure_max_s: f64 = 0.001, in 1e-6..=1.0 / camera.frame_rate_hz, unit "s";
+        /// A fixed exposure: at most one frame period. The ISO still follows the meter; with iso_min = iso_max it is fixed, too.
+        exposure_s: Option<f64> = None, in 1e-6..=1.0 / camera.frame_rate_hz, unit "s", such as "0.0005", # "left out: automatic";
         /// f-number of the lens.
         f_number: f64 = 2.7, in 0.7..=64.0;
         /// Lowest ISO speed the camera chooses.

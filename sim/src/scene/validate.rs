@@ -32,9 +32,10 @@ impl Scene {
         self.atmosphere.check(|key| format!("atmosphere.{key}"))?;
         self.link.check(|key| format!("link.{key}"))?;
         // One exposure may see the symbol at its start and two more.
-        let longest_s = self.camera.exposure_max_s + self.camera.readout_s;
+        let exposure_s = self.camera.exposure_s.unwrap_or(self.camera.exposure_max_s);
+        let longest_s = exposure_s + self.camera.readout_s;
         let fastest = (Link::WINDOW - 1) as f64 / longest_s;
-        let times = || "link.symbol_rate_hz (times exposure_max_s + readout_s)".into();
+        let times = || "link.symbol_rate_hz (times exposure_s or exposure_max_s, + readout_s)".into();
         self.link.symbol_rate_hz.check(0.1..=fastest, &times)?;
         self.link.waveform()?;
         self.effects.check(|key| format!("effects.{key}"))
