@@ -18,7 +18,7 @@ pub use distinguishability::{COLLINEAR, Distinguishability};
 pub use frame_errors::FrameErrors;
 pub use jackknife::{BATCHES, Estimate, jackknife};
 pub use moments::Moments;
-pub use proportion::wilson_95;
+pub use proportion::{mean_95, share_95};
 pub use rare_errors::RareErrors;
 pub(crate) use rare_errors::{RARER, SWARM};
 pub use ratio::ratio_95;

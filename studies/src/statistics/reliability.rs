@@ -2,7 +2,7 @@
 
 use link::panel::{LLR_STEP, PanelFrame, SoftPanel};
 
-use super::wilson_95;
+use super::share_95;
 
 /// Where bins begin, in steps of a log-likelihood ratio: at 0, 0.5, 1, 2, 3, 4.5, 6.5, 9, 13 and 20 nats.
 const EDGES: [u8; 10] = [0, 2, 4, 8, 12, 18, 26, 36, 52, 80];
@@ -90,7 +90,7 @@ impl Sums {
             stated: self.stated / bits,
             bits: self.bits,
             wrong: self.wrong,
-            wrong_95: wilson_95(wrong / self.crowding(), bits / self.crowding()),
+            wrong_95: share_95(wrong / self.crowding(), bits / self.crowding()),
         }
     }
 

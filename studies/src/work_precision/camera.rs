@@ -115,7 +115,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         reference: format!(
             "The bits that were drawn. Over all cameras, *learnt, {MOST_LEARNT_FROM} frames* errs {} times as often as *told* on the same \
              frames (95 %, frames resampled). A genie, who is told everything but the bits, reads {} of the bits wrongly (first {} frames; \
-             it knows no sharpening). Bars are 95 % intervals (bootstrap of frames), an arrow means that no bit was wrong: there stands \
+             it knows no sharpening). Bars are 95 % intervals (Gaffke 2005), an arrow means that no bit was wrong: there stands \
              half of one.",
             wrong.ratio(),
             range(genies),

@@ -16,7 +16,7 @@ use super::point::Point;
 use super::scale::Scale;
 use super::steps::Steps;
 use super::timing::Candidate;
-use crate::statistics::wilson_95;
+use crate::statistics::share_95;
 use sim::random::{Purpose, normal, stream};
 
 /// Bytes of a message.
@@ -58,7 +58,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         ),
         reference: "The bytes that were sent: a loss is a loss. What is uncertain is the rate, counted over the same messages for all; \
         bars are 95 % intervals \
-            (Wilson 1927), an arrow means that no message was lost: there stands half of one."
+            (Gaffke 2005), an arrow means that no message was lost: there stands half of one."
             .into(),
         diagrams,
     })
@@ -187,7 +187,7 @@ impl Transmission {
             let in_time = |needed: &&Option<usize>| needed.is_some_and(|needed| needed <= limit);
             let lost = (needed.len() - needed.iter().filter(in_time).count()) as f64;
             let count = needed.len() as f64;
-            let point = Point::share(format!("{name}, {limit}"), lost, count, || wilson_95(lost, count)).on(name);
+            let point = Point::share(format!("{name}, {limit}"), lost, count, || share_95(lost, count)).on(name);
             let mut decode = decoder();
             let blocks = self.timed();
             let messages = blocks.len() as f64 / self.blocks_a_message() as f64;

@@ -69,9 +69,9 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         reference: format!(
             "The bits that were drawn. No receiver could read them all: a genie that is told everything but the bits, and searches for \
              the likeliest panel, reads {} panels wrongly at the four places (first {} frames, \
-             95 % intervals by Wilson 1927). No receiver is expected to read fewer panels wrongly, nor to have a bit error rate below a \
+             95 % intervals). No receiver is expected to read fewer panels wrongly, nor to have a bit error rate below a \
              64th of that share. \
-             Bars are 95 % intervals (bootstrap of frames), an arrow means no bit was wrong: there stands half of one.",
+             Bars are 95 % intervals (Gaffke 2005), an arrow means no bit was wrong: there stands half of one.",
             floors.join(", "),
             scale.of(GENIE_FRAMES, 10)
         ),

@@ -17,7 +17,7 @@ use super::scale::Scale;
 use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};
 use crate::random_scenes::{FRAMES, RIGHT, RandomScene, WINDOW_PIXELS};
-use crate::statistics::wilson_95;
+use crate::statistics::share_95;
 
 /// The camera's frames.
 const SIZE: [usize; 2] = [1920, 1080];
@@ -79,7 +79,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
              *share* looks at the most striking candidates and at one other in each frame; *full*, of whole frames alone, at all.",
             SIZE[0], SIZE[1]
         ),
-        reference: "The corner LEDs as they were drawn. Bars of the miss rate are 95 % intervals (Wilson 1927), an \
+        reference: "The corner LEDs as they were drawn. Bars of the miss rate are 95 % intervals (Gaffke 2005), an \
                     arrow means that none was missed: there stands half of one; the corner error is the median over the panels found, of \
                     the corner that is furthest off."
             .into(),
@@ -150,7 +150,7 @@ impl Search {
         errors.sort_by(f64::total_cmp);
         let count = panels.len() as f64;
         let missed = count - errors.len() as f64;
-        let point = Point::share(name(self.share, self.decimation), missed, count, || wilson_95(missed, count))
+        let point = Point::share(name(self.share, self.decimation), missed, count, || share_95(missed, count))
             .on(if self.share { "share" } else { "full" })
             .with_default(self.decimation == 1 && self.share);
         let timed = &panels[..TIMED.min(panels.len())];

@@ -15,7 +15,7 @@ use crate::detectors::DetectorChoice;
 use crate::monte_carlo::{Evaluator, Settings};
 use crate::optimum::{Criterion, Peak, Samples, Window, at_ratio};
 use crate::reproduction::{Batches, Sums, estimate_of};
-use crate::statistics::wilson_95;
+use crate::statistics::share_95;
 use crate::stop::Stop;
 use sim::random::{Purpose, stream};
 use sim::scene::Scene;
@@ -67,7 +67,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
              the width of the 95 % interval that is reported: of B2W at L2A 2 (jackknife of 32 \
              batches), of the ratio of two B2W, at L2A 1.6 and 2, of the best L2A (a parabola through {} ratios from 1.6 to 2.4, \
              bootstrap of 64 batches), and of the bit error rate of k-means at \
-             70 m, interval 0.5, L2A 1, 1000 lx with noise (bootstrap of frames). *common* random numbers: all ratios see the same \
+             70 m, interval 0.5, L2A 1, 1000 lx with noise (Gaffke 2005, of frames). *common* random numbers: all ratios see the same \
              frames; *independent*: each has frames of its own. *true error* is what the intervals \
              promise to bound: the deviation from the reference that 95 % of {REPEATS} runs of other seeds kept. *as if independent* \
              takes a frame's 64 bits for 64 independent ones. Time is frames times that of one frame.",
@@ -245,7 +245,7 @@ impl Study {
         })?;
         points.extend(self.curve("as if independent", 1, self.frame_ns[1], truth, |frames, seed| {
             let errors = count(frames, seed)?;
-            let [low, high] = wilson_95(errors.errors() as f64, errors.bits() as f64);
+            let [low, high] = share_95(errors.errors() as f64, errors.bits() as f64);
             Ok((errors.rate(), (high - low) / 2.0))
         })?);
         points.retain(|point| point.curve != "as if independent, true error");
