@@ -34,6 +34,8 @@ pub enum Purpose {
     HotPixels = 11,
     /// Phases and frequencies of the camera's vibration.
     Shake = 12,
+    /// The scene's keys that a study draws for each frame.
+    Setting = 13,
 }
 
 /// The random numbers of frame `frame` of seed `seed` for one purpose.

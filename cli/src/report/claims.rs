@@ -61,7 +61,7 @@ fn frames(study: &Study) -> String {
          each distance of figure 20, where figures share a point the larger number; for figure 21 at most {} at each L2A of the finer \
          search in each of {} cells, fewer where the best L2A is known to ±{} before; for figure 22 at most {} at each distance with \
          k-means and {} with each other detector, fewer where {} bits were wrong before. Each frame has random bits, a random \
-         sub-pixel phase and a random reflectance of 0.3 to 0.5. The paper draws the ambient light too; exposure and dimming follow \
+         sub-pixel phase and a random reflectance of 0.3 to 0.5, in figure 22 a random interval and L2A, too. The paper draws the ambient light too; exposure and dimming follow \
          it, so that its frames do not depend on it.",
         study.seed,
         study.frames,

@@ -96,6 +96,11 @@ impl DetectorChoice {
         }
     }
 
+    /// Whether it reads by what it has learnt from other frames.
+    pub(crate) fn looks_back(self) -> bool {
+        !matches!(self.untrained(), Some(Method::Features(_)))
+    }
+
     /// The features that it learns to weigh, where it learns.
     pub fn learns(self) -> Option<FisherFeatures> {
         match self {

@@ -127,6 +127,8 @@ pub struct Workspace {
     pub(crate) shown: Vec<PanelExposure>,
     /// When the frame is exposed.
     pub(crate) moment: Moment,
+    /// The first panel's ratio of LED to ambient light in the next frames, at most the scene's; none: the scene's.
+    pub(crate) l2a: Option<f64>,
 }
 
 impl Workspace {
@@ -142,7 +144,7 @@ impl Evaluator {
     /// # Errors
     /// When the scene cannot be seen or the panel not be measured.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
-        Self::experienced(scene, settings, None)
+        Self::begun(scene, settings, None, None)
     }
 
     /// The same of a receiver that has followed a panel much like this one, and learnt from that what takes many frames to learn.
@@ -150,6 +152,18 @@ impl Evaluator {
     /// # Errors
     /// As [`Self::new`].
     pub(crate) fn experienced(scene: &Scene, settings: Settings, experience: Option<Experience>) -> Result<Self, EvaluateError> {
+        Self::begun(scene, settings, experience, None)
+    }
+
+    /// The same with the rule of decision and the experience of another evaluator of those settings, of a panel much like this one.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn taught(scene: &Scene, teacher: &Self) -> Result<Self, EvaluateError> {
+        Self::begun(scene, teacher.settings, Some(teacher.prior), teacher.method())
+    }
+
+    fn begun(scene: &Scene, settings: Settings, experience: Option<Experience>, method: Option<Method>) -> Result<Self, EvaluateError> {
         let renderer = Renderer::of(view(scene, settings.random_reflectance)?, settings.level);
         let region = renderer.cells_region(0);
         let corners = renderer.corners_in(region, &renderer.moment(settings.seed, 0))?;
@@ -164,7 +178,7 @@ impl Evaluator {
         // Faults of the geometry show in the first frame.
         evaluator.observe(0, &mut evaluator.workspace())?;
         let choice = settings.detector;
-        evaluator.rule = match (choice.untrained(), choice.learns()) {
+        evaluator.rule = match (method.or(choice.untrained()), choice.learns()) {
             (Some(method), _) => DecisionRule::Receiver(method),
             (_, Some(features)) => DecisionRule::Receiver(Detector::Fisher(evaluator.train(features)?).into()),
             _ => DecisionRule::Genie(LikelihoodTable::new(&evaluator.renderer)),
@@ -224,6 +238,7 @@ impl Evaluator {
                 .map(|index| self.renderer.steady(index, PanelFrame::default()))
                 .collect(),
             moment: self.renderer.moment(self.settings.seed, 0),
+            l2a: None,
         }
     }
 
@@ -371,7 +386,7 @@ impl Evaluator {
 
     /// Draws a frame's light.
     pub(crate) fn expose(&self, seed: u64, frame: u64, workspace: &mut Workspace) {
-        self.draw_frame(seed, frame, &mut workspace.shown);
+        self.draw_frame(seed, frame, workspace.l2a, &mut workspace.shown);
         workspace.moment = self.renderer.moment(seed, frame);
         self.renderer.draw(&workspace.moment, &workspace.shown, &mut workspace.canvas);
     }
@@ -430,8 +445,9 @@ impl Evaluator {
         })
     }
 
-    /// The random part of a frame: all panels' symbols, and the first one's phase and reflectance.
-    pub(crate) fn draw_frame(&self, seed: u64, frame: u64, shown: &mut [PanelExposure]) {
+    /// The random part of a frame: all panels' symbols, and the first one's phase and reflectance. Its ratio may be another than the
+    /// scene's.
+    pub(crate) fn draw_frame(&self, seed: u64, frame: u64, l2a: Option<f64>, shown: &mut [PanelExposure]) {
         let mut random = stream(seed, frame, Purpose::Phase);
         let view = self.renderer.view();
         for (index, shown) in shown.iter_mut().enumerate() {
@@ -440,11 +456,14 @@ impl Evaluator {
                 continue;
             }
             shown.shift_px = [uniform(&mut random), uniform(&mut random)];
-            if self.settings.random_reflectance {
+            let panel = &view.panels[0];
+            let drawn = self.settings.random_reflectance.then(|| {
                 let [low, high] = REFLECTANCES;
-                let reflectance = low + (high - low) * uniform(&mut random);
-                let panel = &view.panels[0];
-                shown.light = view.exposure.led_light(&view.scene, &panel.panel, reflectance, panel.l2a);
+                low + (high - low) * uniform(&mut random)
+            });
+            if drawn.is_some() || l2a.is_some() {
+                let (reflectance, l2a) = (drawn.unwrap_or(panel.panel.reflectance), l2a.unwrap_or(panel.l2a));
+                shown.light = view.exposure.led_light(&view.scene, &panel.panel, reflectance, l2a);
             }
         }
     }

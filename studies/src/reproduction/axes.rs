@@ -4,10 +4,10 @@ use crate::detectors::{DETECTORS, DetectorChoice};
 
 /// The detector of Do & Yoo 2020.
 pub const PAPERS_DETECTOR: &str = "kmeans";
-/// Strata of the interval in figure 22.
-const STRATA: u64 = 24;
-/// The same in a first look: maximum likelihood follows a panel in each before it counts, which takes most of the time.
-const QUICK_STRATA: u64 = 8;
+/// Intervals and ratios at which a detector of figure 22 has learnt.
+const LEARNT_AT: [usize; 2] = [6, 4];
+/// The same in a first look: maximum likelihood follows a panel at each before it counts, which takes most of the time.
+const QUICK_LEARNT_AT: [usize; 2] = [4, 2];
 
 /// How much is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,8 +35,8 @@ pub struct Axes {
     pub optimum_distance_m: Vec<f64>,
     /// Distances of figure 22, in metres.
     pub error_distance_m: Vec<f64>,
-    /// Strata of the interval at each of them.
-    pub error_strata: u64,
+    /// At how many intervals and ratios a detector that learns has learnt, at each of them.
+    pub learnt_at: [usize; 2],
     /// Detectors of figure 22.
     pub detectors: Vec<&'static str>,
 }
@@ -60,7 +60,7 @@ impl Axes {
                 optimum_interval,
                 optimum_distance_m: even(30.0, 70.0, 5),
                 error_distance_m: even(30.0, 70.0, 9),
-                error_strata: STRATA,
+                learnt_at: LEARNT_AT,
                 detectors: detectors().collect(),
             },
             Extent::Quick | Extent::Claims => Self {
@@ -70,9 +70,9 @@ impl Axes {
                 optimum_interval,
                 optimum_distance_m: even(30.0, 70.0, 3),
                 error_distance_m: even(30.0, 70.0, 3),
-                error_strata: match extent {
-                    Extent::Quick => QUICK_STRATA,
-                    _ => STRATA,
+                learnt_at: match extent {
+                    Extent::Quick => QUICK_LEARNT_AT,
+                    _ => LEARNT_AT,
                 },
                 detectors: match extent {
                     Extent::Claims => vec![PAPERS_DETECTOR],
@@ -99,9 +99,9 @@ mod tests {
     #[test]
     fn a_first_look_follows_no_more_panels_than_half_a_minute_allows() {
         let [quick, full] = [Extent::Quick, Extent::Figures].map(Axes::of);
-        let panels = 2 * quick.error_strata * quick.error_distance_m.len() as u64;
+        let panels = 2 * quick.learnt_at.into_iter().product::<usize>() * quick.error_distance_m.len();
         assert!(panels <= 48, "{panels}");
         assert_eq!(quick.detectors, full.detectors);
-        assert_eq!((full.error_strata, Axes::of(Extent::Claims).error_strata), (24, 24));
+        assert_eq!((full.learnt_at, Axes::of(Extent::Claims).learnt_at), ([6, 4], [6, 4]));
     }
 }

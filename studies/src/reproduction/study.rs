@@ -3,7 +3,7 @@
 
 use super::axes::{Axes, Extent, PAPERS_DETECTOR};
 use super::batches::Batches;
-use super::errors::{self, Dimming};
+use super::errors::{Dimming, Set};
 use super::findings::{Finding, Findings, Task};
 use super::operating_point::OperatingPoint;
 use super::optima;
@@ -200,15 +200,19 @@ impl Study {
         tell: impl FnMut(&Pieces),
     ) -> Result<FrameErrors, EvaluateError> {
         let (intervals, means): (Vec<f64>, Vec<f64>) = self.mean_optima(known).into_iter().unzip();
-        let strata = errors::strata(self.axes.error_strata, dimming, |interval| {
-            interpolated(&intervals, &means, interval)
-        });
+        let set = Set {
+            scene: &self.scene,
+            distance_m,
+            dimming,
+            best: |interval| interpolated(&intervals, &means, interval),
+            learnt_at: self.axes.learnt_at,
+        };
         let choice = detector.parse().unwrap_or(DetectorChoice::Best);
         let settings = Settings {
             stop: self.stop,
             ..Settings::fast(self.error_frames(detector), self.seed, choice)
         };
-        errors::count(&self.scene, distance_m, &strata, settings, ERRORS_ENOUGH, pieces, tell)
+        set.count(settings, ERRORS_ENOUGH, pieces, tell)
     }
 
     /// For each interval of figure 21 that is finished: the mean over the distances of the best ratio (figure 21b).

@@ -100,7 +100,7 @@ impl Sampler {
         workspace: &mut SplittingWorkspace,
     ) -> Result<Scored, EvaluateError> {
         let inner = &mut workspace.inner;
-        self.evaluator.draw_frame(seed, frame, &mut inner.shown);
+        self.evaluator.draw_frame(seed, frame, None, &mut inner.shown);
         let pixels = inner.grey.len();
         let mut particle = Particle {
             moment: self.evaluator.renderer().moment(seed, frame),

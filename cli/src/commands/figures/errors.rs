@@ -8,7 +8,7 @@ use crate::report::figure::{Figure, csv};
 
 const BEST: &str = "best L2A for the interval";
 const RANDOM: &str = "random L2A, 0.2 to 4";
-const BOUND: &str = "Bands: 95 %, whole frames resampled. An arrow is the bound 3/frames where no bit was wrong; where it is \
+const BOUND: &str = "Bands: 95 %, of all that is drawn at random. An arrow is the bound 3.7/frames where no bit was wrong; where it is \
      that of several, their arrows hang on each other.";
 
 /// The paper's figure, with its detector.
@@ -28,7 +28,7 @@ pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figur
     let chart = chart(study, "k-means on (AGR, GRI)", series);
     Ok(Some(Figure {
         name: "figure-22",
-        caption: format!("Bit error rate over the distance, intervals drawn from 0.5 to 2. {BOUND}"),
+        caption: format!("Bit error rate over the distance, each frame's interval drawn from 0.5 to 2. {BOUND}"),
         drawing: Page::new(vec![chart], 1, (620, 420)).draw()?,
         csv: numbers(study, findings, &[PAPERS_DETECTOR])?,
     }))
@@ -58,7 +58,9 @@ pub fn detectors(study: &Study, findings: &Findings) -> anyhow::Result<Option<Fi
     Ok(Some(Figure {
         name: "figure-22-detectors",
         caption: format!(
-            "Figure 22 with every detector. Fisher's discriminants are trained on other frames of each interval, distance and L2A. {BOUND}"
+            "Figure 22 with every detector. What learns has learnt on other frames at that distance, of the nearest of {} settings. \
+             {BOUND}",
+            study.axes.learnt_at.into_iter().product::<usize>()
         ),
         drawing: Page {
             legend: vec![legend],

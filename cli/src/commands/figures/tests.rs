@@ -25,7 +25,7 @@ fn small() -> Study {
         optimum_interval: vec![1.0],
         optimum_distance_m: vec![50.0],
         error_distance_m: vec![50.0, 70.0],
-        error_strata: 24,
+        learnt_at: [6, 4],
         detectors: vec!["kmeans", "otsu"],
     };
     Study {

@@ -21,12 +21,24 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
         Some((of(Dimming::Best)?, of(Dimming::Random)?))
     };
     let counted: Option<Vec<(&FrameErrors, &FrameErrors)>> = study.axes.error_distance_m.iter().map(counted).collect();
-    let ratios = counted.into_iter().flatten().filter_map(|(best, random)| ratio(best, random));
-    ratios
-        .max_by(|a, b| a.high.total_cmp(&b.high))
-        .map(|greatest| LOWER.decided(greatest, Test::Below(1.0)))
-        .into_iter()
-        .collect()
+    let counted = counted.unwrap_or_default();
+    let ratios: Vec<Estimate> = counted.iter().filter_map(|(best, random)| ratio(best, random)).collect();
+    let silent = counted.len() - ratios.len();
+    let greatest = ratios.into_iter().max_by(|a, b| a.high.total_cmp(&b.high));
+    let decided = greatest.map(|greatest| LOWER.decided(greatest, Test::Below(1.0)));
+    decided.map(|claim| silence(claim, silent)).into_iter().collect()
+}
+
+/// Where no bit was wrong in either set, at so many distances, one cannot tell which has fewer errors: it may be open, but not hold.
+fn silence(claim: Claim, silent: usize) -> Claim {
+    match silent {
+        0 => claim,
+        _ => Claim {
+            quantity: format!("{}; distances where none is: {silent}", claim.quantity),
+            holds: claim.holds.filter(|holds| !holds),
+            ..claim
+        },
+    }
 }
 
 /// The ratio of two error rates, its interval from the ends of theirs; none where no bit was wrong in either.
@@ -54,8 +66,10 @@ mod tests {
             counted
         };
         assert_eq!(ratio(&of(0), &of(0)), None);
-        let half = ratio(&of(1), &of(2)).unwrap();
+        let half = ratio(&of(20), &of(40)).unwrap();
         assert!(half.value == 0.5 && half.low < 0.5 && half.high < 1.0, "{half:?}");
+        let holds = |silent| silence(LOWER.decided(half, Test::Below(1.0)), silent).holds;
+        assert_eq!([holds(0), holds(1)], [Some(true), None]);
         assert_eq!(ratio(&of(0), &of(1)).unwrap().value, 0.0);
     }
 }
