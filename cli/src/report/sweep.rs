@@ -111,6 +111,9 @@ fn heading(sweep: &Sweep) -> String {
 fn row(sweep: &Sweep, summary: &Summary) -> String {
     let values = summary.values.iter().zip(widths(sweep));
     let values = values.map(|(value, width)| format!("{value:>width$}  "));
+    if let Some(why) = &summary.why_empty {
+        return format!("{}{:<10}  {:>12}  empty: {why}", values.collect::<String>(), summary.detector, 0);
+    }
     let [low, high] = summary.ber_95;
     let interval = if summary.bit_errors == 0 {
         format!("below {}", rate(high))

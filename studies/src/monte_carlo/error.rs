@@ -47,3 +47,16 @@ pub enum EvaluateError {
     #[error("stopped before it was finished")]
     Stopped,
 }
+
+impl EvaluateError {
+    /// Whether it is what the scene shows that cannot be read: too small, too large, beside the sensor, or all alike. Of other values of
+    /// its keys it may be.
+    pub fn is_of_what_is_seen(&self) -> bool {
+        use ViewError::{Behind, Folded, OffSensor, TooSmall};
+        match self {
+            Self::View(fault) => matches!(fault, Behind { .. } | OffSensor { .. } | Folded { .. } | TooSmall { .. }),
+            Self::Corners(_) | Self::Cells(_) | Self::Features(_) | Self::Frame(_) | Self::Training(_) => true,
+            Self::Accumulator(_) | Self::NoNoise | Self::NoReceiver | Self::Stopped => false,
+        }
+    }
+}

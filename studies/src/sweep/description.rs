@@ -120,6 +120,14 @@ pub enum SweepError {
 }
 
 impl SweepError {
+    /// Why a cell stays empty while others need not: nothing of what it shows can be read. None where the sweep cannot go on.
+    pub(super) fn why_empty(&self) -> Option<String> {
+        match self {
+            Self::Evaluate { source, .. } if source.is_of_what_is_seen() => Some(source.to_string()),
+            _ => None,
+        }
+    }
+
     /// Whether it is that work was asked to stop.
     pub(super) fn is_stop(&self) -> bool {
         matches!(self, Self::Evaluate { source, .. } if matches!(**source, EvaluateError::Stopped))
@@ -143,13 +151,25 @@ impl Sweep {
         }
     }
 
-    /// Checks the description, and that every cell's scene can be seen; returns what a frame of each costs, in ns.
+    /// Checks the description, and that any cell's scene can be seen; returns what a frame of each costs, in ns, 0 where it cannot.
     ///
     /// # Errors
     /// Says what is wrong, and of which cell.
     pub fn check(&self) -> Result<Vec<f64>, SweepError> {
         self.check_description()?;
-        (0..self.cells()).map(|index| self.frame_cost(index)).collect()
+        let mut unseen = None;
+        let cost = |index| match self.frame_cost(index) {
+            Err(fault) if fault.why_empty().is_some() => {
+                unseen.get_or_insert(fault);
+                Ok(0.0)
+            }
+            known => known,
+        };
+        let costs = (0..self.cells()).map(cost).collect::<Result<Vec<f64>, SweepError>>()?;
+        match unseen.filter(|_| costs.iter().all(|&cost| cost == 0.0)) {
+            Some(fault) => Err(fault),
+            None => Ok(costs),
+        }
     }
 
     pub(super) fn check_description(&self) -> Result<(), SweepError> {

@@ -477,7 +477,8 @@ mod tests {
         assert!(fault.contains("distance_m") && fault.contains("cell 0"), "{fault}");
         let fault = check("pose.distance_m = [50, -3]");
         assert!(fault.contains("cell 1") && fault.contains("0.5 to 2000"), "{fault}");
-        let fault = check("pose.distance_m = [50, 2000]");
+        // Of [50, 2000] the cell of 2000 stays empty.
+        let fault = check("pose.distance_m = [1000, 2000]");
         assert!(fault.contains("px apart"), "{fault}");
     }
 }

@@ -20,6 +20,8 @@ pub struct Results {
     cells: BTreeMap<usize, Accumulator>,
     /// The levels of the score, but for the last, of cells of rare events that are in work.
     levels: BTreeMap<usize, Vec<f32>>,
+    /// Why nothing can be measured in a cell.
+    empty: BTreeMap<usize, String>,
 }
 
 /// Why results cannot be read or added up.
@@ -132,6 +134,8 @@ struct ResultsRecord {
     cells: Vec<WrittenCell>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     levels: BTreeMap<usize, Vec<f32>>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    empty: BTreeMap<usize, String>,
     /// Of all the rest as it is written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     checksum: Option<String>,
@@ -158,6 +162,7 @@ impl Results {
             sweep,
             cells: BTreeMap::new(),
             levels: BTreeMap::new(),
+            empty: BTreeMap::new(),
         }
     }
 
@@ -178,6 +183,7 @@ impl Results {
             sweep: self.sweep.clone(),
             cells: cells.map(|(&cell, sums)| WrittenCell { cell, sums: sums.clone() }).collect(),
             levels: self.levels.clone(),
+            empty: self.empty.clone(),
             checksum: None,
         };
         written.checksum = Some(written.checksum()?);
@@ -206,6 +212,10 @@ impl Results {
         let cells = written.sweep.cells();
         let mut results = Self::new(written.sweep);
         results.levels = written.levels;
+        if let Some((&cell, _)) = written.empty.range(cells..).next() {
+            return Err(ResultsError::NoCell { cell, cells });
+        }
+        results.empty = written.empty;
         for WrittenCell { cell, sums } in written.cells {
             if cell >= cells {
                 return Err(ResultsError::NoCell { cell, cells });
@@ -231,6 +241,9 @@ impl Results {
         }
         for (&cell, sums) in &other.cells {
             self.merge_cell(cell, sums)?;
+        }
+        for (&cell, why) in &other.empty {
+            self.leave_empty(cell, why.clone());
         }
         Ok(())
     }
@@ -294,6 +307,9 @@ impl Results {
     /// How far a part of a cell is.
     pub fn standing_of(&self, work: &Work) -> Standing {
         let chunks = work.chunks.clone();
+        if self.empty.contains_key(&work.cell) {
+            return Standing::Done(chunks.start);
+        }
         match self.cells.get(&work.cell) {
             Some(sums) => sums.standing(chunks, self.sweep.stop_errors),
             None => Standing::Missing(chunks.start),
@@ -313,6 +329,17 @@ impl Results {
     /// Bit errors of a cell so far.
     pub fn errors_of(&self, cell: usize) -> u64 {
         self.cells.get(&cell).map_or(0, Accumulator::errors)
+    }
+
+    /// Why nothing can be measured in a cell, if that is known.
+    pub fn why_empty(&self, cell: usize) -> Option<&str> {
+        self.empty.get(&cell).map(String::as_str)
+    }
+
+    /// Keeps that nothing can be measured in a cell, and why.
+    pub(super) fn leave_empty(&mut self, cell: usize, why: String) {
+        self.cells.remove(&cell);
+        self.empty.insert(cell, why);
     }
 
     /// The levels that were chosen for a cell of rare events, infinity at the end; none if they were not, or the cell is done.

@@ -49,8 +49,14 @@ impl Sweep {
         (0..self.cells())
             .into_par_iter()
             .map(|cell| {
-                let worker = self.worker(cell, None, Stop::NEVER)?;
-                let first = self.chunk(cell, &worker, 0, &mut worker.room())?;
+                let first = || {
+                    let worker = self.worker(cell, None, Stop::NEVER)?;
+                    self.chunk(cell, &worker, 0, &mut worker.room())
+                };
+                let first = match first() {
+                    Err(fault) if fault.why_empty().is_some() => return Ok(0),
+                    first => first?,
+                };
                 let frames = CHUNK.min(self.frames) as f64;
                 let expected = enough as f64 / first.bit_errors() as f64 * frames;
                 Ok((expected.ceil() as u64).clamp(1, self.frames))
@@ -196,30 +202,45 @@ impl<'a> Run<'a> {
             }
             let made = new.par_iter().map(|&cell| {
                 let levels = results.levels_of(cell);
-                Ok((cell, self.sweep.worker(cell, levels.as_deref(), self.stop)?))
+                (cell, self.sweep.worker(cell, levels.as_deref(), self.stop))
             });
-            match made.collect::<Result<Vec<_>, SweepError>>() {
-                Ok(made) => {
-                    for (cell, worker) in &made {
-                        worker.tell_levels(*cell, results);
+            let (mut was_stopped, mut is_empty) = (false, false);
+            for (cell, worker) in made.collect::<Vec<_>>() {
+                match worker {
+                    Ok(worker) => {
+                        worker.tell_levels(cell, results);
+                        open.insert(cell, worker);
                     }
-                    open.extend(made);
-                    if !new.is_empty() && self.sweep.rare_events {
-                        continue;
+                    Err(fault) if fault.is_stop() => was_stopped = true,
+                    Err(fault) => {
+                        self.leave_empty(cell, fault, results)?;
+                        is_empty = true;
                     }
                 }
-                // The next news end the work.
-                Err(fault) if fault.is_stop() => continue,
-                Err(fault) => return Err(fault),
+            }
+            // The next news end the work, or another batch is without the cells that stay empty.
+            if was_stopped || is_empty || !new.is_empty() && self.sweep.rare_events {
+                continue;
             }
             let parts = self.evaluate(&batch, &open);
             for ((cell, chunk), part) in batch.into_iter().zip(parts) {
                 match part {
                     Some(Ok(part)) => results.add(cell, chunk, part),
-                    Some(Err(fault)) if !fault.is_stop() => return Err(fault),
+                    Some(Err(fault)) if !fault.is_stop() => self.leave_empty(cell, fault, results)?,
                     _ => {}
                 }
             }
+        }
+    }
+
+    /// Keeps why nothing can be measured in a cell, if others go on.
+    fn leave_empty(&self, cell: usize, fault: SweepError, results: &mut Results) -> Result<(), SweepError> {
+        match fault.why_empty().filter(|_| self.sweep.cells() > 1) {
+            Some(why) => {
+                results.leave_empty(cell, why);
+                Ok(())
+            }
+            None => Err(fault),
         }
     }
 

@@ -48,6 +48,9 @@ pub struct Summary {
     pub wvar: Option<f64>,
     /// Their ratio, where there is one.
     pub b2w: Option<f64>,
+    /// Why nothing can be measured in the cell, where that is so: its numbers are those of no frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why_empty: Option<String>,
 }
 
 impl Results {
@@ -65,7 +68,7 @@ impl Results {
         let [one_symbol, across] = apart.filter(|_| rare.is_empty()).map_or([None; 2], |apart| apart.map(Some));
         let variance = |value| rare.is_empty().then_some(value);
         let rare_frames = rare.swarms() * SWARM as u64;
-        // Where all frames show one symbol, the bootstrap need not be done again.
+        // Where all frames show one symbol, the interval need not be computed again.
         let interval_95 = |errors: FrameErrors| match errors == counted {
             true => ber_95,
             false => errors.interval_95(),
@@ -95,6 +98,7 @@ impl Results {
             bvar: variance(variances.bvar),
             wvar: variance(variances.wvar),
             b2w: variances.b2w,
+            why_empty: self.why_empty(cell).map(String::from),
         }
     }
 
@@ -108,31 +112,34 @@ impl Results {
     }
 }
 
-/// The names of the columns.
+/// The columns beside the keys.
+const MEASURED: [&str; 20] = [
+    "detector",
+    "finished",
+    "frames",
+    "bits",
+    "bit_errors",
+    "effective_errors",
+    "ber",
+    "ber_low_95",
+    "ber_high_95",
+    "bvar",
+    "wvar",
+    "b2w",
+    "seed",
+    "version",
+    "ber_one_symbol",
+    "ber_one_symbol_low_95",
+    "ber_one_symbol_high_95",
+    "frames_across",
+    "bit_errors_across",
+    "why_empty",
+];
+
+/// The names of all columns.
 fn names(sweep: &Sweep) -> Vec<String> {
     let keys = sweep.grid.iter().map(|axis| axis.key.clone());
-    let own = [
-        "detector",
-        "finished",
-        "frames",
-        "bits",
-        "bit_errors",
-        "effective_errors",
-        "ber",
-        "ber_low_95",
-        "ber_high_95",
-        "bvar",
-        "wvar",
-        "b2w",
-        "seed",
-        "version",
-        "ber_one_symbol",
-        "ber_one_symbol_low_95",
-        "ber_one_symbol_high_95",
-        "frames_across",
-        "bit_errors_across",
-    ];
-    keys.chain(own.map(String::from)).collect()
+    keys.chain(MEASURED.map(String::from)).collect()
 }
 
 impl Summary {
@@ -149,6 +156,11 @@ impl Summary {
     }
 
     fn fields(self, seed: u64) -> Vec<String> {
+        if let Some(why) = self.why_empty {
+            let own = [self.detector.into(), self.finished.to_string(), "0".into()];
+            let nothing = std::iter::repeat_n(String::new(), MEASURED.len() - own.len() - 1);
+            return self.values.into_iter().chain(own).chain(nothing).chain([why]).collect();
+        }
         let own = [
             self.detector.into(),
             self.finished.to_string(),
@@ -169,6 +181,7 @@ impl Summary {
             known(self.ber_one_symbol_95.map(|[_, high]| high)),
             count(self.frames_across),
             count(self.bit_errors_across),
+            String::new(),
         ];
         self.values.into_iter().chain(own).collect()
     }

@@ -277,3 +277,34 @@ fn parts_of_unequal_cells_take_about_equally_long() {
     let mean = times.iter().sum::<f64>() / 4.0;
     assert!(times.iter().all(|time| (time / mean - 1.0).abs() < 0.01), "{times:?}");
 }
+
+#[test]
+fn a_cell_that_cannot_be_read_says_why_and_the_others_go_on() {
+    // Whole, less than 1 px, less than 1.5 px from LED to LED, and beside the sensor.
+    let text = "frames = 600\ndetectors = [\"otsu\"]\n[grid]\npose.distance_m = [50, 400, 170]\npose.x_m = [0, 100]";
+    let sweep = Sweep::from_toml("a plan", text, &[]).unwrap().sweep;
+    let whole = run(&sweep, Shard::WHOLE);
+    let whole = whole.finish().unwrap();
+    let why = |cell| whole.summary(cell).why_empty.unwrap_or_default();
+    assert!(why(0).is_empty() && whole.summary(0).frames == 600);
+    assert!(why(1).contains("the sensor has"), "{}", why(1));
+    assert!(why(2).contains("at least 1 px"), "{}", why(2));
+    assert!(why(4).contains("at least 1.5 px"), "{}", why(4));
+    let table = whole.to_csv();
+    let columns: Vec<usize> = table
+        .lines()
+        .map(|line| line.split("\"").next().unwrap().matches(',').count())
+        .collect();
+    assert!(columns.iter().all(|&count| count == columns[0]), "{table}");
+    assert_eq!(Results::from_json(&whole.to_json().unwrap()).unwrap(), whole);
+    let expected = sweep.expected_frames().unwrap();
+    let parts = (0..3).map(|index| run_expecting(&sweep, Shard::new(index, 3).unwrap(), Some(&expected)));
+    assert_eq!(merged(parts).unwrap().to_json().unwrap(), whole.to_json().unwrap());
+}
+
+#[test]
+fn a_sweep_of_nothing_that_can_be_seen_is_refused() {
+    let text = "frames = 600\n[grid]\npose.distance_m = [400, 500]";
+    let sweep = Sweep::from_toml("a plan", text, &[]).unwrap().sweep;
+    assert!(sweep.check().unwrap_err().to_string().contains("at least 1 px"));
+}
