@@ -272,7 +272,7 @@ fn what_a_transmitter_does_not_know_has_its_price() {
     let picture = path("robust.png");
     let shown = vocc(&["table", "show", &robust, "--plot", &picture]);
     says(&shown, 0, &[]);
-    assert!(text(&shown.stdout).contains("no worse"));
+    assert!(text(&shown.stdout).contains("≤ 1 % more"));
     let other = vocc(&["table", "diff", &table, &robust, "--in", &brighter]);
     says(&other, 1, &[]);
     assert!(text(&other.stdout).contains(" m ("), "{}", text(&other.stdout));

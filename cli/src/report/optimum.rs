@@ -102,16 +102,18 @@ impl Presentation for CriterionSurvey {
     }
 
     fn print_head(&self) -> anyhow::Result<()> {
-        Ok(())
+        line(&format!("bit errors are those of {}", self.search.detector.name()))
     }
 
     fn print(&self, entry: &Entry, cells: &[Cell]) -> anyhow::Result<()> {
         let l2a = entry.l2a(self.rule);
-        line("illuminance  interval  distance   yaw     L2A   95 %               B2W      BER   table costs")?;
+        line(
+            "illuminance  interval  distance   yaw     L2A   95 %               B2W   BER, all   one symbol  table costs   no worse (costs)",
+        )?;
         for cell in cells {
             let border = if cell.at_border { "≥" } else { " " };
             line(&format!(
-                "{:>8} lx  {:>8}  {:>6} m  {:>3}° {border}{:>6.3}   {:.3} to {:.3}  {:>8}  {:.1e}  {:>5.1} %",
+                "{:>8} lx  {:>8}  {:>6} m  {:>3}° {border}{:>6.3}   {:.3} to {:.3}  {:>8}  {:>8.1e}  {:>10.1e}  {:>9.1} %   {:.2} to {:.2}{}",
                 cell.illuminance_lx,
                 cell.interval,
                 cell.distance_m,
@@ -121,12 +123,16 @@ impl Presentation for CriterionSurvey {
                 cell.l2a_95[1],
                 two_decimals(cell.b2w),
                 cell.ber,
+                cell.ber_one_symbol.unwrap_or(cell.ber),
                 (cell.table_loss - 1.0) * 100.0,
+                cell.not_worse[0],
+                cell.not_worse[1],
+                cell.not_worse_loss.map_or(String::new(), ends_cost),
             ))?;
         }
         line(&format!(
-            "  mean {:.3} ({:.3} to {:.3}); least mean BER {:.1e} at {:.3} ({:.3} to {:.3}), not significantly more from {:.2} to \
-             {:.2}; the table holds {l2a:.3}",
+            "  mean {:.3} ({:.3} to {:.3}); least mean BER of one symbol, fitted: {:.1e} at {:.3} ({:.3} to {:.3}), not significantly \
+             more from {:.2} to {:.2}; the table holds {l2a:.3}",
             entry.mean_l2a,
             entry.mean_l2a_95[0],
             entry.mean_l2a_95[1],
@@ -138,6 +144,12 @@ impl Presentation for CriterionSurvey {
             entry.least_ber_not_worse[1],
         ))
     }
+}
+
+/// What the two ends of the ratios that are no worse cost, in percent.
+fn ends_cost(loss: [f64; 2]) -> String {
+    let [low, high] = loss.map(|loss| 100.0 * (loss - 1.0));
+    format!(" ({low:.1} %, {high:.1} %)")
 }
 
 impl Presentation for ReachSurvey {
@@ -155,10 +167,11 @@ impl Presentation for ReachSurvey {
         let rate = 100.0 * self.search.raw_error_rate;
         let asked = self.demand;
         line(&format!(
-            "{} bytes within {} s, {} of 100 times: {rate:.1} % of the bits may be wrong",
+            "{} bytes within {} s, {} of 100 times: {rate:.1} % of the bits may be wrong, read by {}",
             asked.message_bytes,
             asked.within_s,
-            100.0 * asked.probability
+            100.0 * asked.probability,
+            self.search.detector.name()
         ))?;
         line(table::REACH_HEAD)
     }

@@ -1,5 +1,6 @@
 //! A table of ratios as people look at it: lines, a sketch for terminals, a plot.
 
+use studies::reach::FOUND_FROM_PX;
 use studies::table::{ReachEntry, RegretEntry, TableFile};
 use tx_firmware::calibration::BENCH;
 
@@ -10,7 +11,7 @@ const SIZE_PX: (i32, i32) = (500, 460);
 
 /// What stands above [`reach_line`]s. The duty is that of an On LED which fully lit is as bright as the bench's.
 pub const REACH_HEAD: &str = concat!(
-    "illuminance  interval     L2A   95 %              reach   lose nothing       best    mean       peak",
+    "illuminance  interval     L2A   95 %              reach   lose ≤ 1 %         best    mean       peak",
     "     duty"
 );
 
@@ -39,9 +40,22 @@ pub fn reach_line(entry: &ReachEntry) -> String {
     )
 }
 
+/// What a reach leaves out, and from where on that matters.
+pub fn found_line(file: &TableFile) -> String {
+    let list = |numbers: &[f64], digits: usize| {
+        let numbers = numbers.iter().map(|number| format!("{number:.digits$}"));
+        numbers.collect::<Vec<_>>().join(", ")
+    };
+    let ends = file.found_to_m().map_or(String::new(), |ends| {
+        let intervals = file.ratios.interval.iter().map(f64::to_string).collect::<Vec<_>>();
+        format!(": at {} m for intervals {}", list(&ends, 0), intervals.join(", "))
+    });
+    format!("reach is that of a panel whose place is known; a receiver finds none whose LEDs are less than {FOUND_FROM_PX} px apart{ends}")
+}
+
 /// What stands above [`regret_line`]s.
 pub const REGRET_HEAD: &str = concat!(
-    "illuminance  interval     L2A   95 %            reach          lost   no worse          mean       peak",
+    "illuminance  interval     L2A   95 %            reach          lost   ≤ 1 % more        mean       peak",
     "     duty"
 );
 

@@ -252,6 +252,23 @@ fn pitch_px_at_one_metre(scene: &Scene) -> f64 {
     pitch_m * focal_px
 }
 
+/// The least distance of LEDs in the image, in pixels, at which a receiver looks for a panel.
+pub const FOUND_FROM_PX: f64 = 2.0;
+
+/// How far away a receiver finds the scene's first panel at most, in metres: LEDs farther away are less than [`FOUND_FROM_PX`] apart.
+///
+/// ```
+/// use sim::scene::Scene;
+/// let scene = Scene::load("night", &["panel.interval=1".into()])?;
+/// assert!((studies::reach::found_to_m(&scene) - 109.0).abs() < 1.0);
+/// # Ok::<(), sim::scene::SceneError>(())
+/// ```
+pub fn found_to_m(scene: &Scene) -> f64 {
+    let pose = scene.pose_of(0);
+    let slant = pose.yaw_deg.to_radians().cos().min(pose.pitch_deg.to_radians().cos());
+    pitch_px_at_one_metre(scene) * slant.abs() / FOUND_FROM_PX
+}
+
 /// The scene with its first panel so far away.
 fn at_distance(scene: &Scene, distance_m: f64) -> Scene {
     let mut scene = scene.clone();

@@ -18,7 +18,8 @@
 //! LEDs closer than the receiver takes are not told apart: where bits are read well up to there, the reach is the last distance before,
 //! whatever the ratio.
 //!
-//! The panel's place is taken as known, as a receiver knows it that follows the panel; [`crate::random_scenes`] has how far one is found.
+//! The panel's place is taken as known, as a receiver knows it that follows the panel. One that has to find it first ends at [`found_to_m`]
+//! at the latest; [`crate::random_scenes`] has how many are found.
 //!
 //! ```
 //! use sim::scene::Scene;
@@ -38,7 +39,7 @@ mod demand;
 #[cfg(test)]
 mod tests;
 
-pub use crossing::Crossing;
+pub use crossing::{Crossing, FOUND_FROM_PX, found_to_m};
 pub use curve::{Choice, Curve, FLAT, Judgement, NOTHING, Verdict};
 pub use demand::{Demand, DemandError};
 

@@ -5,7 +5,7 @@ use sim::accuracy::Level;
 use sim::scene::Scene;
 
 use super::condition::Condition;
-use super::findings::{Outcome, at_place, short, short_if_any, short_pair};
+use super::findings::{Outcome, at_place, short, short_if_any, short_pair, short_pair_if_any};
 use super::survey::{EntryAndDetails, News, Survey, SurveyError, check_axes, unless_ended};
 use crate::monte_carlo::Evaluation;
 use crate::optimum::{Criterion, Optimum, Piece, Search, least_mean_ber, optimum_from};
@@ -41,21 +41,27 @@ pub struct Cell {
     pub l2a_95: [f64; 2],
     /// Whether it is the end of the range.
     pub at_border: bool,
-    /// The ratios that are not significantly worse.
+    /// The ratios that are not significantly worse: the plateau about the best.
     #[serde(serialize_with = "short_pair")]
     pub not_worse: [f64; 2],
+    /// By which factor the criterion is worse at the two ends of these than at the best (of the bit error rate: its odds).
+    #[serde(default, serialize_with = "short_pair_if_any", skip_serializing_if = "Option::is_none")]
+    pub not_worse_loss: Option<[f64; 2]>,
     /// B2W next to the best ratio, where it is defined.
     #[serde(default, serialize_with = "short_if_any", skip_serializing_if = "Option::is_none")]
     pub b2w: Option<f64>,
     /// Fisher's criterion there, where it is defined.
     #[serde(default, serialize_with = "short_if_any", skip_serializing_if = "Option::is_none")]
     pub fisher: Option<f64>,
-    /// Bit error rate there.
+    /// Bit error rate there, of all frames.
     #[serde(serialize_with = "short")]
     pub ber: f64,
     /// Its 95 % interval.
     #[serde(serialize_with = "short_pair")]
     pub ber_95: [f64; 2],
+    /// The same of the frames that show one symbol, which the criterion `ber` goes by; none where all do.
+    #[serde(default, serialize_with = "short_if_any", skip_serializing_if = "Option::is_none")]
+    pub ber_one_symbol: Option<f64>,
     /// Frames that these are of.
     pub frames: u64,
     /// By which factor the criterion is worse (of the bit error rate: its odds) where the panel is driven to the ratio
@@ -138,7 +144,9 @@ impl Outcome for Entry {
 }
 
 impl Cell {
-    pub(super) fn of(setting: Condition, optimum: &Optimum) -> Self {
+    pub(super) fn of(setting: Condition, optimum: &Optimum, criterion: Criterion) -> Self {
+        let ends = optimum.not_worse.map(|l2a| optimum.loss_at(criterion, l2a));
+        let one_symbol = optimum.evaluation.of_one_symbol();
         let variances = optimum.evaluation.distinguishability();
         Self {
             illuminance_lx: setting.illuminance_lx,
@@ -149,10 +157,12 @@ impl Cell {
             l2a_95: optimum.l2a_95,
             at_border: optimum.at_border,
             not_worse: optimum.not_worse,
+            not_worse_loss: ends[0].zip(ends[1]).map(<[f64; 2]>::from),
             b2w: variances.b2w,
             fisher: variances.fisher,
             ber: optimum.evaluation.errors.rate(),
             ber_95: optimum.evaluation.errors.interval_95(),
+            ber_one_symbol: (one_symbol != optimum.evaluation.errors).then(|| one_symbol.rate()),
             frames: optimum.frames,
             table_loss: 1.0,
         }
@@ -327,7 +337,7 @@ impl CriterionSurvey {
             });
         };
         let optimum = optimum_from(&setting.of(scene), &self.search, known, told).map_err(fault)?;
-        let cell = Cell::of(setting, &optimum);
+        let cell = Cell::of(setting, &optimum, self.search.criterion);
         let cell = carried.map_or(cell, |carried| cell.with_loss(&optimum, self.search.criterion, carried));
         tell(News::Setting);
         Ok((cell, optimum))

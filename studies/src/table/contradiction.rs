@@ -136,8 +136,8 @@ fn check_numbers(key: &'static str, of: &impl AtPlace) -> Result<(), Contradicti
         if is_rate && numbers.iter().any(|&number| number > 1.0) {
             return Err(fault(name, value, "a rate is 0 to 1"));
         }
-        // Those of several scenes are no interval.
-        if name != "reach_m" && !numbers.is_sorted() {
+        // Those of several scenes, and what two ratios lose, are no interval.
+        if !["reach_m", "not_worse_loss"].contains(&&**name) && !numbers.is_sorted() {
             return Err(fault(name, value, "its lower end must come first"));
         }
     }

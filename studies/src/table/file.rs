@@ -14,10 +14,11 @@ use sim::scene::Scene;
 
 use super::by_criterion::{Cell, Entry, SearchRecord};
 use super::by_reach::{ReachEntry, ReachPoint, ReachRecord};
+use super::condition::with_panel;
 use super::findings::{Findings, Outcome, Unknown};
 use super::regret::{Regret, RegretEntry, RegretPoint, RegretRecord};
 use super::survey::{News, Survey, SurveyError};
-use crate::reach::Curve;
+use crate::reach::{Curve, found_to_m};
 
 /// A table as it is in a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +33,15 @@ pub struct TableFile {
     pub reach: Findings<ReachEntry>,
     /// Where they come from, if they are those of least regret.
     pub regret: Findings<RegretEntry>,
+}
+
+impl TableFile {
+    /// How far away a panel of each interval is found at most, in metres, if the table is of one scene: see [`found_to_m`].
+    pub fn found_to_m(&self) -> Option<Vec<f64>> {
+        let scene = self.scene.as_ref()?;
+        let of = |&interval: &f64| found_to_m(&with_panel(scene, scene.ambient.illuminance_lx, interval));
+        Some(self.ratios.interval.iter().map(of).collect())
+    }
 }
 
 /// An outcome that a table's file has room for.
@@ -411,10 +421,12 @@ mod tests {
             l2a_95: [1.9, 2.1],
             at_border: false,
             not_worse: [1.8, 2.2],
+            not_worse_loss: Some([1.02, 1.03]),
             b2w: Some(12.0),
             fisher: None,
             ber: 0.0,
             ber_95: [0.0, 1e-3],
+            ber_one_symbol: None,
             frames: 1 << 40,
             table_loss: 1.01,
         };

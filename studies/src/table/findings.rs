@@ -173,6 +173,11 @@ pub(super) fn short_pair<S: Serializer>(values: &[f64; 2], serializer: S) -> Res
     values.map(five_digits).serialize(serializer)
 }
 
+/// The same of two, if there are any.
+pub(super) fn short_pair_if_any<S: Serializer>(values: &Option<[f64; 2]>, serializer: S) -> Result<S::Ok, S::Error> {
+    values.map(|values| values.map(five_digits)).serialize(serializer)
+}
+
 /// The same of many.
 pub(super) fn short_list<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(values.iter().map(|&value| five_digits(value)))

@@ -9,7 +9,7 @@ use super::{Arguments, as_toml, verdict};
 use crate::output::{self, Verdict};
 use crate::plot::{self, Drawing};
 use crate::report::optimum::{Presentation, Report, interrupted};
-use crate::results;
+use crate::{report, results};
 
 /// Searches what is missing of a shard's places, prints it, and writes the table and its plot.
 pub fn search<S: Presentation>(
@@ -59,6 +59,9 @@ pub fn search<S: Presentation>(
         arguments.write(&file)?;
         rounds.finish()?;
         printed?;
+    }
+    if !as_json && !file.reach.entries.is_empty() {
+        output::line(&report::table::found_line(&file))?;
     }
     if let Some(path) = out {
         plot::save(&results::stem(path, "toml"), &draw(&file)?)?;

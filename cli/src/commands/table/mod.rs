@@ -139,6 +139,9 @@ fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Resu
         print_under(report::table::REACH_HEAD, reach)?;
         let regret = file.regret.entries.iter().map(report::table::regret_line);
         print_under(report::table::REGRET_HEAD, regret)?;
+        if !file.reach.entries.is_empty() || !file.regret.entries.is_empty() {
+            line(&report::table::found_line(&file))?;
+        }
     }
     match plot {
         Some(stem) => plot::save(stem, &report::table::draw(&file)?),
