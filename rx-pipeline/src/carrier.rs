@@ -14,18 +14,23 @@
 
 mod fit;
 mod history;
+mod lines;
 mod readings;
 #[cfg(test)]
 mod tests;
+mod turn;
 mod waveform;
 
+use crate::corners::Corners;
 use crate::detect::{Detection, correlation};
 use crate::symbols::is_sure;
 use fit::{ALL_SHAPES, AtFrequency, Fit, Shown, still_score};
 use history::{History, Sighting};
+use lines::{Known, Lines};
 use link::panel::SoftPanel;
 use readings::Readings;
 pub use readings::Reread;
+use readings::Source;
 use waveform::PHASES;
 
 /// The correlation of two readings from which they show the same symbol, or below minus which its complement. Higher: fewer pairs; lower:
@@ -87,6 +92,8 @@ pub(crate) struct Carrier {
     searches: u32,
     /// Sightings that show the complement of an earlier one.
     reversals: usize,
+    /// What lines tell of it that are exposed one after another.
+    lines: Lines,
 }
 
 impl Carrier {
@@ -102,16 +109,23 @@ impl Carrier {
         is_tried: false,
         searches: 0,
         reversals: 0,
+        lines: Lines::NONE,
     };
 
     /// Whether frames have shown the complement of others, as those of a still panel never do.
     pub fn is_likely(&self) -> bool {
-        self.fit.is_some() || self.reversals >= REVERSALS_MIN
+        self.fit.is_some() || self.lines.is_known() || self.reversals >= REVERSALS_MIN
+    }
+
+    /// Whether it is known, and each line has its own sign.
+    pub fn reads_by_lines(&self) -> bool {
+        self.lines.is_known()
     }
 
     /// What a frame shows of a symbol, from that symbol's bits.
     pub fn as_seen(&self, time: f64, symbol: SoftPanel) -> SoftPanel {
         match &self.fit {
+            _ if self.reads_by_lines() => SoftPanel::ERASED,
             Some(fit) if fit.contrast_at(time) < 0.0 => symbol.flipped(u64::MAX),
             _ => symbol,
         }
@@ -119,11 +133,22 @@ impl Carrier {
 
     /// Takes the reading of frame `number`, taken at `time` (frame periods), and gives it the sign of its symbol; a frame at which the
     /// carrier is blind says nothing. Gives the readings before it, when it is the first by which their signs are known.
-    pub fn resolve(&mut self, number: u64, time: f64, detection: &mut Detection) -> Option<Reread<'_>> {
+    pub fn resolve(&mut self, number: u64, time: f64, corners: &Corners, detection: &mut Detection) -> Option<Reread<'_>> {
         if self.time.is_some_and(|before| !(0.0..GAP_MAX).contains(&(time - before))) {
             *self = Self::NONE;
         }
         self.time = Some(time);
+        if let Some(lights) = &detection.lights {
+            let known = self.lines.push(number, time, &lights.above_mean, corners);
+            if let Some(by_lines) = self.lines.read(detection) {
+                *detection = by_lines;
+            }
+            match known {
+                Known::Nothing => {}
+                Known::Before => return None,
+                Known::Now | Known::Rivals => return Some(Reread(Source::Lines(&self.lines))),
+            }
+        }
         let was_known = self.fit.is_some();
         if !was_known {
             let is_of_one = detection.mixed.is_none() || is_sure(&detection.soft);
@@ -134,22 +159,22 @@ impl Carrier {
         self.follow();
         let Some(fit) = self.fit else {
             let is_tried = core::mem::take(&mut self.is_tried);
-            return is_tried.then_some(Reread {
+            return is_tried.then_some(Reread(Source::Frames {
                 readings: &self.readings,
                 fits: &self.rivals,
                 is_known: false,
-            });
+            }));
         };
         match fit.shown_at(time) {
             Shown::Symbol => {}
             Shown::Complement => *detection = detection.complement(),
             Shown::Nothing => (detection.soft, detection.mixed) = (SoftPanel::ERASED, None),
         }
-        (!was_known).then_some(Reread {
+        (!was_known).then_some(Reread(Source::Frames {
             readings: &self.readings,
             fits: self.fit.as_slice(),
             is_known: true,
-        })
+        }))
     }
 
     /// Remembers what a frame shows.

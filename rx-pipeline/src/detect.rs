@@ -30,6 +30,8 @@ mod otsu;
 mod soft;
 mod standardise;
 
+#[cfg(feature = "carrier")]
+pub use detection::Lights;
 pub use detection::{Detection, Mixture};
 pub use error::DetectError;
 pub(crate) use error::MIN_CONTRAST_GREY;

@@ -100,6 +100,8 @@ pub use lines::LINE_DELAY_MAX;
 
 use crate::camera::Learnt;
 use crate::corners::Corners;
+#[cfg(feature = "carrier")]
+use crate::detect::Lights;
 use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
 use crate::settings::LikelihoodSettings;
@@ -108,6 +110,8 @@ use curve::CurveEvidence;
 use estimate::Estimate;
 use leds::{LedMoments, is_clear_cut};
 use level_prior::LevelPrior;
+#[cfg(feature = "carrier")]
+use levels::Levels;
 #[cfg(feature = "read-lines")]
 use lines::LineDelay;
 use link::camera::{Camera, Encoding};
@@ -134,6 +138,16 @@ const MIXED: f32 = 1000.0;
 /// LEDs are not measured in images of which more is saturated (share): how bright they are does not show there.
 const SATURATED_MAX: f32 = 0.05;
 
+/// What a frame that seems to show two symbols adds to how unsure bits are (share of wrong bits),
+#[cfg(feature = "carrier")]
+const UNSURE_MIXED: f32 = 0.05;
+/// what a frame changes of that (share),
+#[cfg(feature = "carrier")]
+const UNSURE_GAIN: f32 = 0.125;
+/// and from where on each LED's light is measured (share of wrong bits). Lower: slower.
+#[cfg(feature = "carrier")]
+const UNSURE_MIN: f32 = 0.004;
+
 /// The detector: maximum likelihood, searched for over bits and levels.
 ///
 /// `PIXELS` is the largest image of a panel, [a few pixels](self) wider than its cells; LEDs more than 8 px apart are binned
@@ -158,6 +172,9 @@ pub struct MaximumLikelihood<const PIXELS: usize> {
     proven: Proven,
     /// What was learnt in the camera's own pixels, where larger ones are looked at.
     in_own_pixels: OwnPixels,
+    /// How unsure bits were of late (share of wrong ones).
+    #[cfg(feature = "carrier")]
+    unsure: f32,
     model: Model<PIXELS>,
 }
 
@@ -192,6 +209,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             experience: Experience::NONE,
             proven: Proven::NONE,
             in_own_pixels: OwnPixels::NONE,
+            #[cfg(feature = "carrier")]
+            unsure: 0.0,
             model: Model::new(),
         }
     }
@@ -208,6 +227,10 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.told = camera.encoding;
         self.model.prepare(camera, settings);
         (self.experience, self.proven, self.in_own_pixels) = (Experience::NONE, Proven::NONE, OwnPixels::NONE);
+        #[cfg(feature = "carrier")]
+        {
+            self.unsure = 0.0;
+        }
     }
 
     /// Goes on in other pixels of the camera's frames: `side` times as wide, and mixed with their neighbours by a spot of that variance.
@@ -238,6 +261,13 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     #[cfg_attr(not(feature = "maximum-likelihood"), allow(dead_code))]
     pub(crate) fn forget_leds(&mut self) {
         self.experience.leds = LedMoments::NONE;
+    }
+
+    /// Forgets what the panel's image has taught, but for how lines are read.
+    #[cfg(feature = "carrier")]
+    pub(crate) fn forget(&mut self) {
+        self.set_experience(self.experience.of_lines());
+        self.proven = Proven::NONE;
     }
 
     /// Whether it sees the camera's own pixels.
@@ -322,11 +352,38 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         corners: &Corners,
         spot_sigma_px: Option<f32>,
     ) -> Result<Detection, DetectError> {
-        let detection = self.read(before, frame, corners, spot_sigma_px)?;
+        let mut detection = self.read(before, frame, corners, spot_sigma_px)?;
         if detection.mixed.is_none() && self.proven.doubts(detection.confidence) {
-            return Ok(self.read_by_others(before, frame, corners, spot_sigma_px, detection));
+            detection = self.read_by_others(before, frame, corners, spot_sigma_px, detection);
+        }
+        #[cfg(feature = "carrier")]
+        if self.is_asked_for_lights(&detection) {
+            detection.lights = self.lights(frame, corners);
         }
         Ok(detection)
+    }
+
+    /// Whether single LEDs may differ in contrast, as lines do that are exposed one after another before a carrier: then bits stay unsure.
+    #[cfg(feature = "carrier")]
+    fn is_asked_for_lights(&mut self, detection: &Detection) -> bool {
+        let mixed = if detection.mixed.is_some() { UNSURE_MIXED } else { 0.0 };
+        self.unsure += UNSURE_GAIN * (1.0 - detection.confidence + mixed - self.unsure);
+        self.unsure > UNSURE_MIN || self.experience.levels.has_carrier
+    }
+
+    /// The light of each LED by least squares, whatever the bits are.
+    #[cfg(feature = "carrier")]
+    #[inline(never)]
+    fn lights(&mut self, frame: &Frame<'_>, corners: &Corners) -> Option<Lights> {
+        let levels = self.experience.levels.mean_levels()?;
+        let (crop, variance) = self.look(frame, corners, None).ok()?;
+        let found = self.model.least_squares(frame, &crop, &Levels { variance, ..levels }).ok()?;
+        let mean = found.light.iter().sum::<f32>() / LEDS as f32;
+        let all = mean.abs() + core::f32::consts::TAU * variance * found.background;
+        (all > 0.0).then(|| Lights {
+            above_mean: found.light.map(|light| (light - mean) / all),
+            mean: mean / all,
+        })
     }
 
     /// Reads a panel whose bits are unsure `here` by what was learnt when they were surer, and by nothing; goes on with what makes them

@@ -1,5 +1,6 @@
 //! What stands for the carrier's phase where panels are still.
 
+use crate::corners::Corners;
 use crate::detect::Detection;
 use link::panel::SoftPanel;
 
@@ -17,11 +18,15 @@ impl Carrier {
         false
     }
 
+    pub fn reads_by_lines(&self) -> bool {
+        false
+    }
+
     pub fn as_seen(&self, _time: f64, symbol: SoftPanel) -> SoftPanel {
         symbol
     }
 
-    pub fn resolve(&mut self, _number: u64, _time: f64, _detection: &mut Detection) -> Option<Reread<'_>> {
+    pub fn resolve(&mut self, _number: u64, _time: f64, _corners: &Corners, _detection: &mut Detection) -> Option<Reread<'_>> {
         None
     }
 }

@@ -2,6 +2,8 @@
 
 mod backoff;
 mod blinked;
+#[cfg(feature = "carrier")]
+mod coarser;
 mod history;
 mod integer;
 mod levels;
@@ -174,7 +176,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             memory.expect_carrier(decoder.has_carrier());
             let tools = &mut memory.tools(residuals, tiles, decoder.before(number));
             let followed = reader.follow(number, frame, &self.locator, tools, canvas, profile);
-            let is_doubtful = reader.is_doubtful();
+            let is_doubtful = reader.is_doubtful() && !decoder.reads_by_lines();
             is_any_doubtful |= is_doubtful;
             if !is_doubtful {
                 again.calm_down();

@@ -87,7 +87,7 @@ mod transmit;
 
 pub use header::{Announcement, HEADER_BYTES, Header, HeaderError, VERSION, message_crc};
 pub use layout::{Layout, OVERHEAD_PANELS};
-pub use receive::{Deframer, Delivery, Event, Rejection, SegmentOutcome};
+pub use receive::{Deframer, Delivery, Event, Rejection, SYNC_SEEN, SegmentOutcome};
 pub use transmit::Framer;
 
 use crate::panel::PanelFrame;

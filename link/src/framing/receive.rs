@@ -22,7 +22,7 @@ const HEADERS_MISSED_MAX: u8 = 8;
 const GAP_MAX: i32 = 1024;
 
 /// The sync panel as a picture shows it in each [`Orientation`].
-const SYNC_SEEN: [PanelFrame; 8] = {
+pub const SYNC_SEEN: [PanelFrame; 8] = {
     let mut seen = [SYNC; 8];
     let mut i = 0;
     while i < seen.len() {

@@ -15,6 +15,10 @@ const SURE: f32 = 0.98;
 const APART: f32 = 2.0;
 /// A panel that is covered in so large a share of the frames is not read for that reason.
 const OFTEN_COVERED: f32 = 0.05;
+/// A panel of which all LEDs are alike in so large a share of the readings is not read for that reason.
+const OFTEN_EVEN: f32 = 0.5;
+/// The time in which each exposure sees one half of a cycle of 1440 Hz, the usual carrier (s).
+const HALF_A_CYCLE_S: f64 = 0.5 / 1440.0;
 /// A message of a few words, sent twice over, takes so many symbols about.
 const SHORT: usize = 20;
 
@@ -47,6 +51,8 @@ impl LinkRates {
 #[derive(Default)]
 pub struct Diagnosis {
     read: usize,
+    /// Readings of LEDs that were all alike.
+    even: usize,
     confidence: f32,
     pitch_px: f32,
     rejected: usize,
@@ -60,6 +66,7 @@ impl Diagnosis {
         match reading {
             Ok(reading) => {
                 self.read += 1;
+                self.even += usize::from(reading.detection.lights.is_some_and(|lights| lights.are_even()));
                 self.confidence += reading.detection.confidence;
                 self.pitch_px = reading.corners.pitch_px();
             }
@@ -118,6 +125,11 @@ impl Diagnosis {
     fn advice(&self, confidence: f32, frames: usize, blur: Option<f32>, doubt: &str) -> String {
         let covered = self.covered();
         match blur {
+            _ if self.even as f32 > OFTEN_EVEN * self.read as f32 => format!(
+                "all LEDs are lit alike: exposures are as long as whole cycles of the carrier that bears the symbols, or nearly so, and see \
+                 nothing of them; expose for 1/{:.0} s or less, half a cycle of the usual 1440 Hz",
+                1.0 / HALF_A_CYCLE_S
+            ),
             _ if covered as f32 > OFTEN_COVERED * frames as f32 => format!(
                 "the panel was covered or dark in {covered} of {frames} frames, as behind a wiper: keep what comes before it away, or make \
                  the film longer"
@@ -145,7 +157,7 @@ mod tests {
     use super::*;
     use rx_pipeline::cells::CellMap;
     use rx_pipeline::corners::Corners;
-    use rx_pipeline::detect::{DetectError, Detector};
+    use rx_pipeline::detect::{DetectError, Detector, Lights};
     use rx_pipeline::features::Features;
     use rx_pipeline::frame::Frame;
     use rx_pipeline::locate::LocateError;
@@ -226,5 +238,26 @@ mod tests {
             "{lines:?}"
         );
         assert!(lines[2].starts_with("the panel was covered or dark in 6 of 60 frames"), "{lines:?}");
+    }
+
+    #[test]
+    fn exposures_of_whole_cycles_are_named() {
+        let mut diagnosis = Diagnosis::default();
+        let mut reading = reading();
+        reading.detection.lights = Some(Lights {
+            above_mean: std::array::from_fn(|led| if led % 2 == 0 { 0.01 } else { -0.01 }),
+            mean: 0.4,
+        });
+        (0..60).for_each(|_| diagnosis.count(&Ok(reading)));
+        let rates = LinkRates {
+            symbols_hz: 90.0,
+            fps: 100.0,
+            changes_hz: None,
+        };
+        let lines = diagnosis.lines(&rates, None, false);
+        assert!(
+            lines[1].starts_with("all LEDs are lit alike") && lines[1].contains("expose for 1/2880 s or less"),
+            "{lines:?}"
+        );
     }
 }

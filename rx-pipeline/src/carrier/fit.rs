@@ -9,7 +9,7 @@ const BLIND: f32 = 0.08;
 /// The noise of a frame's modulation, at least (share of its root mean square). Less: what the shapes do not explain counts for more.
 const NOISE: f32 = 0.08;
 /// What a frame of another modulation than is expected costs, at most (nats): it may have caught two symbols.
-const ODD: f32 = 3.0;
+pub(super) const ODD: f32 = 3.0;
 /// What it costs where a pair of frames of one symbol has the other sign than is expected, at most (nats).
 const CONTRARY: f32 = 5.0;
 /// The same for each product of contrasts of which the greatest is 1.
@@ -92,7 +92,7 @@ impl Fit {
 }
 
 /// The number of a phase from 0 to 1 among those that are told apart.
-fn step(phase: f64) -> usize {
+pub(super) fn step(phase: f64) -> usize {
     (phase * PHASES as f64 + 0.5) as usize % PHASES
 }
 

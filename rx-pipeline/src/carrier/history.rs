@@ -55,17 +55,20 @@ impl History {
         self.sightings().iter().filter(is_reversed).count()
     }
 
-    /// Whether all were taken a whole number of frame periods after each other, so that frequencies more than half a cycle a period look
-    /// like lower ones.
+    /// Whether they were taken [steadily](is_steady).
     pub fn is_steady(&self) -> bool {
-        let Some(first) = self.sightings().first() else {
-            return true;
-        };
-        self.sightings().iter().all(|sighting| {
-            let periods = sighting.time - first.time;
-            (periods - libm::round(periods)).abs() < STEADY
-        })
+        is_steady(self.sightings().iter().map(|sighting| sighting.time))
     }
+}
+
+/// Whether frames were all taken a whole number of frame periods after each other, so that frequencies more than half a cycle a period look
+/// like lower ones.
+pub(super) fn is_steady(mut times: impl Iterator<Item = f64>) -> bool {
+    let Some(first) = times.next() else { return true };
+    times.all(|time| {
+        let periods = time - first;
+        (periods - libm::round(periods)).abs() < STEADY
+    })
 }
 
 /// Frames are steady that are late by less (frame periods).

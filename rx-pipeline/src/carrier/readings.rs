@@ -2,6 +2,7 @@
 
 use super::fit::Fit;
 use super::history::FRAMES;
+use super::lines::Lines;
 use link::panel::SoftPanel;
 
 /// A reading as it was seen, with the carrier's sign or not.
@@ -38,33 +39,66 @@ impl Readings {
         self.len = (self.len + 1).min(FRAMES);
     }
 
-    fn oldest_first(&self) -> impl Iterator<Item = &Seen> {
-        (0..self.len).map(|i| &self.seen[(self.next + FRAMES - self.len + i) % FRAMES])
+    /// The reading of a frame with the sign that a carrier gives it, the earliest being number 0.
+    fn reading(&self, index: usize, fit: &Fit) -> (u64, f64, SoftPanel) {
+        let seen = &self.seen[(self.next + FRAMES - self.len + index) % FRAMES];
+        (seen.number, seen.time, fit.signed(seen.time, &seen.soft))
     }
 }
 
 /// Readings of frames before the carrier was known, with the signs that it gives them: or with those of each carrier that may be, if more
 /// than one explain them as well.
 #[derive(Clone, Copy, Debug)]
-pub struct Reread<'a> {
-    pub(super) readings: &'a Readings,
-    pub(super) fits: &'a [Fit],
-    pub(super) is_known: bool,
+pub struct Reread<'a>(pub(super) Source<'a>);
+
+/// Where they come from.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Source<'a> {
+    /// Frames of one sign each.
+    Frames {
+        readings: &'a Readings,
+        fits: &'a [Fit],
+        is_known: bool,
+    },
+    /// Frames of which each line has its own.
+    Lines(&'a Lines),
+}
+
+impl Source<'_> {
+    /// How many carriers, and how many frames.
+    fn counts(&self) -> [usize; 2] {
+        match self {
+            Self::Frames { readings, fits, .. } => [fits.len(), readings.len],
+            Self::Lines(lines) => [lines.waves().len(), lines.len()],
+        }
+    }
+
+    /// The reading of a frame by a carrier: its number, the time (frame periods) and the soft values.
+    fn reading(&self, carrier: usize, frame: usize) -> (u64, f64, SoftPanel) {
+        match self {
+            Self::Frames { readings, fits, .. } => readings.reading(frame, &fits[carrier]),
+            Self::Lines(lines) => lines.reading(frame, &lines.waves()[carrier]),
+        }
+    }
 }
 
 impl Reread<'_> {
     /// Whether the carrier is known, so that later readings go on with these signs.
     pub fn is_known(&self) -> bool {
-        self.is_known
+        match self.0 {
+            Source::Frames { is_known, .. } => is_known,
+            Source::Lines(lines) => lines.is_known(),
+        }
     }
 
     /// By each carrier, the numbers of the frames, by how many frame periods they were taken later than these say, and their soft values, the
     /// earliest first.
     pub fn each(&self) -> impl Iterator<Item = impl Iterator<Item = (u64, f64, SoftPanel)>> {
-        self.fits.iter().map(|fit| {
-            self.readings.oldest_first().map(|seen| {
-                let soft = fit.signed(seen.time, &seen.soft);
-                (seen.number, seen.time - seen.number as f64, soft)
+        let [carriers, frames] = self.0.counts();
+        (0..carriers).map(move |carrier| {
+            (0..frames).map(move |frame| {
+                let (number, time, soft) = self.0.reading(carrier, frame);
+                (number, time - number as f64, soft)
             })
         })
     }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::detect::Lights;
 use link::panel::PanelFrame;
 use std::vec::Vec;
 
@@ -23,6 +24,10 @@ fn seen(bits: u64, contrast: f32) -> Detection {
     }
 }
 
+fn corners() -> Corners {
+    Corners::new([[10.0, 10.0], [52.0, 10.0], [52.0, 52.0], [10.0, 52.0]]).expect("corners")
+}
+
 /// Whether readings are the panel (true) or its complement, of those that say anything, of frames whose contrast is `contrast` of their
 /// number.
 fn signs(frames: u64, contrast: impl Fn(u64) -> f32) -> Vec<(u64, bool)> {
@@ -31,7 +36,7 @@ fn signs(frames: u64, contrast: impl Fn(u64) -> f32) -> Vec<(u64, bool)> {
     for number in 0..frames {
         let bits = symbol((number as f64 * SYMBOLS) as u64);
         let mut detection = seen(bits, contrast(number));
-        carrier.resolve(number, number as f64, &mut detection);
+        carrier.resolve(number, number as f64, &corners(), &mut detection);
         if detection.soft.0.iter().any(|llr| llr.unsigned_abs() > 8) {
             signs.push((number, detection.bits.bits() == bits));
         }
@@ -82,6 +87,63 @@ fn what_is_no_number_is_no_carrier() {
     for number in 0..60 {
         let mut detection = seen(symbol(number / 2), if number % 2 == 0 { 1.0 } else { -1.0 });
         detection.modulation = [f32::NAN, f32::INFINITY, 0.0, -1.0][number as usize % 4];
-        carrier.resolve(number, number as f64 + 1e9 * (number % 3) as f64, &mut detection);
+        carrier.resolve(number, number as f64 + 1e9 * (number % 3) as f64, &corners(), &mut detection);
+    }
+}
+
+/// Readings of a panel of which the lines are exposed one after another, of frames that see LEDs at that contrast by their number and row,
+/// with noise of so much of it.
+fn by_lines(frames: u64, noise: f32, contrast: impl Fn(u64, usize) -> f32) -> Vec<(u64, PanelFrame, u64)> {
+    let mut carrier = std::boxed::Box::new(Carrier::NONE);
+    let mut state = 1u64;
+    (0..frames)
+        .map(|number| {
+            let bits = symbol((number as f64 * SYMBOLS) as u64);
+            let lights = core::array::from_fn(|led| {
+                state = symbol(state);
+                let noise = noise * ((state >> 40) as f32 / (1 << 23) as f32 - 1.0);
+                let sign = if bits >> led & 1 == 1 { 1.0 } else { -1.0 };
+                0.3 * (sign * contrast(number, led / 8) + noise)
+            });
+            let mut detection = Detection {
+                lights: Some(Lights {
+                    above_mean: lights,
+                    mean: 0.5,
+                }),
+                ..seen(bits, 0.01)
+            };
+            carrier.resolve(number, number as f64, &corners(), &mut detection);
+            (number, detection.bits, bits)
+        })
+        .collect()
+}
+
+/// A row of LEDs is 6 lines below the one before.
+#[test]
+fn rows_get_one_sign() {
+    for (frequency, turns) in [(0.0, 0.4), (0.11, 1.3), (0.37, 3.1), (0.5, 1.3), (0.72, 0.8)] {
+        let contrast = |number: u64, row: usize| {
+            let cycles = frequency * number as f64 + turns * row as f64 / 7.0 + 0.1;
+            libm::cos(core::f64::consts::TAU * cycles) as f32
+        };
+        let read = by_lines(120, 0.1, contrast);
+        let wrong: u32 = read.iter().skip(80).map(|(_, read, bits)| (read.bits() ^ bits).count_ones()).sum();
+        let (least, all) = (wrong.min(40 * 64 - wrong), 40 * 64);
+        assert!(least < all / 30, "{frequency} {turns}: {least} of {all}");
+    }
+}
+
+#[test]
+fn rows_of_still_panels_are_left_as_they_are() {
+    let shades = |_, row: usize| 1.0 - 0.05 * row as f32;
+    for (noise, contrast) in [
+        (0.1, &(|_, _| 1.0f32) as &dyn Fn(u64, usize) -> f32),
+        (0.8, &|_, _| 1.0),
+        (0.3, &shades),
+    ] {
+        assert!(
+            by_lines(100, noise, contrast).iter().all(|(_, read, bits)| read.bits() == *bits),
+            "{noise}"
+        );
     }
 }

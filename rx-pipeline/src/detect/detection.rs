@@ -6,6 +6,13 @@ use link::orientation::Orientation;
 use link::panel::SIDE;
 use link::panel::{LEDS, PanelFrame, SoftPanel};
 
+/// LEDs are lit that are so much of all light there, at least (share),
+#[cfg(feature = "carrier")]
+const EVEN_MEAN: f32 = 0.1;
+/// and alike if they differ by less (share of their mean, root mean square).
+#[cfg(feature = "carrier")]
+const EVEN: f32 = 0.1;
+
 /// The bits of one panel, and how sure they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
@@ -18,9 +25,31 @@ pub struct Detection {
     /// The share of the light at the LEDs by which On ones differ from Off ones, of the mean of both: 0 where the detector does not tell.
     #[cfg(feature = "carrier")]
     pub modulation: f32,
+    /// The light of each LED; none where bits are sure.
+    #[cfg(feature = "carrier")]
+    pub lights: Option<Lights>,
     /// The two symbols that the exposure caught, if it seems to have: no single panel explains the frame as well as panels
     /// explained those before it. Only maximum likelihood can tell.
     pub mixed: Option<Mixture>,
+}
+
+/// The light of LEDs, whatever their bits are, as shares of all light there.
+#[cfg(feature = "carrier")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lights {
+    /// By how much each LED is brighter than the mean of all.
+    pub above_mean: [f32; LEDS],
+    /// The mean.
+    pub mean: f32,
+}
+
+#[cfg(feature = "carrier")]
+impl Lights {
+    /// Whether LEDs are lit and all alike, as those of a carrier are in an exposure of whole cycles.
+    pub fn are_even(&self) -> bool {
+        let squares = self.above_mean.iter().map(|light| light * light).sum::<f32>();
+        self.mean > EVEN_MEAN && squares < LEDS as f32 * EVEN * EVEN * self.mean * self.mean
+    }
 }
 
 impl Detection {
@@ -31,6 +60,8 @@ impl Detection {
             confidence: 1.0 - wrong_bits(&llr) / LEDS as f32,
             #[cfg(feature = "carrier")]
             modulation: 0.0,
+            #[cfg(feature = "carrier")]
+            lights: None,
             mixed: None,
         }
     }
@@ -70,6 +101,11 @@ impl Detection {
         Self {
             bits: self.bits.upright(orientation),
             soft: self.soft.upright(orientation),
+            #[cfg(feature = "carrier")]
+            lights: self.lights.map(|lights| Lights {
+                above_mean: core::array::from_fn(|led| lights.above_mean[orientation.place_of(led)]),
+                ..lights
+            }),
             mixed: self.mixed.map(|mixture| mixture.upright(orientation)),
             ..*self
         }

@@ -1,5 +1,7 @@
 //! One panel, followed and read: the part of a receiver that each panel has its own of.
 
+#[cfg(feature = "carrier")]
+use super::coarser::Coarser;
 #[cfg(not(feature = "maximum-likelihood"))]
 pub(crate) use super::no_likelihood::MaximumLikelihood;
 use super::outcome::{Loss, Reading};
@@ -40,6 +42,10 @@ const SURE: f32 = 0.98;
 /// Frames from one in which the surroundings of a panel that hardly moves are learnt to the next (count). More: faster, and slow changes are
 /// known later.
 const STEADY_FRAMES: u64 = 8;
+
+/// A lattice is too fine if it seemed so in so many frames in a row.
+#[cfg(feature = "carrier")]
+const TOO_FINE_FRAMES: u8 = 4;
 
 /// A track corrected by a frame, what the frame shows, and how much of the light there that explains.
 type Followed = (Track, Reading, f32);
@@ -102,6 +108,9 @@ pub(crate) struct Reader {
     cells: Option<Corners>,
     /// Where in the frame the panel was seen.
     seen: Option<Corners>,
+    /// Frames in a row that were read on a lattice which seems to be finer than the panel's.
+    #[cfg(feature = "carrier")]
+    too_fine: u8,
 }
 
 impl Reader {
@@ -114,6 +123,8 @@ impl Reader {
             frame_size: (0, 0),
             cells: None,
             seen: None,
+            #[cfg(feature = "carrier")]
+            too_fine: 0,
         }
     }
 
@@ -202,13 +213,39 @@ impl Reader {
                     let surroundings = &mut *input.tools.surroundings;
                     profile.timed(Stage::Follow, || surroundings.learn(frame, &lattice, reading.detection.bits));
                 }
-                self.in_frame(reading)
+                #[cfg(feature = "carrier")]
+                let bits = reading.detection.bits;
+                let reading = self.in_frame(reading);
+                #[cfg(feature = "carrier")]
+                self.follow_coarser(number, frame, bits.bits(), &lattice, input.tools);
+                reading
             }
             Err(loss) => {
                 let loss = self.view.loss_in_frame(loss, self.frame_size);
                 Err(self.miss(track, loss))
             }
         })
+    }
+
+    /// Follows the panel whose LEDs are some of the places of the `lattice` that was followed, if that has seemed so for some frames.
+    #[cfg(feature = "carrier")]
+    fn follow_coarser<const N: usize>(&mut self, number: u64, frame: &Frame<'_>, bits: u64, lattice: &Lattice, tools: &mut Tools<'_, N>) {
+        let coarser = Coarser::of(bits);
+        self.too_fine = if coarser.is_some() { self.too_fine.saturating_add(1) } else { 0 };
+        let (Some(coarser), Some(track)) = (coarser.filter(|_| self.too_fine >= TOO_FINE_FRAMES), self.track) else {
+            return;
+        };
+        let Some(lattice) = coarser.panel(frame, lattice) else { return };
+        let spots = LatticeModel {
+            lattice,
+            ..self.view.grid.spots_to_frame(track.spots())
+        };
+        let track = Track::new(spots, number, self.frame_size);
+        let view = self.look_at(&spots.lattice, tools);
+        self.track = view.map(|view| track.seen_in(&Grid::FRAME, &view.grid, view.frame_size()));
+        self.too_fine = 0;
+        tools.likelihood.forget();
+        *tools.surroundings = Surroundings::UNKNOWN;
     }
 
     /// Reads the panel where it is expected in the frame, or where it has been placed.

@@ -34,6 +34,11 @@ impl SignedDecoder {
         self.carrier.is_likely()
     }
 
+    /// Whether each line has its own sign, so that it is no wonder where bits are unsure before they have it.
+    pub fn reads_by_lines(&self) -> bool {
+        self.carrier.reads_by_lines()
+    }
+
     /// What frame `number` shows of a symbol that it may show the end of, as far as that is known.
     pub fn before(&self, number: u64) -> SoftPanel {
         let before = self.decoder.before(number);
@@ -60,7 +65,7 @@ impl SignedDecoder {
         let Self { decoder, carrier } = self;
         profile.timed(Stage::Decode, || match reading {
             Ok(mut reading) => {
-                let reread = carrier.resolve(number, decoder.time_of(number), &mut reading.detection);
+                let reread = carrier.resolve(number, decoder.time_of(number), &reading.corners, &mut reading.detection);
                 let detection = &reading.detection;
                 let Decoded {
                     symbol,

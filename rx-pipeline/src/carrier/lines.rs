@@ -1,0 +1,576 @@
+//! A carrier as lines see it that are exposed one after another: its phase grows with time and from line to line.
+//!
+//! An LED's light differs from its mean by a·b·c, where c = S(φ) depends on the phase φ = f·t + κ·y + φ₀ of its line y at the frame's
+//! time t, and the bit b = ±1 is not known. Its square does not depend on the bit: c² = (1 + cos 4πφ)/2, about, is a plane wave over time and
+//! lines of twice the frequency and twice the slope, which is looked for in the squares of the last frames' light ([`Lines::search`]).
+//! Half of its phase is φ but for half a cycle. So it is not known whether every second frame has the other sign, and where rows of LEDs are
+//! as far apart each, whether every second row has; the sync panel, and frames that show the same symbol, tell.
+
+use super::CYCLES_MAX;
+use super::fit::step;
+use super::history::{FRAMES, is_steady};
+use super::turn::{Sum, frac};
+use super::waveform::{SHAPES, WAVEFORMS};
+use crate::corners::Corners;
+use crate::detect::{Detection, soft_panel};
+use link::framing::SYNC_SEEN;
+use link::panel::{LEDS, PanelFrame, SIDE, SoftPanel};
+
+/// Frames in which a wave is found, at least (count).
+const FRAMES_MIN: usize = 12;
+/// Frames in which one is looked for first (count).
+const COARSE_FRAMES: usize = 48;
+/// Slopes that are tried, in cycles of the squares over the panel's height: up to a whole cycle of the carrier from row to row.
+const SLOPE_STEP: f32 = 0.25;
+/// See there (count).
+const SLOPES: u32 = 57;
+/// Where the phase turns by less over the panel, all lines are as good as exposed at once (cycles of the squares).
+const AT_ONCE: f32 = 0.2;
+/// Slopes that are tried where frames are not taken steadily, so that many frequencies have to be (count).
+const SLOPES_UNSTEADY: usize = 3;
+/// Waves that are looked at more closely (count).
+const CANDIDATES: usize = 6;
+/// Waves that explain frames as well as each other, at most (count).
+const RIVALS: usize = 8;
+/// Another wave may be the right one whose sum of squares is as great but for this (share).
+const AS_GREAT: f32 = 0.85;
+/// The share of what varies in the LEDs' contrasts that a wave explains, at least.
+const EXPLAINED: f32 = 0.2;
+/// One that explains less is lost.
+const LOST: f32 = 0.05;
+/// By how much the signs have to speak for a wave and against all others (nats).
+const CLEARLY: f32 = 6.0;
+/// What a sync panel says for a wave (nats), and how well it has to be seen (correlation).
+const SYNC_NATS: f32 = 6.0;
+/// See there.
+const SYNC_SEEN_BY: f32 = 0.85;
+/// What a pair of frames of the same symbol says for a wave or against it (nats), and how well they have to agree (correlation).
+const PAIR_NATS: f32 = 2.0;
+/// See there.
+const PAIR_ALIKE: f32 = 0.8;
+/// Each sign is that of more LEDs (share).
+const BOTH_SIGNS: f32 = 0.1;
+/// Two waves are the same that give other signs to fewer LEDs (share).
+const OTHER: f32 = 0.06;
+/// An LED's mean light is surer the more frames it is of (count).
+const MEAN_FRAMES: f32 = 16.0;
+/// Light of more than this is another's (root mean squares, squared).
+const SQUARE_MAX: f32 = 4.0;
+/// A panel of which lines and rows grow so differently from one frame to the next is another (share).
+const OTHER_PLACE: f32 = 0.15;
+/// Frames from one search to the next, at least and at most, while none is found, and between two looks at a wave that is (count).
+const SEARCH_FRAMES: u32 = 4;
+/// See there.
+const SEARCH_FRAMES_MAX: u32 = 64;
+/// See there.
+const FOLLOW_FRAMES: u32 = 4;
+
+/// A frame's light.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    number: u64,
+    /// When it was taken (frame periods).
+    time: f64,
+    /// The line of the panel's middle, and by how many lines LEDs are farther down from column to column and from row to row.
+    middle: f32,
+    growth: [f32; 2],
+    /// By how much each LED is brighter than the mean, in `unit`s.
+    light: [i8; LEDS],
+    unit: f32,
+}
+
+impl Seen {
+    const NONE: Self = Self {
+        number: 0,
+        time: 0.0,
+        middle: 0.0,
+        growth: [0.0; 2],
+        light: [0; LEDS],
+        unit: 0.0,
+    };
+
+    fn line(&self, led: usize) -> f32 {
+        let [across, down] = self.growth;
+        let [column, row] = [led % SIDE, led / SIDE].map(|at| at as f32 - 0.5 * (SIDE - 1) as f32);
+        self.middle + across * column + down * row
+    }
+
+    /// Lines from the first LED to the last.
+    fn height(&self) -> f32 {
+        (SIDE - 1) as f32 * self.growth.iter().map(|growth| growth.abs()).sum::<f32>()
+    }
+}
+
+/// A carrier over time and lines.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wave {
+    /// Cycles a frame period, and a line.
+    frequency: f64,
+    slope: f32,
+    /// The phase at `time` and `line` (cycles).
+    phase: f32,
+    time: f64,
+    line: f32,
+    /// The number of its shape.
+    shape: usize,
+    /// The light of an LED of full contrast, and the variance about that.
+    amplitude: f32,
+    variance: f32,
+    /// What the wave explains of what varies (share).
+    explained: f32,
+    /// How sure its signs are (nats).
+    sure: f32,
+}
+
+impl Wave {
+    fn contrast(&self, seen: &Seen, led: usize) -> f32 {
+        let cycles = self.frequency * (seen.time - self.time);
+        let phase = (cycles - libm::floor(cycles)) as f32 + self.slope * (seen.line(led) - self.line) + self.phase;
+        WAVEFORMS[self.shape][step(f64::from(frac(phase)))]
+    }
+
+    /// The one that gives every second frame the other sign.
+    fn alternating(&self) -> Self {
+        Self {
+            frequency: self.frequency + 0.5,
+            ..*self
+        }
+    }
+
+    fn contrasts(&self, seen: &Seen) -> [f32; LEDS] {
+        core::array::from_fn(|led| self.contrast(seen, led))
+    }
+}
+
+/// The last frames, and the wave in them.
+#[derive(Clone, Debug)]
+pub(super) struct Lines {
+    /// The oldest at `next`, once it is full.
+    seen: [Seen; FRAMES],
+    len: usize,
+    next: usize,
+    /// The mean light of each LED, as far as it is sure.
+    means: [f32; LEDS],
+    wave: Option<Wave>,
+    rivals: heapless::Vec<Wave, RIVALS>,
+    wait: u32,
+    pause: u32,
+}
+
+/// What came of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Known {
+    /// No wave.
+    Nothing,
+    /// Several that may be: they are to be tried on the readings.
+    Rivals,
+    /// The wave has just been found.
+    Now,
+    /// It was known before.
+    Before,
+}
+
+impl Lines {
+    pub const NONE: Self = Self {
+        seen: [Seen::NONE; FRAMES],
+        len: 0,
+        next: 0,
+        means: [0.0; LEDS],
+        wave: None,
+        rivals: heapless::Vec::new(),
+        wait: FRAMES_MIN as u32,
+        pause: SEARCH_FRAMES,
+    };
+
+    pub fn is_known(&self) -> bool {
+        self.wave.is_some()
+    }
+
+    /// The wave that is known, or those that may be.
+    pub fn waves(&self) -> &[Wave] {
+        if self.is_known() { self.wave.as_slice() } else { &self.rivals }
+    }
+
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Takes in the light of a frame.
+    pub fn push(&mut self, number: u64, time: f64, lights: &[f32; LEDS], corners: &Corners) -> Known {
+        let [a, b, c, d] = corners.points().map(|[_, y]| y);
+        let most = lights.iter().fold(f32::MIN_POSITIVE, |most, light| most.max(light.abs()));
+        if !most.is_finite() {
+            return self.known();
+        }
+        let unit = most / 127.0;
+        let per_led = 0.5 / (SIDE - 1) as f32;
+        let growth = [per_led * (b - a + c - d), per_led * (d - a + c - b)];
+        let before = self.last(0).growth;
+        let changed = libm::hypotf(growth[0] - before[0], growth[1] - before[1]);
+        if self.len > 0 && changed > OTHER_PLACE * libm::hypotf(growth[0], growth[1]) {
+            *self = Self::NONE;
+        }
+        self.seen[self.next] = Seen {
+            number,
+            time,
+            middle: 0.25 * (a + b + c + d),
+            growth,
+            light: lights.map(|light| libm::roundf(light / unit) as i8),
+            unit,
+        };
+        self.next = (self.next + 1) % FRAMES;
+        self.len = (self.len + 1).min(FRAMES);
+        self.wait = self.wait.saturating_sub(1);
+        if self.wait > 0 {
+            return self.known();
+        }
+        if self.wave.is_some() {
+            self.wait = FOLLOW_FRAMES;
+            self.follow();
+            return self.known();
+        }
+        let found = self.search();
+        self.wait = match found {
+            Known::Nothing => {
+                let pause = self.pause;
+                self.pause = (2 * pause).min(SEARCH_FRAMES_MAX);
+                pause
+            }
+            _ => SEARCH_FRAMES,
+        };
+        found
+    }
+
+    fn known(&self) -> Known {
+        if self.wave.is_some() { Known::Before } else { Known::Nothing }
+    }
+
+    /// The frame `back` before the last.
+    fn last(&self, back: usize) -> &Seen {
+        &self.seen[(self.next + 2 * FRAMES - 1 - back) % FRAMES]
+    }
+
+    /// The last frames, at most `count`, the latest first.
+    fn latest(&self, count: usize) -> impl Iterator<Item = &Seen> + Clone {
+        (0..self.len.min(count)).map(|back| self.last(back))
+    }
+
+    /// By how much the light of an LED differs from its mean.
+    fn light(&self, seen: &Seen, led: usize) -> f32 {
+        seen.unit * f32::from(seen.light[led]) - self.means[led]
+    }
+
+    /// Reads the last frame by the wave.
+    pub fn read(&self, detection: &Detection) -> Option<Detection> {
+        let wave = self.wave.as_ref()?;
+        let llr = self.llrs(self.last(0), wave);
+        let bits = PanelFrame::from_bits((0..LEDS).fold(0, |bits, led| bits | u64::from(llr[led] > 0.0) << led));
+        Some(Detection {
+            modulation: detection.modulation,
+            ..Detection::new(bits, llr)
+        })
+    }
+
+    /// The log-likelihood ratios of a frame's LEDs (nats): the less, the less contrast their line has, and no surer than the sign.
+    fn llrs(&self, seen: &Seen, wave: &Wave) -> [f32; LEDS] {
+        let scale = 2.0 * wave.amplitude / wave.variance.max(f32::MIN_POSITIVE);
+        core::array::from_fn(|led| (scale * self.light(seen, led) * wave.contrast(seen, led)).clamp(-wave.sure, wave.sure))
+    }
+
+    /// The number, the time and the soft values of a frame, the earliest being number 0.
+    pub fn reading(&self, index: usize, wave: &Wave) -> (u64, f64, SoftPanel) {
+        let seen = self.last(self.len - 1 - index);
+        (seen.number, seen.time, soft_panel(&self.llrs(seen, wave)))
+    }
+
+    fn learn_means(&mut self) {
+        let per_frame = 1.0 / (self.len as f32 + MEAN_FRAMES);
+        self.means =
+            core::array::from_fn(|led| per_frame * self.latest(FRAMES).map(|seen| seen.unit * f32::from(seen.light[led])).sum::<f32>());
+    }
+
+    /// Σ of the squares' deviations from their mean, as a wave of that slope, of a frame; slopes in cycles a line.
+    fn along(&self, seen: &Seen, slope: f32, line: f32, mean_square: f32) -> Sum {
+        let per = 1.0 / mean_square;
+        let mut sum = Sum::ZERO;
+        for led in 0..LEDS {
+            let light = self.light(seen, led);
+            let square = (light * light * per).min(SQUARE_MAX) - 1.0;
+            sum.add(square, slope * (seen.line(led) - line));
+        }
+        sum
+    }
+
+    fn mean_square(&self, count: usize) -> f32 {
+        let squares = self
+            .latest(count)
+            .map(|seen| (0..LEDS).map(|led| self.light(seen, led)).map(|light| light * light).sum::<f32>());
+        (squares.sum::<f32>() / (LEDS * self.len.min(count)) as f32).max(f32::MIN_POSITIVE)
+    }
+
+    /// Looks for a wave.
+    #[cold]
+    #[inline(never)]
+    fn search(&mut self) -> Known {
+        self.rivals.clear();
+        self.learn_means();
+        let count = self.len.min(COARSE_FRAMES);
+        let (last, first) = (*self.last(0), *self.last(count - 1));
+        // That of a frame: half a cycle more a frame turns no phase there.
+        let (time, line, height) = (self.last(count / 2).time, last.middle, last.height());
+        let mean_square = self.mean_square(count);
+        let frequency_step = 0.25 / (last.time - first.time).max(1.0);
+        let is_steady = is_steady(self.latest(count).map(|seen| seen.time));
+        // What is steady sees frequencies a whole cycle apart as one.
+        let (least, most) = if is_steady {
+            (0.0, 1.0)
+        } else {
+            (-2.0 * CYCLES_MAX, 2.0 * CYCLES_MAX)
+        };
+        let tried = ((most - least) / frequency_step) as u32;
+        let mut candidates = heapless::Vec::<Candidate, CANDIDATES>::new();
+        let sums_of = |slope: f32| {
+            let mut sums = [Sum::ZERO; COARSE_FRAMES];
+            for (sum, seen) in sums.iter_mut().zip(self.latest(count)) {
+                *sum = self.along(seen, slope, line, mean_square);
+            }
+            sums
+        };
+        let slopes = (0..SLOPES).map(|slope| SLOPE_STEP * slope as f32 / height);
+        let mut likely = heapless::Vec::<Candidate, SLOPES_UNSTEADY>::new();
+        if !is_steady {
+            for slope in slopes.clone() {
+                let size = sums_of(slope).iter().map(Sum::power).sum();
+                let frequency = 0.0;
+                Candidate { frequency, slope, size }.contend(&mut likely, 1.0, SLOPE_STEP / height);
+            }
+        }
+        for slope in slopes.filter(|slope| is_steady || likely.iter().any(|likely| likely.slope == *slope)) {
+            let sums = sums_of(slope);
+            for i in 0..=tried {
+                let frequency = least + frequency_step * f64::from(i);
+                let mut all = Sum::ZERO;
+                for (sum, seen) in sums.iter().zip(self.latest(count)) {
+                    let cycles = frequency * (seen.time - time);
+                    all.add_turned(sum, (cycles - libm::floor(cycles)) as f32);
+                }
+                let size = all.size();
+                Candidate { frequency, slope, size }.contend(&mut candidates, frequency_step, SLOPE_STEP / height);
+            }
+        }
+        let greatest = candidates.iter().fold(0.0f32, |most, candidate| most.max(candidate.size));
+        let mut waves = heapless::Vec::<(Wave, f32), { 2 * CANDIDATES }>::new();
+        candidates.retain(|candidate| candidate.size > AS_GREAT * greatest);
+        for candidate in &candidates {
+            let squares = self.refined(*candidate, time, line, [frequency_step, f64::from(SLOPE_STEP / height)], 4);
+            let squares = Wave {
+                frequency: 0.5 * squares.frequency,
+                ..squares
+            };
+            for wave in [squares, squares.alternating()] {
+                let wave = self.fitted(&wave);
+                let is_other = wave.explained > EXPLAINED
+                    && self.changes_sign(&wave)
+                    && waves.iter().all(|(other, _)| self.differ(&wave, other) > OTHER);
+                if is_other {
+                    waves.push((wave, self.signs(&wave))).ok();
+                }
+            }
+        }
+        waves.sort_unstable_by(|a, b| b.1.total_cmp(&a.1));
+        let Some((best, score)) = waves.first().copied() else {
+            return Known::Nothing;
+        };
+        if 2.0 * best.slope * height < AT_ONCE {
+            return Known::Nothing;
+        }
+        let margin = waves.get(1).map_or(score, |(_, other)| score - other).min(score);
+        if margin > CLEARLY {
+            self.wave = Some(Wave { sure: margin, ..best });
+            return Known::Now;
+        }
+        self.rivals.extend(waves.iter().take(RIVALS).map(|(wave, _)| *wave));
+        Known::Rivals
+    }
+
+    /// The wave of the squares beside a candidate that is greatest in all frames; its frequency is the squares', its slope the carrier's.
+    fn refined(&self, candidate: Candidate, time: f64, line: f32, steps: [f64; 2], rounds: u32) -> Wave {
+        let mean_square = self.mean_square(FRAMES);
+        let sum = |frequency: f64, slope: f32| {
+            let mut all = Sum::ZERO;
+            for seen in self.latest(FRAMES) {
+                let cycles = frequency * (seen.time - time);
+                all.add_turned(&self.along(seen, slope, line, mean_square), (cycles - libm::floor(cycles)) as f32);
+            }
+            all
+        };
+        let mut best = candidate;
+        best.size = sum(best.frequency, best.slope).size();
+        let mut by = steps.map(|step| 0.5 * step);
+        for _ in 0..rounds {
+            for (frequency, slope) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+                loop {
+                    let next = Candidate {
+                        frequency: best.frequency + frequency * by[0],
+                        slope: best.slope + (slope * by[1]) as f32,
+                        size: 0.0,
+                    };
+                    let size = sum(next.frequency, next.slope).size();
+                    if size <= best.size {
+                        break;
+                    }
+                    best = Candidate { size, ..next };
+                }
+            }
+            by = by.map(|by| 0.5 * by);
+        }
+        Wave {
+            frequency: best.frequency,
+            slope: 0.5 * best.slope,
+            phase: 0.5 * sum(best.frequency, best.slope).phase(),
+            time,
+            line,
+            shape: 0,
+            amplitude: 0.0,
+            variance: 0.0,
+            explained: 0.0,
+            sure: f32::INFINITY,
+        }
+    }
+
+    /// The same wave, with the shape that explains the LEDs' contrasts best.
+    fn fitted(&self, wave: &Wave) -> Wave {
+        let count = (LEDS * self.len) as f32;
+        let (mut best, mut least) = (*wave, f32::INFINITY);
+        for shape in 0..SHAPES {
+            let tried = Wave { shape, ..*wave };
+            let (mut cross, mut squares, mut seen_squares, mut seen_sum) = (0.0, 0.0, 0.0, 0.0);
+            for seen in self.latest(FRAMES) {
+                for led in 0..LEDS {
+                    let (light, contrast) = (self.light(seen, led).abs(), tried.contrast(seen, led).abs());
+                    cross += light * contrast;
+                    squares += contrast * contrast;
+                    seen_squares += light * light;
+                    seen_sum += light;
+                }
+            }
+            let amplitude = cross / f32::max(squares, 1e-3);
+            let left = seen_squares - amplitude * cross;
+            if left < least {
+                least = left;
+                let varies = seen_squares - seen_sum * seen_sum / count;
+                best = Wave {
+                    amplitude,
+                    variance: left / count,
+                    explained: 1.0 - left / varies.max(f32::MIN_POSITIVE),
+                    ..tried
+                };
+            }
+        }
+        best
+    }
+
+    /// What sync panels and pairs of frames of one symbol say for a wave (nats).
+    fn signs(&self, wave: &Wave) -> f32 {
+        let mut score = 0.0;
+        let mut after: Option<[f32; LEDS]> = None;
+        for seen in self.latest(FRAMES) {
+            let contrasts = wave.contrasts(seen);
+            let symbol: [f32; LEDS] = core::array::from_fn(|led| self.light(seen, led) * contrasts[led]);
+            let size = symbol.iter().map(|light| light.abs()).sum::<f32>().max(f32::MIN_POSITIVE);
+            let is_sync = SYNC_SEEN.iter().any(|sync| {
+                let agreeing = |(led, light): (usize, &f32)| if sync.led(led) { *light } else { -*light };
+                symbol.iter().enumerate().map(agreeing).sum::<f32>().abs() > SYNC_SEEN_BY * size
+            });
+            if is_sync {
+                score += SYNC_NATS;
+            }
+            if let Some(after) = after {
+                let dot = |a: &[f32; LEDS], b: &[f32; LEDS]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f32>();
+                let alike = dot(&symbol, &after) / libm::sqrtf(dot(&symbol, &symbol) * dot(&after, &after)).max(f32::MIN_POSITIVE);
+                if alike.abs() > PAIR_ALIKE {
+                    score += PAIR_NATS.copysign(alike);
+                }
+            }
+            after = Some(symbol);
+        }
+        score
+    }
+
+    /// Whether LEDs are seen with either sign, as none of a still panel are.
+    fn changes_sign(&self, wave: &Wave) -> bool {
+        let signs = self.latest(FRAMES).flat_map(|seen| wave.contrasts(seen));
+        let complements = signs.filter(|contrast| *contrast < 0.0).count() as f32 / (LEDS * self.len) as f32;
+        (BOTH_SIGNS..1.0 - BOTH_SIGNS).contains(&complements)
+    }
+
+    /// The share of the last LEDs to which two waves give other signs, up to one common sign.
+    fn differ(&self, a: &Wave, b: &Wave) -> f32 {
+        let (mut other, mut all) = (0, 0);
+        for seen in self.latest(SEARCH_FRAMES as usize * 4) {
+            for led in 0..LEDS {
+                other += usize::from(a.contrast(seen, led) * b.contrast(seen, led) < 0.0);
+                all += 1;
+            }
+        }
+        other.min(all - other) as f32 / all.max(1) as f32
+    }
+
+    /// Follows the wave to the frames seen since.
+    #[inline(never)]
+    fn follow(&mut self) {
+        let Some(before) = self.wave else { return };
+        self.learn_means();
+        let (first, last) = (*self.last(self.len - 1), *self.last(0));
+        let (time, line) = (self.last(self.len / 2).time, last.middle);
+        let candidate = Candidate {
+            frequency: 2.0 * before.frequency,
+            slope: 2.0 * before.slope,
+            size: 0.0,
+        };
+        let steps = [0.1 / (last.time - first.time).max(1.0), f64::from(0.1 / last.height())];
+        let squares = self.refined(candidate, time, line, steps, 2);
+        let expected = before.phase + frac((before.frequency * (time - before.time)) as f32) + before.slope * (line - before.line);
+        let halves = libm::roundf(2.0 * (expected - squares.phase));
+        let wave = self.fitted(&Wave {
+            frequency: 0.5 * squares.frequency,
+            phase: squares.phase + 0.5 * halves,
+            sure: before.sure,
+            ..squares
+        });
+        let sure = self.signs(&wave) - self.signs(&wave.alternating());
+        let wave = Wave {
+            sure: before.sure.max(sure),
+            ..wave
+        };
+        self.wave = (wave.explained > LOST).then_some(wave);
+    }
+}
+
+/// A wave of the squares of light: cycles a frame period and a line, and how great it is.
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    frequency: f64,
+    slope: f32,
+    size: f32,
+}
+
+impl Candidate {
+    /// Takes its place among the greatest, of which each stands for those beside it.
+    fn contend<const N: usize>(self, candidates: &mut heapless::Vec<Self, N>, frequency_step: f64, slope_step: f32) {
+        let is_near = |other: &&mut Self| {
+            let apart = (other.frequency - self.frequency).abs();
+            apart.min((1.0 - apart).abs()) < 5.0 * frequency_step && (other.slope - self.slope).abs() < 5.0 * slope_step
+        };
+        if let Some(near) = candidates.iter_mut().find(is_near) {
+            if self.size > near.size {
+                *near = self;
+            }
+        } else if let Err(new) = candidates.push(self)
+            && let Some(least) = candidates.iter_mut().min_by(|a, b| a.size.total_cmp(&b.size))
+            && new.size > least.size
+        {
+            *least = new;
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Lattices that are finer than the panel's: every second, fourth, fifth, eighth or ninth place is an LED.
+//!
+//! The LEDs of a carrier all glow, and where an exposure sees little of their bits, what stands out is that there are LEDs and nothing
+//! between them. A lattice that lies across the panel's, or is a part as wide, is then read as a panel of which the On LEDs form a lattice
+//! themselves, as those of a message never do.
+
+use crate::frame::Frame;
+use crate::lattice::{Lattice, MIDDLE};
+use link::panel::{LEDS, SIDE};
+
+/// Columns and rows from one LED to the next in its row, in places of the finer lattice.
+const STEPS: [[i32; 2]; 6] = [[3, 0], [2, 2], [2, 1], [2, -1], [2, 0], [1, 1]];
+/// Of the places that are LEDs so many seem to be On, at least (share),
+const ON: f32 = 0.6;
+/// and of the others so many, at most (count).
+const OFF: u32 = 1;
+
+/// A lattice of which one place is known to be an LED.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Coarser {
+    step: [i32; 2],
+    led: [i32; 2],
+}
+
+impl Coarser {
+    /// That of the LEDs that are On in `bits`, if they are such a lattice.
+    pub fn of(bits: u64) -> Option<Self> {
+        let first = bits.trailing_zeros() as i32;
+        let led = [first % SIDE as i32, first / SIDE as i32];
+        STEPS.map(|step| Self { step, led }).into_iter().find(|coarser| {
+            let leds = coarser.leds();
+            let (on, all) = ((bits & leds).count_ones(), leds.count_ones());
+            on as f32 >= ON * all as f32 && (bits & !leds).count_ones() <= OFF
+        })
+    }
+
+    /// The places that are LEDs.
+    fn leds(&self) -> u64 {
+        let [a, b] = self.step;
+        let is_led = |place: usize| {
+            let [x, y] = [(place % SIDE) as i32 - self.led[0], (place / SIDE) as i32 - self.led[1]];
+            [a * x + b * y, a * y - b * x].iter().all(|along| along % (a * a + b * b) == 0)
+        };
+        (0..LEDS).fold(0, |leds, place| leds | u64::from(is_led(place)) << place)
+    }
+
+    /// The panel in a frame whose LEDs are such places of a `lattice`: that LED is whichever of the panel makes the LEDs stand out most from
+    /// what is between them. None is within the frame if there is none.
+    pub fn panel(&self, frame: &Frame<'_>, lattice: &Lattice) -> Option<Lattice> {
+        let [a, b] = self.step.map(|step| step as f32);
+        let [column, row] = [0, 1].map(|axis| {
+            let along = |column: f32, row: f32| core::array::from_fn(|i| column * lattice.column[i] + row * lattice.row[i]);
+            if axis == 0 { along(a, b) } else { along(-b, a) }
+        });
+        let at = lattice.position(self.led[0] as f32, self.led[1] as f32);
+        let upright = Lattice {
+            centre: at,
+            column,
+            row,
+            tilt: [0.0; 2],
+        }
+        .most_upright();
+        let panels = (0..LEDS).filter_map(|led| {
+            let [x, y] = [led % SIDE, led / SIDE].map(|place| MIDDLE - place as f32);
+            let panel = Lattice {
+                centre: core::array::from_fn(|i| at[i] + x * upright.column[i] + y * upright.row[i]),
+                ..upright
+            };
+            Some((stands_out(frame, &panel)?, panel))
+        });
+        panels.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, panel)| panel)
+    }
+}
+
+/// By how much the LEDs of a panel are brighter than the places between and around them (grey levels); none if it is not in the frame.
+fn stands_out(frame: &Frame<'_>, panel: &Lattice) -> Option<f32> {
+    let mean = |side: usize, first: f32| {
+        let mut sum = 0.0;
+        for place in 0..side * side {
+            let [column, row] = [place % side, place / side].map(|at| first + at as f32);
+            let [x, y] = panel.position(column, row);
+            let is_within = x >= 0.0 && y >= 0.0;
+            sum += f32::from(frame.pixel((x + 0.5) as usize, (y + 0.5) as usize).filter(|_| is_within)?);
+        }
+        Some(sum / (side * side) as f32)
+    };
+    Some(mean(SIDE, 0.0)? - mean(SIDE + 1, -0.5)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lattices_of_on_leds_are_known() {
+        for (bits, step) in [
+            (0xaa55_aa55_aa55_aa55, Some([1, 1])),
+            (0x0055_0055_0055_0055, Some([2, 0])),
+            (0x9900_0099_0000_9900 & 0x0049_0000_4900_0049, None),
+            (0x0049_0000_4900_0049, Some([3, 0])),
+            (0x9936_c96c_b24d_6693, None),
+            (0, None),
+            (u64::MAX, None),
+        ] {
+            assert_eq!(Coarser::of(bits).map(|coarser| coarser.step), step, "{bits:x}");
+        }
+    }
+
+    #[test]
+    fn the_panel_is_where_its_leds_are() {
+        // LEDs 8 px apart from (20, 12) on, and a lattice across them.
+        let is_led =
+            |x: usize, y: usize| x >= 20 && y >= 12 && (x - 20).is_multiple_of(8) && (y - 12).is_multiple_of(8) && x <= 76 && y <= 68;
+        let pixels: std::vec::Vec<u8> = (0..96 * 96).map(|i| if is_led(i % 96, i / 96) { 200 } else { 20 }).collect();
+        let frame = Frame::new(&pixels, 96, 96).expect("a frame");
+        let across = Lattice {
+            centre: [44.0, 40.0],
+            column: [4.0, 4.0],
+            row: [-4.0, 4.0],
+            tilt: [0.0; 2],
+        };
+        let is_on = |place: usize| {
+            let [x, y] = across.position((place % SIDE) as f32, (place / SIDE) as f32);
+            frame.pixel(x as usize, y as usize).is_some_and(|grey| grey > 100)
+        };
+        let bits = (0..LEDS).fold(0, |bits, place| bits | u64::from(is_on(place)) << place);
+        let panel = Coarser::of(bits)
+            .and_then(|coarser| coarser.panel(&frame, &across))
+            .expect("a panel");
+        assert_eq!((panel.centre, panel.column, panel.row), ([48.0, 40.0], [8.0, 0.0], [0.0, 8.0]));
+    }
+}
