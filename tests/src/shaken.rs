@@ -366,10 +366,10 @@ impl Drawing {
         }
     }
 
-    /// The sensor: 8 000 electrons at white, 6 of read noise, a power law.
+    /// The sensor.
     fn encode(&mut self) -> Vec<u8> {
         let random = &mut self.random;
-        self.light.iter().map(|&light| grey(light, gauss(random))).collect()
+        self.light.iter().map(|&light| Sensor::USUAL.grey(light, gauss(random))).collect()
     }
 }
 
@@ -448,11 +448,28 @@ fn sines(film: &Film, random: &mut ChaCha8Rng) -> Vec<Sine> {
     sines
 }
 
-/// The grey level of a light at a white sensor, its noise `deviate` standard deviations above the mean.
-pub(crate) fn grey(light: f32, deviate: f64) -> u8 {
-    let noise = (f64::from(light).max(0.0) / 8000.0 + (6.0f64 / 8000.0).powi(2)).sqrt();
-    let seen = (f64::from(light) + noise * deviate).clamp(0.0, 1.0);
-    (255.0 * seen.powf(1.0 / 2.2)).round() as u8
+/// What makes grey levels of light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensor {
+    /// Electrons at white, beside 6 of read noise.
+    pub white_e: f64,
+    /// The power that grey levels are encoded by.
+    pub gamma: f64,
+}
+
+impl Sensor {
+    /// That of these films.
+    pub const USUAL: Self = Self {
+        white_e: 8000.0,
+        gamma: 2.2,
+    };
+
+    /// The grey level of a light, 1 at white, its noise `deviate` standard deviations above the mean.
+    pub(crate) fn grey(&self, light: f32, deviate: f64) -> u8 {
+        let noise = (f64::from(light).max(0.0) / self.white_e + (6.0 / self.white_e).powi(2)).sqrt();
+        let seen = (f64::from(light) + noise * deviate).clamp(0.0, 1.0);
+        (255.0 * seen.powf(1.0 / self.gamma)).round() as u8
+    }
 }
 
 /// A normal deviate (Box and Muller 1958).

@@ -4,19 +4,23 @@
 //! Each line of the sensor sees the light of its own exposure, integrated exactly. The picture is that of [`crate::shaken`], by a
 //! camera that is still.
 
-use crate::shaken::{self, Drawing, Shake};
+use crate::shaken::{self, Drawing, Sensor, Shake};
 use link::fec::Code;
 use link::framing::Framer;
-use link::panel::{LEDS, PanelFrame};
+use link::panel::{LEDS, PanelFrame, SIDE};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
 use rx_pipeline::frame::Frame;
 
-/// Pixels along a side of a frame.
-const SIDE: usize = 128;
-/// Distance of neighbouring LEDs (px).
-const PITCH_PX: f64 = 5.5;
+/// Pixels along a side of a frame around an 8×8 panel of this pitch (px).
+fn side_px(pitch_px: f64) -> usize {
+    (8.0 * pitch_px + 84.0) as usize
+}
+/// Distance of neighbouring LEDs where nothing else is said (px).
+pub const PITCH_PX: f64 = 5.5;
+/// Lines of usual rolling shutters.
+const USUAL_LINES: [f64; 3] = [720.0, 1080.0, 1080.0];
 /// Normal deviates that the noise is taken from, from another place for each line of a frame.
 const DEVIATES: usize = 1 << 16;
 /// How finely stamps are written (s).
@@ -28,6 +32,8 @@ const USUAL_FPS: [f64; 16] = [
 ];
 /// Symbols a second of usual transmitters.
 const USUAL_RATES_HZ: [f64; 12] = [100.0, 90.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30.0, 27.0, 25.0, 24.0, 20.0];
+/// A panel read farther from its place is read another line's (pitches).
+const LINE_OFF: f64 = 0.6;
 /// Frames that are looked at after a message has come, for a wrong one.
 const AFTERWARDS: usize = 40;
 
@@ -52,6 +58,10 @@ pub struct Film {
     pub jitter_s: f64,
     /// By how much each line is exposed later than the one above (s).
     pub line_delay_s: f64,
+    /// Distance of neighbouring LEDs (px).
+    pub pitch_px: f64,
+    /// What encodes and blurs the light.
+    pub sensor: Sensor,
     /// Frames.
     pub frames: usize,
 }
@@ -94,7 +104,43 @@ impl Film {
                 0.0
             },
             line_delay_s: 0.0,
+            pitch_px: PITCH_PX,
+            sensor: Sensor::USUAL,
             frames: (3.0 * fps).clamp(120.0, 360.0) as usize,
+        }
+    }
+
+    /// The film of another camera drawn from that seed: in three of four, lines are exposed one after another, 720 or 1080 of them within 20
+    /// to 95 % of the time between frames, read from above or from below; LEDs 6 to 30 px apart; curves of γ 1.8 to 2.6, 2 000 to 16 000
+    /// electrons at white; stamps that
+    /// jitter, in one of eight.
+    pub fn of_rolling_camera(seed: u64) -> Self {
+        let camera = Self::of_camera(seed ^ 0x0011_11e5);
+        let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x05c4_ee45);
+        let line_delay_s = if random.random_bool(0.75) {
+            let lines = USUAL_LINES[random.random_range(0..USUAL_LINES.len())];
+            let from = if random.random_bool(0.8) { 1.0 } else { -1.0 };
+            from * random.random_range(0.2..0.95) / (camera.fps * lines)
+        } else {
+            0.0
+        };
+        let pitch_px = 6.0 * f64::powf(5.0, random.random_range(0.0..1.0));
+        let sensor = Sensor {
+            white_e: 2000.0 * f64::powf(8.0, random.random_range(0.0..1.0)),
+            gamma: random.random_range(1.8..2.6),
+        };
+        let jitter_s = if random.random_bool(0.125) {
+            random.random_range(0.0002..0.002)
+        } else {
+            0.0
+        };
+        Self {
+            seed,
+            jitter_s,
+            line_delay_s,
+            pitch_px,
+            sensor,
+            ..camera
         }
     }
 
@@ -117,13 +163,20 @@ pub struct Fate {
     pub wrong: usize,
     /// Frames that were read.
     pub read: usize,
+    /// Those of them that were read a line beside the panel's place, or farther off.
+    pub beside: usize,
     /// Readings that are the panel shown, that are its complement, and those of other symbols or of bits that are wrong.
     pub panels: [usize; 3],
+    /// What the receiver says where no message came.
+    pub advice: Vec<String>,
 }
 
 /// A film being drawn.
 pub struct Drawn {
     film: Film,
+    side: usize,
+    /// Where the panel's middle is (px).
+    centre_px: [f64; 2],
     symbols: Vec<u64>,
     off: Vec<f32>,
     /// The light that each LED adds when it is On: its first pixel, and the length of its lines.
@@ -140,19 +193,21 @@ impl Drawn {
     pub fn new(film: Film, message: &[u8]) -> Self {
         let mut drawing = Drawing::new(shaken::Film {
             seed: film.seed,
-            pitch_px: PITCH_PX,
+            pitch_px: film.pitch_px,
             shake: Shake::Random,
             step: 0.0,
             frames: 1,
         });
-        let margin = (drawing.side() - SIDE) / 2;
-        let wide = drawing.side();
+        let (wide, frame) = (drawing.side(), side_px(film.pitch_px));
+        let margin = (wide - frame) / 2;
         let crop = |light: &[f32]| -> Vec<f32> {
-            let rows = light.chunks_exact(wide).skip(margin).take(SIDE);
-            rows.flat_map(|row| row[margin..margin + SIDE].to_vec()).collect()
+            let rows = light.chunks_exact(wide).skip(margin).take(frame);
+            rows.flat_map(|row| row[margin..margin + frame].to_vec()).collect()
         };
+        let corners = [0, SIDE - 1, LEDS - SIDE, LEDS - 1].map(|led| drawing.still_led_px(led));
+        let centre_px = [0, 1].map(|i| corners.iter().map(|corner| corner[i]).sum::<f64>() / 4.0 - margin as f64);
         let off = crop(drawing.still_light(0));
-        let side = (3.6 * PITCH_PX) as usize;
+        let side = (0.8 * film.pitch_px + 14.0) as usize;
         let mut leds = vec![([0; 2], side, Vec::new()); LEDS];
         for class in 0..16 {
             // LEDs four pitches apart do not touch each other.
@@ -164,7 +219,7 @@ impl Drawn {
                     .still_led_px(led)
                     .map(|at| (at - margin as f64 - side as f64 / 2.0).round() as usize);
                 let added = (0..side * side).map(|i| {
-                    let at = (first[1] + i / side) * SIDE + first[0] + i % side;
+                    let at = (first[1] + i / side) * frame + first[0] + i % side;
                     lit[at] - off[at]
                 });
                 leds[led] = (first, side, added.collect());
@@ -175,6 +230,8 @@ impl Drawn {
         let shown = film.frames as f64 / film.fps * film.rate_hz() * 1.01;
         Self {
             film,
+            side: frame,
+            centre_px,
             symbols: (0..shown as usize + 8).map(|_| framer.next_panel().bits()).collect(),
             off,
             leds,
@@ -228,9 +285,10 @@ impl Drawn {
     fn expose(&mut self, number: usize, shares_from: impl Fn(&Self, f64) -> [f32; LEDS]) -> (Stamp, Vec<u8>, f64) {
         let start_s = self.time_s(number);
         let told_s = (start_s / STAMP_S).round() * STAMP_S;
+        let frame = self.side;
         let mut light = self.off.clone();
         let whole = shares_from(self, start_s);
-        for y in 0..SIDE {
+        for y in 0..frame {
             let shares = match self.film.line_delay_s {
                 0.0 => whole,
                 delay => shares_from(self, start_s + delay * y as f64),
@@ -239,19 +297,19 @@ impl Drawn {
                 let Some(line) = y.checked_sub(*top).filter(|line| line < side) else {
                     continue;
                 };
-                let row = &mut light[y * SIDE + left..][..*side];
+                let row = &mut light[y * frame + left..][..*side];
                 row.iter_mut()
                     .zip(&added[line * side..])
                     .for_each(|(light, added)| *light += share * added);
             }
         }
-        let mut grey = Vec::with_capacity(SIDE * SIDE);
-        for row in light.chunks_exact(SIDE) {
-            let from = self.random.random_range(0..DEVIATES - SIDE);
+        let mut grey = Vec::with_capacity(frame * frame);
+        for row in light.chunks_exact(frame) {
+            let from = self.random.random_range(0..DEVIATES - frame);
             grey.extend(
                 row.iter()
                     .zip(&self.deviates[from..])
-                    .map(|(&light, &deviate)| shaken::grey(light, deviate)),
+                    .map(|(&light, &deviate)| self.film.sensor.grey(light, deviate)),
             );
         }
         let late = if self.film.jitter_s == 0.0 {
@@ -279,7 +337,8 @@ fn positive_cosine(x: f64) -> f64 {
 /// When the film is refused, which none is.
 pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, u64, &reception::PanelReport)) -> Fate {
     let mut drawn = Drawn::new(film, message);
-    receive_taken(film, message, |number| drawn.take(number), tell)
+    let centre_px = drawn.centre_px;
+    receive_taken(film, message, centre_px, |number| drawn.take(number), tell)
 }
 
 /// Receives a film of LEDs that are On for shares of each exposure, from a time on (s), which somebody else knows; what the film's
@@ -289,16 +348,18 @@ pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, u64, &recepti
 /// As [`receive`].
 pub fn receive_light(film: Film, message: &[u8], shares_from: impl Fn(f64) -> [f32; LEDS]) -> Fate {
     let mut drawn = Drawn::new(film, message);
+    let drawn_at = drawn.centre_px;
     let take = |number| {
         let (stamp, grey, _) = drawn.expose(number, |_, start_s| shares_from(start_s));
         (stamp, grey, 0)
     };
-    receive_taken(film, message, take, |_, _, _| ())
+    receive_taken(film, message, drawn_at, take, |_, _, _| ())
 }
 
 fn receive_taken(
     film: Film,
     message: &[u8],
+    centre_px: [f64; 2],
     mut take: impl FnMut(usize) -> (Stamp, Vec<u8>, u64),
     mut tell: impl FnMut(usize, u64, &reception::PanelReport),
 ) -> Fate {
@@ -308,6 +369,7 @@ fn receive_taken(
     };
     let mut reception = Reception::new(settings).expect("settings");
     let no_lens = Err(String::from("no lens"));
+    let side = side_px(film.pitch_px);
     let mut fate = Fate::default();
     let count = |fate: &mut Fate, number, event: &PanelEvent| {
         if let PanelEvent::Message(came) = event {
@@ -323,11 +385,13 @@ fn receive_taken(
             break;
         }
         let (stamp, grey, bits) = take(number);
-        let frame = Frame::new(&grey, SIDE, SIDE).expect("a frame");
+        let frame = Frame::new(&grey, side, side).expect("a frame");
         for report in reception.frame(stamp, &frame, &no_lens, &mut ()).expect("a report") {
             report.events.iter().for_each(|event| count(&mut fate, number, event));
             if let Ok(reading) = &report.reading {
                 fate.read += 1;
+                let off = [0, 1].map(|i| f64::from(reading.corners.centre_px()[i]) - centre_px[i]);
+                fate.beside += usize::from(off[0].hypot(off[1]) > LINE_OFF * film.pitch_px);
                 let wrong = (reading.detection.bits.bits() ^ bits).count_ones();
                 fate.panels[match wrong {
                     0..=3 => 0,
@@ -340,6 +404,9 @@ fn receive_taken(
     }
     for (_, event) in reception.finish() {
         count(&mut fate, film.frames, &event);
+    }
+    if fate.delivered.is_none() {
+        fate.advice = reception.advice(false);
     }
     fate
 }

@@ -7,6 +7,7 @@ use serde_json::json;
 use tx_firmware::schedule::Schedule;
 use tx_firmware::symbol_clock::QUARTERS;
 use vocc_tests::firmware::say;
+use vocc_tests::shaken::Sensor;
 use vocc_tests::undersampled::{self, receive_light};
 
 use crate::emulator::{Emulator, Fault};
@@ -36,6 +37,8 @@ const FILM: undersampled::Film = undersampled::Film {
     phase: 0.0,
     jitter_s: 0.0,
     line_delay_s: 0.0,
+    pitch_px: undersampled::PITCH_PX,
+    sensor: Sensor::USUAL,
     frames: 150,
 };
 

@@ -1,0 +1,92 @@
+//! Films of a panel with a carrier, drawn without the simulator, by cameras drawn at random: how many of their messages arrive.
+//!
+//! `cargo run --release -p vocc-tests --example undersampled_films -- [FILMS] [FIRST SEED] [rolling|global|still|blind] [verbose]`
+//!
+//! `rolling`: lines are exposed one after another in three of four; LEDs 6 to 30 px apart. `global`: all at once, 5.5 px. `still`: the first,
+//! before a panel without a carrier. `blind`: the first, each exposure a whole cycle long. `verbose` tells of each frame: where the panel was read, which rows of LEDs were read as the panel (`+`), as its complement (`-`), or as neither (`?`).
+
+use rayon::prelude::*;
+use reception::PanelReport;
+use rx_pipeline::detect::Detection;
+use vocc_tests::undersampled::{Fate, Film, receive};
+
+const MESSAGE: &[u8] = b"Lane closed ahead";
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |i: usize| arguments.get(i).and_then(|text| text.parse::<u64>().ok());
+    let (films, first) = (number(0).unwrap_or(30), number(1).unwrap_or(1));
+    let kind = arguments.get(2).map_or("rolling", String::as_str);
+    let is_verbose = arguments.get(3).is_some();
+    let of_camera = |seed| match kind {
+        "global" => Film::of_camera(seed),
+        "still" => Film {
+            cycles: 0,
+            ..Film::of_rolling_camera(seed)
+        },
+        "blind" => {
+            let film = Film::of_rolling_camera(seed);
+            Film {
+                exposure_s: 1.0 / film.carrier_hz(),
+                ..film
+            }
+        }
+        _ => Film::of_rolling_camera(seed),
+    };
+    let fates: Vec<Fate> = (first..first + films)
+        .into_par_iter()
+        .map(|seed| {
+            let film = of_camera(seed);
+            let fate = receive(film, MESSAGE, |number, bits, report| {
+                if is_verbose {
+                    println!("  {number:3} {}", told(bits, report));
+                }
+            });
+            let turns = film.carrier_hz() * film.line_delay_s * 7.0 * film.pitch_px;
+            println!(
+                "{seed:5} {:6.2} frames/s, {:4.0} Hz, {:.2} cycles exposed, {turns:6.2} cycles over the panel, {:4.1} px, {:.1} ms: {:?}, wrong {}, \
+                 {} of {} read, {} beside",
+                film.fps,
+                film.carrier_hz(),
+                film.carrier_hz() * film.exposure_s,
+                film.pitch_px,
+                1e3 * film.jitter_s,
+                fate.delivered,
+                fate.wrong,
+                fate.read,
+                film.frames,
+                fate.beside,
+            );
+            fate.advice.iter().for_each(|advice| println!("      {advice}"));
+            fate
+        })
+        .collect();
+    let delivered = fates.iter().filter(|fate| fate.delivered.is_some()).count();
+    let wrong: usize = fates.iter().map(|fate| fate.wrong).sum();
+    println!("{delivered} of {films} delivered, {wrong} wrong messages");
+}
+
+/// What became of a frame that shows `bits`.
+fn told(bits: u64, report: &PanelReport) -> String {
+    match &report.reading {
+        Ok(reading) => {
+            let wrong = reading.detection.bits.bits() ^ bits;
+            let row = |row: u64| match (wrong >> (8 * row) & 0xff).count_ones() {
+                0..=1 => '+',
+                7..=8 => '-',
+                _ => '?',
+            };
+            let mixed = if reading.detection.mixed.is_some() { ", mixed" } else { "" };
+            let rows: String = (0..8).map(row).collect();
+            let [x, y] = reading.corners.centre_px();
+            let Detection {
+                confidence, modulation, ..
+            } = reading.detection;
+            format!(
+                "{rows} at ({x:.1}, {y:.1}), {:.1} px apart, {confidence:.3} sure, contrast {modulation:.2}{mixed}",
+                reading.corners.pitch_px()
+            )
+        }
+        Err(loss) => loss.to_string(),
+    }
+}
