@@ -1,7 +1,10 @@
 //! The place of each frame among all, by the number that the camera gave it.
 
+/// The most runs that are kept, 16 bytes each.
+const RUNS_MAX: usize = 1 << 16;
+
 /// Numbers of frames, each greater than the one before, as runs without a gap: what is kept grows with the frames that were lost, not
-/// with those that were seen.
+/// with those that were seen, and no further than [`RUNS_MAX`]. The place of what is older is that of the first frame that is not.
 #[derive(Debug, Default)]
 pub struct Places {
     /// The first number of each run, and its place.
@@ -14,6 +17,9 @@ impl Places {
     /// Takes in the number of the next frame.
     pub fn push(&mut self, number: u64) {
         if self.runs.is_empty() || number != self.next {
+            if self.runs.len() == RUNS_MAX {
+                self.runs.drain(..RUNS_MAX / 2);
+            }
             self.runs.push((number, self.count));
         }
         self.next = number.saturating_add(1);
@@ -31,7 +37,7 @@ impl Places {
         let end = self.runs.get(begun).map_or(self.count, |&(_, place)| place);
         match self.runs[..begun].last() {
             Some(&(first, place)) => (place + (number - first)).min(end),
-            None => 0,
+            None => self.runs.first().map_or(0, |&(_, place)| place),
         }
     }
 }
@@ -53,6 +59,15 @@ mod tests {
                 assert_eq!(places.of(number), smaller as u64, "{number} of {numbers:?}");
             }
         }
+    }
+
+    #[test]
+    fn gaps_without_end_take_no_more_memory() {
+        let mut places = Places::default();
+        (0..1_000_000).for_each(|number| places.push(2 * number));
+        assert!(places.runs.len() <= RUNS_MAX);
+        assert_eq!((places.count(), places.of(1_999_998)), (1_000_000, 999_999));
+        assert_eq!(places.of(0), places.runs[0].1);
     }
 
     #[test]
