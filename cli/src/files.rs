@@ -81,9 +81,49 @@ pub struct Growing(Target);
 enum Target {
     Through(Box<dyn Write>),
     Aside(AtomicWriteFile),
+    Active(Active),
+}
+
+/// A file beside its place, under a name of its own. It stays there once it was flushed.
+struct Active {
+    file: File,
+    path: PathBuf,
+    place: PathBuf,
+    stays: bool,
+}
+
+impl Drop for Active {
+    fn drop(&mut self) {
+        if !self.stays {
+            // Nothing was promised of it.
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
 }
 
 impl Growing {
+    /// One that can be read while it grows, under its name and `.active`, and stays there where the program is ended in the middle.
+    ///
+    /// # Errors
+    /// When the file cannot be written, or one is left there.
+    pub fn create_active(path: &Path) -> anyhow::Result<Self> {
+        let Place::File(place) = place(path).with_context(|| format!("cannot write {}", path.display()))? else {
+            return Self::create(path);
+        };
+        let mut path = place.clone().into_os_string();
+        path.push(".active");
+        let path = PathBuf::from(path);
+        let file = File::create_new(&path).with_context(|| match path.exists() {
+            true => format!(
+                "{} is still written, or is left of a recording that was ended in the middle: move it away, or name another file",
+                path.display()
+            ),
+            false => format!("cannot write {}", path.display()),
+        })?;
+        let stays = false;
+        Ok(Self(Target::Active(Active { file, path, place, stays })))
+    }
+
     /// # Errors
     /// When the file cannot be written.
     pub fn create(path: &Path) -> anyhow::Result<Self> {
@@ -97,7 +137,7 @@ impl Growing {
     /// # Errors
     /// When not every byte can be kept; what was there before is untouched.
     pub fn keep(self) -> std::io::Result<()> {
-        let _whole = matches!(self.0, Target::Aside(_)).then(stop::writing);
+        let _whole = (!matches!(self.0, Target::Through(_))).then(stop::writing);
         self.put()
     }
 
@@ -115,6 +155,10 @@ impl Growing {
         match self.0 {
             Target::Through(_) => Ok(()),
             Target::Aside(file) => file.commit(),
+            Target::Active(active) => {
+                active.file.sync_all()?;
+                std::fs::rename(&active.path, &active.place)
+            }
         }
     }
 
@@ -122,6 +166,7 @@ impl Growing {
         match &mut self.0 {
             Target::Through(device) => device,
             Target::Aside(file) => file,
+            Target::Active(active) => &mut active.file,
         }
     }
 }
@@ -155,6 +200,9 @@ impl Write for Growing {
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
+        if let Target::Active(active) = &mut self.0 {
+            active.stays = true;
+        }
         self.writer().flush()
     }
 }
@@ -235,6 +283,29 @@ mod tests {
         std::fs::set_permissions(&path, permissions).expect("protected");
         assert!(refusal(&path).contains("write-protected"));
         assert_eq!(std::fs::read(&path).expect("there"), b"old");
+    }
+
+    #[test]
+    fn what_is_active_can_be_read_and_replaces_nothing_before_its_end() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("file");
+        write(&path, "old").expect("written");
+        drop(Growing::create_active(&path).expect("a file"));
+        assert_eq!(names(folder.path()), ["file"]);
+        let mut growing = Growing::create_active(&path).expect("a file");
+        growing.write_all(b"new").and_then(|()| growing.flush()).expect("written");
+        let active = folder.path().join("file.active");
+        assert_eq!(std::fs::read(&active).expect("there"), b"new");
+        let refused = Growing::create_active(&path).err().expect("refused");
+        assert!(format!("{refused:#}").contains("move it away"), "{refused:#}");
+        assert_eq!(std::fs::read(&path).expect("there"), b"old");
+        growing.keep().expect("kept");
+        assert_eq!(std::fs::read(&path).expect("there"), b"new");
+        assert_eq!(names(folder.path()), ["file"]);
+        let mut torn = Growing::create_active(&path).expect("a file");
+        torn.write_all(b"torn").and_then(|()| torn.flush()).expect("written");
+        drop(torn);
+        assert_eq!(names(folder.path()), ["file", "file.active"]);
     }
 
     #[cfg(unix)]

@@ -5,6 +5,9 @@
 //! | [`files`] | the frames of a folder, and the numbers that their names give them |
 //! | [`names`] | what a file is, and which frame, by its name |
 //! | [`film`] | the frames of a film, by ffmpeg |
+//! | [`live`] | what cameras, addresses and named pipes are called, and how ffmpeg reads them |
+//! | [`cameras`] | the cameras of this computer |
+//! | [`waiting`] | frames that came and were not read yet |
 //! | [`foreign`] | what helps where a source is neither |
 //! | [`stamps`] | when the frames of a folder were taken, where that is told |
 //! | [`picture`] | grey of a PNG, JPEG or PGM file |
@@ -13,13 +16,16 @@
 //! What is the same for frames from elsewhere, one channel of colours, 8 bits of more, y4m and raw bytes, is in
 //! [`reception`].
 
+pub mod cameras;
 pub mod files;
 pub mod film;
 pub mod foreign;
+pub mod live;
 mod mosaic;
 mod names;
 pub mod picture;
 pub mod stamps;
+pub mod waiting;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 pub use mosaic::Mosaic as Bayer;

@@ -3,39 +3,75 @@
 //! | topic | type | what |
 //! |---|---|---|
 //! | `/camera/image` | `sensor_msgs/msg/CompressedImage` | each frame, as PNG |
+//! | `/camera/camera_info` | `sensor_msgs/msg/CameraInfo` | with each frame, where the camera's calibration is known |
 //! | `/panel_0/outline` | `foxglove_msgs/msg/ImageAnnotations` | the panel's outline in the frame, and its bits |
 //! | `/panel_0/pose` | `geometry_msgs/msg/PoseWithCovarianceStamped` | where it is before the camera, while that is known |
 //! | `/panel_0/message` | `std_msgs/msg/String` | each message, with the frame in which it became whole |
 //! | `/panel_0/message_bytes` | `std_msgs/msg/UInt8MultiArray` | its bytes, of which a text need not hold all |
 //!
-//! Further panels are `/panel_1` and so on. Poses are in the frame `camera`: x right, y down, z forward, as ROS has it of cameras (REP 103);
-//! covariances of x, y, z in metres and of rotations about these axes in radians. Times are those of the frames, from the first one on.
+//! Further panels are `/panel_1` and so on. Poses are in the frame `camera`, or as `--frame-id` has it: x right, y down, z forward, as ROS
+//! has it of cameras (REP 103); covariances of x, y, z in metres and of rotations about these axes in radians.
+//!
+//! Times of a film are those of its frames, from the first one on, which is at 0 or at `--start`. Times of a live source are those of the
+//! wall clock: as the source tells them where its clock is that, else when a frame came in. What comes of a live source can be read a
+//! second later, in `FILE.mcap.active`, which becomes `FILE.mcap` at the end.
 
 mod mcap;
 mod ros;
 
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::Pose;
+use rx_pipeline::pose::{Lens, Pose};
 use rx_pipeline::receiver::Reading;
 
 use self::mcap::{Schema, Writer};
 use crate::files::Growing;
 use ros::Ros;
 
+/// No more than this of a live source is lost, whatever happens.
+const KEEP_EVERY: Duration = Duration::from_secs(1);
+/// The latest time of a first frame: the stamps of ROS 2 end in 2038.
+const START_MAX_S: f64 = i32::MAX as f64;
+
+/// How a recording is made.
+#[derive(Clone, Debug, clap::Args)]
+pub struct RecordingArguments {
+    /// The frame of reference that the recording's images and poses are in.
+    #[arg(long, default_value = "camera", value_name = "NAME", requires = "mcap")]
+    frame_id: String,
+    /// When a film's first frame was taken, in seconds since 1970, so that the recording merges with others; without it, 0. Live sources
+    /// tell their own times.
+    #[arg(long, default_value_t = 0.0, value_name = "UNIX_S", requires = "mcap", value_parser = start)]
+    start: f64,
+}
+
+/// Seconds since 1970.
+fn start(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(start_s) if (0.0..=START_MAX_S).contains(&start_s) => Ok(start_s),
+        _ => Err(format!("give 0 to {START_MAX_S} seconds, such as `date +%s.%N` tells")),
+    }
+}
+
 /// A file that frames, panels and messages are written into.
 pub struct Recording {
     path: PathBuf,
     writer: Writer<BufWriter<Growing>>,
     image: u16,
+    /// There is none before a frame whose lens is known.
+    camera_info: Option<u16>,
     panels: Vec<Panel>,
-    /// Of the frame at hand, in nanoseconds since the first.
+    arguments: RecordingArguments,
+    /// Of the frame at hand.
     time_ns: u64,
+    /// When all was last written; none of a film.
+    kept: Option<Instant>,
 }
 
 /// A panel's channels.
@@ -47,36 +83,47 @@ struct Panel {
 }
 
 impl Recording {
-    /// Begins a file for so many panels.
+    /// Begins a file for so many panels; that of a live source can be read while it grows.
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn create(path: &Path, panels: usize) -> anyhow::Result<Self> {
-        let mut writer = Writer::new(BufWriter::new(Growing::create(path)?))?;
-        let image = channel::<ros::CompressedImage>(&mut writer, "/camera/image");
+    pub fn create(path: &Path, panels: usize, arguments: &RecordingArguments, is_live: bool) -> anyhow::Result<Self> {
+        let file = match is_live {
+            true => Growing::create_active(path)?,
+            false => Growing::create(path)?,
+        };
+        let mut writer = Writer::new(BufWriter::new(file))?;
+        let image = channel_of::<ros::CompressedImage>(&mut writer, "/camera/image");
         let panels = (0..panels)
             .map(|number| Panel {
-                outline: channel::<ros::ImageAnnotations>(&mut writer, &format!("/panel_{number}/outline")),
-                pose: channel::<ros::PoseWithCovarianceStamped>(&mut writer, &format!("/panel_{number}/pose")),
-                message: channel::<ros::Text>(&mut writer, &format!("/panel_{number}/message")),
-                bytes: channel::<ros::Bytes>(&mut writer, &format!("/panel_{number}/message_bytes")),
+                outline: channel_of::<ros::ImageAnnotations>(&mut writer, &format!("/panel_{number}/outline")),
+                pose: channel_of::<ros::PoseWithCovarianceStamped>(&mut writer, &format!("/panel_{number}/pose")),
+                message: channel_of::<ros::Text>(&mut writer, &format!("/panel_{number}/message")),
+                bytes: channel_of::<ros::Bytes>(&mut writer, &format!("/panel_{number}/message_bytes")),
             })
             .collect();
         Ok(Self {
             path: path.into(),
             writer,
             image,
+            camera_info: None,
             panels,
+            arguments: arguments.clone(),
             time_ns: 0,
+            kept: is_live.then(Instant::now),
         })
     }
 
-    /// Takes a frame that was taken `time_s` after the first.
+    /// Takes a frame that was taken `time_s` after the first, or at a time since 1970, through a lens if that is known.
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn frame(&mut self, time_s: f64, frame: &Frame) -> anyhow::Result<()> {
-        self.time_ns = (time_s * 1e9).max(0.0) as u64;
+    pub fn frame(&mut self, time_s: f64, unix: Option<Duration>, frame: &Frame, lens: Option<&Lens>) -> anyhow::Result<()> {
+        self.keep_up()?;
+        self.time_ns = match unix {
+            Some(unix) => unix.as_nanos() as u64,
+            None => (self.arguments.start * 1e9) as u64 + (time_s * 1e9).max(0.0) as u64,
+        };
         let pixels: Vec<u8> = frame.rows().flatten().copied().collect();
         let mut data = Vec::new();
         let size = [frame.width(), frame.height()].map(|side| side as u32);
@@ -86,12 +133,32 @@ impl Recording {
             size[1],
             ExtendedColorType::L8,
         )?;
-        let image = ros::CompressedImage {
-            header: self.header(),
-            format: "png",
-            data,
+        let header = self.header();
+        let format = "png";
+        let image = self.encoded(&ros::CompressedImage { header, format, data })?;
+        self.put(self.image, &image)?;
+        let Some(lens) = lens else {
+            return Ok(());
         };
-        self.write(self.image, &image)
+        let channel = self.camera_info;
+        let channel = channel.unwrap_or_else(|| channel_of::<ros::CameraInfo>(&mut self.writer, "/camera/camera_info"));
+        self.camera_info = Some(channel);
+        let camera_info = self.encoded(&ros::CameraInfo::of(self.header(), size, lens))?;
+        self.put(channel, &camera_info)
+    }
+
+    /// Keeps what came of a live source, if it has waited for it long enough.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn keep_up(&mut self) -> anyhow::Result<()> {
+        if let Some(kept) = &mut self.kept
+            && kept.elapsed() >= KEEP_EVERY
+        {
+            *kept = Instant::now();
+            self.writer.keep()?;
+        }
+        Ok(())
     }
 
     /// Takes what the frame at hand shows of a panel.
@@ -99,7 +166,6 @@ impl Recording {
     /// # Errors
     /// When it cannot be written.
     pub fn reading(&mut self, panel: usize, reading: &Reading, pose: Option<&Pose>) -> anyhow::Result<()> {
-        let header = self.header();
         let Some(&Panel {
             outline, pose: channel, ..
         }) = self.panels.get(panel)
@@ -107,9 +173,13 @@ impl Recording {
             return Ok(());
         };
         let bits = reading.detection.bits.to_string();
-        self.write(outline, &ros::ImageAnnotations::outline(header.stamp, &reading.corners, bits))?;
+        let stamp = self.header().stamp;
+        self.write(outline, &ros::ImageAnnotations::outline(stamp, &reading.corners, bits))?;
         match pose {
-            Some(pose) => self.write(channel, &ros::PoseWithCovarianceStamped::of(header, pose)),
+            Some(pose) => {
+                let pose = self.encoded(&ros::PoseWithCovarianceStamped::of(self.header(), pose))?;
+                self.put(channel, &pose)
+            }
             None => Ok(()),
         }
     }
@@ -142,18 +212,26 @@ impl Recording {
         format!("cannot write {}", self.path.display())
     }
 
-    fn header(&self) -> ros::Header {
-        ros::Header::at(self.time_ns)
+    fn header(&self) -> ros::Header<'_> {
+        ros::Header::at(self.time_ns, &self.arguments.frame_id)
+    }
+
+    fn encoded(&self, message: &impl Ros) -> anyhow::Result<Vec<u8>> {
+        cdr::serialize::<_, _, cdr::CdrLe>(message, cdr::Infinite).context("a message cannot be written")
+    }
+
+    fn put(&mut self, channel: u16, encoded: &[u8]) -> anyhow::Result<()> {
+        Ok(self.writer.message(channel, self.time_ns, encoded)?)
     }
 
     fn write(&mut self, channel: u16, message: &impl Ros) -> anyhow::Result<()> {
-        let bytes = cdr::serialize::<_, _, cdr::CdrLe>(message, cdr::Infinite).context("a message cannot be written")?;
-        Ok(self.writer.message(channel, self.time_ns, &bytes)?)
+        let encoded = self.encoded(message)?;
+        self.put(channel, &encoded)
     }
 }
 
 /// A channel for messages of one type.
-fn channel<Message: Ros>(writer: &mut Writer<BufWriter<Growing>>, topic: &str) -> u16 {
+fn channel_of<Message: Ros>(writer: &mut Writer<BufWriter<Growing>>, topic: &str) -> u16 {
     let (name, definition) = (Message::NAME, Message::DEFINITION);
     writer.channel(topic, Schema { name, definition })
 }

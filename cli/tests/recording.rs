@@ -9,6 +9,9 @@ use serde_json::Value;
 /// A pose as it stands in the file: its header, place, quaternion and covariance.
 type Pose = (((i32, u32), String), [f64; 3], [f64; 4], [[f64; 6]; 6]);
 
+/// What a calibration begins with: header, height and width, model and coefficients of the distortion.
+type CameraInfo = (((i32, u32), String), [u32; 2], String, Vec<f64>);
+
 /// The messages of a topic, each with its time in nanoseconds.
 fn of_topic<'a>(messages: &'a [mcap::Message], topic: &str) -> Vec<(u64, &'a [u8])> {
     let messages = messages.iter().filter(|message| message.channel.topic == topic);
@@ -59,11 +62,40 @@ fn what_is_received_is_recorded() {
         assert!((x * x + y * y + z * z + w * w - 1.0).abs() < 1e-12);
     }
 
+    let infos = of_topic(&messages, "/camera/camera_info");
+    assert_eq!(infos.len(), frames);
+    let ((_, frame_id), [height, width], model, d): CameraInfo = cdr::deserialize(infos[0].1).expect("a calibration");
+    assert_eq!((&frame_id[..], width, height, &model[..]), ("camera", 480, 320, "plumb_bob"));
+    assert_eq!(d, [0.0; 5]);
+
     let texts = of_topic(&messages, "/panel_0/message");
     let texts: Vec<String> = texts.iter().map(|(_, text)| cdr::deserialize(text).expect("a text")).collect();
     let told: Vec<&str> = others.iter().filter_map(|line| line["message"].as_str()).collect();
     assert_eq!(texts, told);
     assert_eq!(texts[0], "ice");
+}
+
+#[test]
+fn a_films_start_and_its_frame_of_reference_may_be_told() {
+    let folder = folder("recording-start");
+    let (frame, recording) = (folder.join("frame.png"), folder.join("film.mcap"));
+    says(&vocc(&["render", "day", "--out", name(&frame)]), 0, &[]);
+    let receive = ["receive", name(&frame), "--mcap", name(&recording)];
+    says(
+        &vocc(&[&receive[..], &["--start", "1800000000.5", "--frame-id", "front"]].concat()),
+        1,
+        &[],
+    );
+    let bytes = std::fs::read(&recording).expect("a recording");
+    let messages = MessageStream::new(&bytes).expect("an MCAP file");
+    let messages: Vec<_> = messages.collect::<Result<_, _>>().expect("whole messages");
+    let images = of_topic(&messages, "/camera/image");
+    let (header, _, _): (((i32, u32), String), String, Vec<u8>) = cdr::deserialize(images[0].1).expect("an image");
+    assert_eq!(images[0].0, 1_800_000_000_500_000_000);
+    assert_eq!(header, ((1_800_000_000, 500_000_000), "front".into()));
+    // Nobody calibrated the camera.
+    assert!(of_topic(&messages, "/camera/camera_info").is_empty());
+    refused(&[&receive[..], &["--start", "soon"]].concat(), &["give 0 to 2147483647 seconds"]);
 }
 
 #[test]

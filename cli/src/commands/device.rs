@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use tx_firmware::dimming::Duty;
 
 use crate::device::{DeviceError, port};
+use crate::frames::cameras;
 use crate::options::{Connection, Message, Port, Shared, seconds};
 use crate::output::{self, Verdict, line};
 use crate::stop::stop;
@@ -53,7 +54,7 @@ impl Watch {
 
 #[derive(Subcommand)]
 enum Action {
-    /// The serial ports of this computer.
+    /// The serial ports and the cameras of this computer.
     List,
     /// How a transmitter or a receiver is.
     Status {
@@ -152,11 +153,22 @@ fn list(shared: &Shared) -> anyhow::Result<Verdict> {
             line(&format!("{:<20} {:<10} {product}", listed.port, listed.bus))?;
         }
     }
+    let cameras = cameras::list();
+    for camera in &cameras {
+        if shared.json {
+            output::json(camera)?;
+        } else {
+            line(&format!("{:<20} {:<10} {}", camera.camera.display(), "camera", camera.name))?;
+        }
+    }
     if ports.is_empty() {
         output::tell("no serial ports: plug a transmitter in");
-        return Ok(Verdict::No);
     }
-    Ok(Verdict::Yes)
+    Ok(if ports.is_empty() && cameras.is_empty() {
+        Verdict::No
+    } else {
+        Verdict::Yes
+    })
 }
 
 fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Verdict> {

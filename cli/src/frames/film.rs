@@ -1,9 +1,10 @@
-//! Films: ffmpeg decodes them, and what it writes is read as a y4m stream, whose header has the size and the frames a second. Films of
-//! y4m need no ffmpeg.
+//! Films and live sources: ffmpeg decodes them, and what it writes is read as a y4m stream, whose header has the size and the frames a
+//! second. Films of y4m need no ffmpeg.
 
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{ChildStderr, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
@@ -12,8 +13,9 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, bail, ensure};
 use studies::stop::Stop;
 
+use super::live::Live;
 use super::names::has_ending;
-use crate::output::tell;
+use crate::output::{self, tell};
 use crate::stop;
 
 /// How the names of films end that ffmpeg decodes.
@@ -43,12 +45,17 @@ const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// Whether a file's name is that of a film.
 pub fn is_one(path: &Path) -> bool {
-    has_ending(path, &FILMS) || is_bare(path) || has_ending(path, &PLAIN)
+    has_ending(path, &FILMS) || is_bare(path) || is_plain(path)
 }
 
 /// Whether it is that of one which does not tell its rate.
 pub fn is_bare(path: &Path) -> bool {
     has_ending(path, &BARE)
+}
+
+/// Whether it is that of one that needs no decoding.
+pub fn is_plain(path: &Path) -> bool {
+    has_ending(path, &PLAIN)
 }
 
 /// When a frame was taken, as a film tells it.
@@ -87,41 +94,79 @@ pub fn pipe(options: &str, input: &str) -> String {
     format!("ffmpeg {options}-i '{input}' -pix_fmt yuv420p -f yuv4mpegpipe - | vocc receive -")
 }
 
-/// A film while it is read.
+/// A film or a live source while it is read.
 pub struct Film {
-    path: PathBuf,
+    name: String,
+    /// What ffmpeg calls it, where that is more than its name: an address with a password.
+    address: Option<String>,
     /// What ffmpeg says, if it is at work.
     said: Option<JoinHandle<Vec<String>>>,
     times: Option<FrameTimes>,
 }
 
 impl Film {
-    /// Opens a film: what can be read is a y4m stream.
+    /// Opens a film: what can be read is a y4m stream. `shows` tells the command by which ffmpeg is run.
     ///
     /// # Errors
     /// When there is no such file, or no ffmpeg that could decode it.
-    pub fn open(path: &Path) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
-        let cannot = || format!("cannot read {}", path.display());
-        let file = File::open(path).with_context(cannot)?;
-        let mut film = Self {
-            path: path.into(),
+    pub fn open(path: &Path, shows: bool) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
+        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let name = path.display().to_string();
+        if is_plain(path) {
+            return Ok((Self::of(name, None), Box::new(file)));
+        }
+        Self::of(name, None).decoded(decoder(&local(path)), shows, |name| {
+            format!(
+                "{name} is a film, and ffmpeg, which decodes films, is not on the PATH: install it, or make the film plain on a computer \
+                 that has it, by `ffmpeg -i {name} -pix_fmt yuv420p -f yuv4mpegpipe film.y4m`, which `vocc receive film.y4m` reads, as \
+                 `vocc receive -` does from a pipe"
+            )
+        })
+    }
+
+    /// Opens a live source likewise.
+    ///
+    /// # Errors
+    /// When there is no ffmpeg.
+    pub fn open_live(source: &Live, shows: bool) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
+        let film = Self::of(source.name(), source.address().map(str::to_owned));
+        film.decoded(decoder(&source.input()), shows, |name| {
+            format!(
+                "ffmpeg, which reads {name}, is not on the PATH: install it, or pipe y4m into `vocc receive -` from a computer that has it"
+            )
+        })
+    }
+
+    fn of(name: String, address: Option<String>) -> Self {
+        Self {
+            name,
+            address,
             said: None,
             times: None,
-        };
-        if has_ending(path, &PLAIN) {
-            return Ok((film, Box::new(file)));
         }
-        let mut decoder = decoder(path).spawn().map_err(|error| {
-            if error.kind() == ErrorKind::NotFound {
-                anyhow::anyhow!(
-                    "{0} is a film, and ffmpeg, which decodes films, is not on the PATH: install it, or make the film plain on a \
-                     computer that has it, by `ffmpeg -i {0} -pix_fmt yuv420p -f yuv4mpegpipe film.y4m`, which `vocc receive film.y4m` \
-                     reads, as `vocc receive -` does from a pipe",
-                    path.display()
-                )
-            } else {
-                anyhow::Error::from(error).context("cannot start ffmpeg")
-            }
+    }
+
+    /// A text with its name in place of its address.
+    fn named(&self, text: &str) -> String {
+        match &self.address {
+            Some(address) => text.replace(address, &self.name),
+            None => text.into(),
+        }
+    }
+
+    /// Starts ffmpeg.
+    fn decoded(
+        mut self,
+        mut ffmpeg: Command,
+        shows: bool,
+        without: impl FnOnce(&str) -> String,
+    ) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
+        if shows {
+            tell(self.named(&shown(&ffmpeg)));
+        }
+        let mut decoder = ffmpeg.spawn().map_err(|error| match error.kind() {
+            ErrorKind::NotFound => anyhow::anyhow!(without(&self.name)),
+            _ => anyhow::Error::from(error).context("cannot start ffmpeg"),
         })?;
         let (frames, said) = (decoder.stdout.take(), decoder.stderr.take());
         stop::end_with(decoder);
@@ -129,9 +174,9 @@ impl Film {
             bail!("cannot read what ffmpeg writes");
         };
         let (sender, times) = channel();
-        film.said = Some(std::thread::Builder::new().spawn(move || listen(said, &sender))?);
-        film.times = Some(FrameTimes(times));
-        Ok((film, Box::new(frames)))
+        self.said = Some(std::thread::Builder::new().spawn(move || listen(said, &sender))?);
+        self.times = Some(FrameTimes(times));
+        Ok((self, Box::new(frames)))
     }
 
     /// The times of its frames, if it tells them.
@@ -150,15 +195,15 @@ impl Film {
         let Some(status) = stop::wait_for_other() else {
             return Ok(());
         };
-        let said = said.join().unwrap_or_default().join("; ");
+        let said = self.named(&said.join().unwrap_or_default().join("; "));
+        let name = &self.name;
         ensure!(
             !said.contains("matches no streams"),
-            "{} has no moving pictures: it is sound alone, or a cover with it",
-            self.path.display()
+            "{name} has no moving pictures: it is sound alone, or a cover with it"
         );
-        ensure!(status.success(), "ffmpeg cannot decode {} ({status}): {said}", self.path.display());
+        ensure!(status.success(), "ffmpeg cannot decode {name} ({status}): {said}");
         if !said.is_empty() {
-            tell(format_args!("ffmpeg says of {}: {said}", self.path.display()));
+            tell(format_args!("ffmpeg says of {name}: {said}"));
         }
         Ok(())
     }
@@ -170,19 +215,38 @@ impl Drop for Film {
     }
 }
 
-/// What decodes a film. It reads local files only, whatever the film names, and nothing from the terminal.
-fn decoder(path: &Path) -> Command {
+/// What ffmpeg is told of a local file. It then reads local files only, whatever the film names.
+pub fn local(path: &Path) -> Vec<OsString> {
     // A name with a colon would be taken for a protocol's.
-    let mut name = std::ffi::OsString::from("file:");
+    let mut name = OsString::from("file:");
     name.push(path);
+    vec!["-protocol_whitelist".into(), "file".into(), "-i".into(), name]
+}
+
+/// What decodes an input, and takes nothing from the terminal.
+fn decoder(input: &[OsString]) -> Command {
     let mut ffmpeg = Command::new("ffmpeg");
     ffmpeg.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "repeat+level+info"]);
-    ffmpeg.args(["-protocol_whitelist", "file", "-i"]).arg(name);
+    ffmpeg.args(input);
     // The first that is no cover.
     ffmpeg.args(["-map", "0:V:0", "-vf", &[TELL_TIMES, ONE_BY_ONE, PIXELS].join(",")]);
-    ffmpeg.args(["-f", "yuv4mpegpipe", "-"]);
+    ffmpeg.args(["-flush_packets", "1", "-f", "yuv4mpegpipe", "-"]);
     ffmpeg.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     ffmpeg
+}
+
+/// A command as a shell takes it.
+fn shown(command: &Command) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:/=+@".contains(c);
+    let words = std::iter::once(command.get_program()).chain(command.get_args());
+    let words = words.map(|word| {
+        let word = output::name(Path::new(word));
+        match word.chars().all(plain) {
+            true => word,
+            false => format!("'{}'", word.replace('\'', r"'\''")),
+        }
+    });
+    words.collect::<Vec<_>>().join(" ")
 }
 
 /// Passes the times of frames on, and keeps the last lines that tell of faults.

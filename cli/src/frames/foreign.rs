@@ -16,12 +16,6 @@ pub fn advice(source: &Path) -> Option<String> {
             pipe("")
         ));
     }
-    if source.starts_with("/dev/v4l") || source.as_os_str().as_encoded_bytes().starts_with(b"/dev/video") {
-        return Some(format!(
-            "{name} is a camera, and files are read here: pipe what it sees, by `{}`",
-            pipe("-f v4l2 ")
-        ));
-    }
     let is_foreign = source.is_file() && !files::is_picture(source) && !film::is_one(source) && !begins_as_picture(source);
     is_foreign.then(|| {
         format!(

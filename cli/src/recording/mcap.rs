@@ -119,6 +119,12 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
+    /// Ends the chunk at hand, so that all messages can be read.
+    pub fn keep(&mut self) -> io::Result<()> {
+        self.end_chunk()?;
+        self.file.flush()
+    }
+
     /// Writes what is left, and the summary.
     pub fn finish(mut self) -> io::Result<W> {
         self.end_chunk()?;

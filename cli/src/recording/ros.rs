@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DQuat};
 use rx_pipeline::corners::Corners;
-use rx_pipeline::pose::Pose as PanelPose;
+use rx_pipeline::pose::{Lens, Pose as PanelPose};
 use serde::Serialize;
 
 /// A type of messages.
@@ -45,38 +45,106 @@ pub struct Time {
 }
 
 #[derive(Clone, Copy, Serialize)]
-pub struct Header {
+pub struct Header<'a> {
     pub stamp: Time,
-    frame_id: &'static str,
+    frame_id: &'a str,
 }
 
-impl Header {
-    /// Of the camera, so many nanoseconds after the first frame.
-    pub fn at(time_ns: u64) -> Self {
+impl<'a> Header<'a> {
+    /// Of a frame of reference, at so many nanoseconds.
+    pub fn at(time_ns: u64, frame_id: &'a str) -> Self {
         const SECOND_NS: u64 = 1_000_000_000;
         Self {
             stamp: Time {
                 sec: i32::try_from(time_ns / SECOND_NS).unwrap_or(i32::MAX),
                 nanosec: (time_ns % SECOND_NS) as u32,
             },
-            frame_id: "camera",
+            frame_id,
         }
     }
 }
 
 #[derive(Serialize)]
-pub struct CompressedImage {
-    pub header: Header,
+pub struct CompressedImage<'a> {
+    pub header: Header<'a>,
     pub format: &'static str,
     pub data: Vec<u8>,
 }
 
-impl Ros for CompressedImage {
+impl Ros for CompressedImage<'_> {
     const NAME: &'static str = "sensor_msgs/msg/CompressedImage";
     const DEFINITION: &'static str = concat!(
         "std_msgs/Header header
 string format
 uint8[] data
+",
+        header!()
+    );
+}
+
+#[derive(Serialize)]
+pub struct CameraInfo<'a> {
+    header: Header<'a>,
+    height: u32,
+    width: u32,
+    distortion_model: &'static str,
+    d: Vec<f64>,
+    k: [f64; 9],
+    r: [f64; 9],
+    p: [f64; 12],
+    binning: [u32; 2],
+    /// Neither cut out nor rectified.
+    region: [u32; 4],
+    is_rectified: bool,
+}
+
+impl<'a> CameraInfo<'a> {
+    /// Of frames of so many columns and rows.
+    pub fn of(header: Header<'a>, [width, height]: [u32; 2], lens: &Lens) -> Self {
+        let ([fx, fy], [cx, cy]) = (lens.focal_px, lens.principal_px);
+        let is_rational = lens.distortion[5..] != [0.0; 3];
+        let (distortion_model, terms) = if is_rational {
+            ("rational_polynomial", 8)
+        } else {
+            ("plumb_bob", 5)
+        };
+        Self {
+            header,
+            height,
+            width,
+            distortion_model,
+            d: lens.distortion[..terms].to_vec(),
+            k: [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
+            r: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+            p: [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+            binning: [0; 2],
+            region: [0; 4],
+            is_rectified: false,
+        }
+    }
+}
+
+impl Ros for CameraInfo<'_> {
+    const NAME: &'static str = "sensor_msgs/msg/CameraInfo";
+    const DEFINITION: &'static str = concat!(
+        "std_msgs/Header header
+uint32 height
+uint32 width
+string distortion_model
+float64[] d
+float64[9] k
+float64[9] r
+float64[12] p
+uint32 binning_x
+uint32 binning_y
+sensor_msgs/RegionOfInterest roi
+================================================================================
+MSG: sensor_msgs/RegionOfInterest
+uint32 x_offset
+uint32 y_offset
+uint32 height
+uint32 width
+bool do_rectify
 ",
         header!()
     );
@@ -127,16 +195,16 @@ uint32 stride
 }
 
 #[derive(Serialize)]
-pub struct PoseWithCovarianceStamped {
-    header: Header,
+pub struct PoseWithCovarianceStamped<'a> {
+    header: Header<'a>,
     /// x, y, z; then the quaternion's x, y, z, w.
     position: [f64; 3],
     orientation: [f64; 4],
     covariance: [[f64; 6]; 6],
 }
 
-impl PoseWithCovarianceStamped {
-    pub fn of(header: Header, pose: &PanelPose) -> Self {
+impl<'a> PoseWithCovarianceStamped<'a> {
+    pub fn of(header: Header<'a>, pose: &PanelPose) -> Self {
         let rotation = DMat3::from_cols_array_2d(&pose.rotation).transpose();
         Self {
             header,
@@ -147,7 +215,7 @@ impl PoseWithCovarianceStamped {
     }
 }
 
-impl Ros for PoseWithCovarianceStamped {
+impl Ros for PoseWithCovarianceStamped<'_> {
     const NAME: &'static str = "geometry_msgs/msg/PoseWithCovarianceStamped";
     const DEFINITION: &'static str = concat!(
         "std_msgs/Header header

@@ -1,6 +1,8 @@
 //! `vocc` run as its users run it.
 #![allow(dead_code, reason = "no test needs all of it")]
 
+#[cfg(target_os = "linux")]
+pub mod ffmpeg;
 pub mod grey_card;
 pub mod recording;
 

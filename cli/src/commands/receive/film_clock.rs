@@ -1,14 +1,16 @@
 //! The frames of a film by their own times: films have gaps, and phones do not keep their rate.
 
 use std::sync::mpsc::RecvTimeoutError;
+use std::time::Instant;
 
 use anyhow::Result;
-use reception::Stamp;
+use reception::{ReceptionError, Stamp};
 use rx_pipeline::frame::Frame;
 
 use super::session::Session;
 use crate::frames::film::{FrameTime, FrameTimes};
 use crate::frames::stamps::numbered;
+use crate::frames::waiting::{LiveFrame, Moment};
 use crate::stop::stop;
 
 /// Frames that tell the usual time from one to the next, and how many bytes of them may be held for it.
@@ -17,24 +19,29 @@ const FIRST_BYTES: usize = 128 << 20;
 /// Containers tell the frames a second, or a multiple of it that all times are whole numbers of. It is the former where the usual step is
 /// shorter than this many of them.
 const STEP_MAX: f64 = 1.5;
+/// A live source's clock that goes on by so much more than time does was set forward.
+const JUMP_S: f64 = 1.0;
 
 /// Gives a session the frames of a film, each with its stamp.
 pub struct FilmClock {
-    /// None once ffmpeg tells no times any more.
+    /// None once ffmpeg tells no times any more, and of live sources, whose frames come with their times.
     times: Option<FrameTimes>,
+    /// Whether frames have no times.
+    is_untimed: bool,
     size: (usize, usize),
     /// Frames a second, by the film's header.
     rate_hz: f64,
     /// The first frames, until their rate is known.
-    held: Vec<(Vec<u8>, Option<FrameTime>)>,
+    held: Vec<(Vec<u8>, Moment)>,
     pace: Option<Pace>,
 }
 
 impl FilmClock {
-    /// For frames of a size; `rate_hz` is that of the film's header.
-    pub fn new(times: FrameTimes, size: (usize, usize), rate_hz: f32) -> Self {
+    /// For frames of a size, with the times of a film; `rate_hz` is that of its header.
+    pub fn new(times: Option<FrameTimes>, size: (usize, usize), rate_hz: f32) -> Self {
         Self {
-            times: Some(times),
+            times,
+            is_untimed: false,
             size,
             rate_hz: rate_hz.into(),
             held: Vec::new(),
@@ -42,25 +49,57 @@ impl FilmClock {
         }
     }
 
-    /// Takes the next frame.
+    /// Takes the next frame of a film.
     pub fn frame(&mut self, session: &mut Session, grey: &[u8]) -> Result<()> {
         let time = match self.times.as_mut().map_or(Ok(None), |times| times.next(stop())) {
             Ok(time) => time,
             Err(why) => {
                 self.times = None;
+                self.is_untimed = true;
                 if why == RecvTimeoutError::Timeout && !stop().is_asked() {
                     session.say("ffmpeg tells no times of frames any more: from here on they are counted as steady");
                 }
                 None
             }
         };
+        let moment = Moment { time, ..Moment::default() };
+        self.take(session, grey, moment)
+    }
+
+    /// Takes the next frame of a live source.
+    pub fn live(&mut self, session: &mut Session, frame: &LiveFrame) -> Result<()> {
+        self.is_untimed |= frame.moment.time.is_none();
+        self.take(session, &frame.grey, frame.moment)
+    }
+
+    fn take(&mut self, session: &mut Session, grey: &[u8], moment: Moment) -> Result<()> {
         if let Some(pace) = &mut self.pace {
-            return pace.give(session, grey, time, self.size);
+            return pace.give(session, grey, moment, self.size);
         }
-        self.held.push((grey.to_vec(), time));
+        self.held.push((grey.to_vec(), moment));
         let most = (FIRST_BYTES / grey.len().max(1)).clamp(2, FIRST_FRAMES);
-        if self.times.is_none() || self.held.len() >= most {
+        if self.is_untimed || self.held.len() >= most {
             self.begin(session)?;
+        }
+        Ok(())
+    }
+
+    /// Looks whether frames are of the size of those before.
+    ///
+    /// # Errors
+    /// When they are not.
+    pub fn check_size(&self, size: (usize, usize)) -> Result<()> {
+        let film = self.size;
+        Ok((size == film).then_some(()).ok_or(ReceptionError::Size { size, film })?)
+    }
+
+    /// The source is another one from here on, of the same camera: what follows is counted by when it came.
+    pub fn resume(&mut self, session: &mut Session) -> Result<()> {
+        if self.pace.is_none() {
+            self.begin(session)?;
+        }
+        if let Some(pace) = &mut self.pace {
+            pace.resumes = true;
         }
         Ok(())
     }
@@ -75,16 +114,16 @@ impl FilmClock {
     }
 
     fn begin(&mut self, session: &mut Session) -> Result<()> {
-        let told: Vec<FrameTime> = self.held.iter().filter_map(|(_, time)| *time).collect();
+        let told: Vec<FrameTime> = self.held.iter().filter_map(|(_, moment)| moment.time).collect();
         if told.len() > 1 && told.iter().all(|time| time.time_s == told[0].time_s) {
             session.say("all frames of the film have one time: they are counted as steady");
             self.times = None;
-            self.held.iter_mut().for_each(|(_, time)| *time = None);
+            self.held.iter_mut().for_each(|(_, moment)| moment.time = None);
         }
         let mut pace = Pace::of(&told, self.rate_hz);
         session.set_usual_fps(pace.rate_hz as f32)?;
-        for (grey, time) in self.held.drain(..) {
-            pace.give(session, &grey, time, self.size)?;
+        for (grey, moment) in self.held.drain(..) {
+            pace.give(session, &grey, moment, self.size)?;
         }
         self.pace = Some(pace);
         Ok(())
@@ -99,6 +138,10 @@ struct Pace {
     from_s: f64,
     /// The time and the number of the last frame.
     last: Option<(f64, u64)>,
+    /// When it came, of a live source.
+    last_came: Option<Instant>,
+    /// Whether the next frame's time goes on from no other.
+    resumes: bool,
     /// Frames that have the time of the frame before (count).
     doubled: usize,
 }
@@ -115,33 +158,43 @@ impl Pace {
             rate_hz: usual_s.filter(|usual_s| usual_s * told_hz > STEP_MAX).map_or(told_hz, f64::recip),
             from_s: 0.0,
             last: None,
+            last_came: None,
+            resumes: false,
             doubled: 0,
         }
     }
 
-    fn give(&mut self, session: &mut Session, grey: &[u8], time: Option<FrameTime>, (width, height): (usize, usize)) -> Result<()> {
-        match self.stamp(time) {
-            Some(stamp) => session.frame(stamp, &Frame::new(grey, width, height)?),
+    fn give(&mut self, session: &mut Session, grey: &[u8], moment: Moment, (width, height): (usize, usize)) -> Result<()> {
+        match self.stamp(&moment) {
+            Some(stamp) => session.frame(stamp, &Frame::new(grey, width, height)?, &moment),
             None => Ok(()),
         }
     }
 
     /// A frame's stamp; none of one that has the time of the frame before.
-    fn stamp(&mut self, time: Option<FrameTime>) -> Option<Stamp> {
+    fn stamp(&mut self, moment: &Moment) -> Option<Stamp> {
+        let time = moment.time;
+        let came = moment.arrival.map(|arrival| arrival.at);
+        let last_came = std::mem::replace(&mut self.last_came, came);
         let Some((last_s, last)) = self.last else {
             self.from_s = time.map_or(0.0, |time| time.time_s);
             self.last = Some((self.from_s, 0));
             return Some(Stamp::of(0));
         };
-        let follows_s = last_s + 1.0 / self.rate_hz;
+        let follows_s = last_s + (1 + moment.after_dropped) as f64 / self.rate_hz;
         let (time_s, tick_s) = time.map_or((follows_s, 0.0), |time| (time.time_s, time.tick_s));
-        if time_s == last_s {
+        if time_s == last_s && !self.resumes {
             self.doubled += 1;
             return None;
         }
-        let next = last.saturating_add(1);
-        if time_s < last_s {
-            // A clock that was set back: what was filmed then follows.
+        let mut next = last.saturating_add(1);
+        let waited_s = came
+            .zip(last_came)
+            .map(|(came, last)| came.saturating_duration_since(last).as_secs_f64());
+        let is_ahead = waited_s.is_some_and(|waited_s| time.is_some() && time_s - last_s > waited_s + JUMP_S);
+        if std::mem::take(&mut self.resumes) || is_ahead || time_s < last_s {
+            // A clock that was set, or another one: what was filmed then follows, after the time that went by.
+            next = next.max(last.saturating_add((waited_s.unwrap_or_default() * self.rate_hz).round() as u64));
             self.from_s = time_s - next as f64 / self.rate_hz;
         }
         let (number, late) = numbered((time_s - self.from_s) * self.rate_hz, next);
@@ -158,6 +211,8 @@ impl Pace {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frames::waiting::Arrival;
+    use std::time::Duration;
 
     /// Frames at multiples of a tick, of a film that tells a rate.
     fn times(ticks: &[i32], tick_s: f64, rate_hz: f64) -> Vec<FrameTime> {
@@ -171,7 +226,11 @@ mod tests {
 
     fn stamps(times: &[FrameTime]) -> (f64, Vec<(u64, f64)>) {
         let mut pace = Pace::of(times, 25.0);
-        let stamps = times.iter().filter_map(|&time| pace.stamp(Some(time)));
+        let moment = |&time: &FrameTime| Moment {
+            time: Some(time),
+            ..Moment::default()
+        };
+        let stamps = times.iter().filter_map(|time| pace.stamp(&moment(time)));
         let stamps = stamps.map(|stamp| (stamp.number, (100.0 * stamp.late).round() / 100.0)).collect();
         (pace.rate_hz, stamps)
     }
@@ -215,7 +274,45 @@ mod tests {
     #[test]
     fn frames_without_times_follow_one_another() {
         let mut pace = Pace::of(&[], 25.0);
-        let stamps = (0..3).filter_map(|_| pace.stamp(None));
+        let stamps = (0..3).filter_map(|_| pace.stamp(&Moment::default()));
         assert_eq!(stamps.collect::<Vec<_>>(), [0, 1, 2].map(Stamp::of));
+    }
+
+    #[test]
+    fn a_live_sources_clock_may_jump_and_be_another() {
+        let begun = Instant::now();
+        let mut pace = Pace::of(&times(&[0, 40, 80], 1e-3, 25.0), 25.0);
+        let mut stamp = |came_ms: u64, tick: Option<i32>, after_dropped| {
+            let moment = Moment {
+                time: tick.map(|tick| times(&[tick], 1e-3, 25.0)[0]),
+                arrival: Some(Arrival {
+                    at: begun + Duration::from_millis(came_ms),
+                    unix: Duration::ZERO,
+                }),
+                after_dropped,
+            };
+            pace.resumes |= tick == Some(7);
+            pace.stamp(&moment)
+                .map(|stamp| (stamp.number, (100.0 * stamp.late).round() / 100.0))
+        };
+        for (came_ms, tick, after_dropped, number) in [
+            (0, Some(0), 0, 0),
+            (45, Some(40), 0, 1),
+            // A gap, and then frames that come at once.
+            (2045, Some(2040), 0, 51),
+            (2045, Some(2080), 0, 52),
+            // Set forward by an hour, and back.
+            (2125, Some(3_602_160), 0, 54),
+            (2160, Some(3_602_200), 0, 55),
+            (2200, Some(2240), 0, 56),
+            // Another source after ten seconds, whose clock begins anew, or goes on.
+            (12_200, Some(7), 0, 306),
+            (12_240, Some(47), 0, 307),
+            // Without times, dropped frames count.
+            (12_240, None, 0, 308),
+            (12_240, None, 4, 313),
+        ] {
+            assert_eq!(stamp(came_ms, tick, after_dropped), Some((number, 0.0)), "at {came_ms} ms");
+        }
     }
 }

@@ -1,6 +1,8 @@
 //! `vocc receive`: messages from a sequence of frames.
 
 mod film_clock;
+mod latency;
+mod live;
 mod places;
 mod report;
 mod session;
@@ -10,6 +12,7 @@ use std::io::BufRead;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
+use reception::colour::Channel;
 use reception::stream::{SIDE_MAX, Stream, StreamError};
 use reception::{PANELS_MAX, Stamp, USUAL_FPS};
 use rx_pipeline::frame::Frame;
@@ -20,11 +23,14 @@ use crate::frames::PixelArguments;
 use crate::frames::files::{self, FrameFile, Frames};
 use crate::frames::film::{self, Film, FrameTimes};
 use crate::frames::foreign;
+use crate::frames::live::Live;
 use crate::frames::picture::{GreyPicture, PictureReader};
+use crate::frames::waiting::Moment;
 use crate::options::Shared;
 use crate::output::{self, Hex, Verdict};
 use crate::outputs;
 use crate::pose::PanelArguments;
+use crate::recording::RecordingArguments;
 use crate::stop::{Input, stop};
 
 use film_clock::FilmClock;
@@ -34,10 +40,18 @@ use session::Session;
 #[derive(clap::Args)]
 pub struct Arguments {
     /// A film (where ffmpeg is installed), a folder of frames (PNG, JPEG, PGM; in the order of their names, frame2 before frame10, and
-    /// without those that begin with a dot), single frames, or `-` for y4m or raw grey bytes on standard input.
+    /// without those that begin with a dot), single frames, or `-` for y4m or raw grey bytes on standard input. Live, by ffmpeg: a camera
+    /// (/dev/video0, v4l2:/dev/video0), an address (rtsp://, udp://, tcp://, http://) or a named pipe.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<PathBuf>,
-    /// Size of the raw frames on standard input.
+    /// Never fall behind: drop old frames where newer ones have come, and count them. A camera, an address or a named pipe that goes away is
+    /// waited for; a film is played at its own pace.
+    #[arg(long)]
+    live: bool,
+    /// Show the command by which ffmpeg is run, on standard error.
+    #[arg(long)]
+    verbose: bool,
+    /// Size of the raw frames on standard input, or in a named pipe.
     #[arg(long, value_name = "WxH", value_parser = size)]
     raw: Option<(usize, usize)>,
     /// Read each frame of a film as one picture, even where the film says that it is interlaced: as of 25 pictures a second in 50i.
@@ -72,6 +86,8 @@ pub struct Arguments {
     /// Write frames, outlines, poses and messages into this MCAP file, which Foxglove and the tools of ROS 2 open.
     #[arg(long, value_name = "FILE.mcap")]
     mcap: Option<PathBuf>,
+    #[command(flatten)]
+    recorded: RecordingArguments,
     /// Write the bytes of all messages into this file, one after another as they come.
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -84,6 +100,25 @@ pub struct Arguments {
     #[arg(long)]
     profile: bool,
 }
+
+impl Arguments {
+    /// Whether anything is kept of what is received, beside what is printed.
+    fn keeps(&self) -> bool {
+        let kept = [&self.show, &self.mcap, &self.save_camera, &self.out];
+        kept.iter().any(|path| path.is_some())
+    }
+
+    /// How a stream is opened.
+    fn open<R: BufRead>(&self) -> Open<R> {
+        match self.progressive {
+            true => Stream::open_progressive,
+            false => Stream::open,
+        }
+    }
+}
+
+/// Opens a stream.
+type Open<R> = fn(R, Option<(usize, usize)>, Channel) -> Result<Stream<R>, StreamError>;
 
 fn size(text: &str) -> Result<(usize, usize), String> {
     let parsed = text
@@ -102,14 +137,22 @@ enum Source<'a> {
     Input,
     Film(&'a Path),
     Files(Frames),
+    Live(Live),
 }
 
 impl<'a> Source<'a> {
-    fn of(sources: &'a [PathBuf]) -> anyhow::Result<Self> {
-        if let [source] = sources
-            && let Some(advice) = foreign::advice(source)
-        {
-            bail!(advice);
+    fn of(arguments: &'a Arguments) -> anyhow::Result<Self> {
+        let sources = &arguments.sources[..];
+        if arguments.live {
+            return live::of(sources).map(Self::Live);
+        }
+        if let [source] = sources {
+            if let Some(live) = Live::of(source) {
+                return Ok(Self::Live(live));
+            }
+            if let Some(advice) = foreign::advice(source) {
+                bail!(advice);
+            }
         }
         Ok(match sources {
             [source] if source == Path::new("-") => Self::Input,
@@ -121,8 +164,9 @@ impl<'a> Source<'a> {
     /// The files that are read.
     fn files(&self) -> Vec<PathBuf> {
         match self {
-            Self::Input => Vec::new(),
+            Self::Input | Self::Live(Live::Input | Live::Address(_)) => Vec::new(),
             Self::Film(film) => vec![film.to_path_buf()],
+            Self::Live(Live::Camera(path) | Live::Pipe(path) | Live::Film(path)) => vec![path.clone()],
             Self::Files(frames) => frames.files.iter().map(|file| file.path.clone()).collect(),
         }
     }
@@ -130,7 +174,7 @@ impl<'a> Source<'a> {
     /// How many frames there are, if that is known.
     fn frames(&self) -> Option<u64> {
         match self {
-            Self::Input | Self::Film(_) => None,
+            Self::Input | Self::Film(_) | Self::Live(_) => None,
             Self::Files(frames) => Some(frames.files.len() as u64),
         }
     }
@@ -138,7 +182,7 @@ impl<'a> Source<'a> {
 
 /// Reads all frames and prints the messages; exit status 1 where there was none.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
-    let source = Source::of(&arguments.sources)?;
+    let source = Source::of(arguments)?;
     let read = source.files();
     if let Some(folder) = &arguments.show {
         std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
@@ -162,30 +206,19 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         read.into_iter().chain(arguments.camera.file()),
     )?;
     let hints = arguments.camera.hints(arguments.pixels)?;
-    let session = Session::new(arguments, hints, shared, source.frames())?;
+    let session = Session::new(arguments, hints, shared, source.frames(), matches!(source, Source::Live(_)))?;
     let channel = hints.pixels.channel.unwrap_or_default();
-    let open = if arguments.progressive {
-        Stream::open_progressive
-    } else {
-        Stream::open
-    };
+    let open = arguments.open();
     match source {
         Source::Input => {
             let input = Input::new(std::io::stdin(), stop()).context("cannot read the stream")?;
             let stream = open(input, arguments.raw, channel).map_err(explained)?;
             // It may never end: who has left it, and keeps nothing, has had enough once there is an answer.
-            let keeps = [&arguments.show, &arguments.mcap, &arguments.save_camera, &arguments.out];
-            let is_kept = keeps.iter().any(|path| path.is_some());
-            receive_stream(
-                session,
-                stream,
-                None,
-                |session| !is_kept && output::is_unread() && session.has_message(),
-                || Ok(()),
-            )
+            let enough = |session: &Session| !arguments.keeps() && output::is_unread() && session.has_message();
+            receive_stream(session, stream, None, enough, || Ok(()))
         }
         Source::Film(path) => {
-            let (mut film, frames) = Film::open(path)?;
+            let (mut film, frames) = Film::open(path, arguments.verbose)?;
             let input = Input::new(frames, stop()).context("cannot read the film")?;
             match open(input, None, channel) {
                 Ok(stream) => {
@@ -200,6 +233,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
             }
         }
         Source::Files(frames) => receive_files(session, &frames, hints),
+        Source::Live(live) => live::receive(session, &live, arguments, channel),
     }
 }
 
@@ -225,7 +259,7 @@ fn receive_stream(
     let stop = stop();
     let (width, height) = stream.size();
     let rate = stream.rate();
-    let mut clock = times.map(|times| FilmClock::new(times, (width, height), rate.unwrap_or(USUAL_FPS)));
+    let mut clock = times.map(|times| FilmClock::new(Some(times), (width, height), rate.unwrap_or(USUAL_FPS)));
     if let (Some(rate), None) = (rate, &clock) {
         session.set_usual_fps(rate)?;
     }
@@ -287,7 +321,7 @@ fn receive_files(mut session: Session, frames: &Frames, hints: CameraHints) -> a
             number: *number,
             late: *late,
         };
-        session.frame(stamp, &Frame::new(image.as_raw(), width, height)?)?;
+        session.frame(stamp, &Frame::new(image.as_raw(), width, height)?, &Moment::default())?;
     }
     let answer = session.finish()?;
     ensure!(bad == 0, "{bad} of {} frames could not be used", frames.files.len());

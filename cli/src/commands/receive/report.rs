@@ -11,8 +11,10 @@ use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading;
 
 use super::Arguments;
+use super::latency::Latency;
 use super::places::Places;
 use crate::files::Growing;
+use crate::frames::waiting::Moment;
 use crate::output::{self, Verdict, line};
 use crate::pose;
 use crate::progress::Progress;
@@ -42,11 +44,11 @@ pub struct Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    /// Of `total` frames, if that is known.
+    /// Of `total` frames, if that is known, of a source that may be live.
     ///
     /// # Errors
     /// When nothing can be recorded.
-    pub fn new(arguments: &'a Arguments, as_json: bool, with_pose: bool, total: Option<u64>) -> anyhow::Result<Self> {
+    pub fn new(arguments: &'a Arguments, as_json: bool, with_pose: bool, total: Option<u64>, is_live: bool) -> anyhow::Result<Self> {
         let progress = total.map_or_else(|| Progress::endless("frames"), |total| Progress::new(total, "frames"));
         let recording = arguments.mcap.as_deref();
         Ok(Self {
@@ -57,7 +59,9 @@ impl<'a> Report<'a> {
             places: Places::default(),
             new_messages: Vec::new(),
             progress,
-            recording: recording.map(|path| Recording::create(path, arguments.panels.into())).transpose()?,
+            recording: recording
+                .map(|path| Recording::create(path, arguments.panels.into(), &arguments.recorded, is_live))
+                .transpose()?,
             bytes: arguments.out.as_deref().map(Growing::create).transpose()?,
             undrawn: None,
             unrecorded: None,
@@ -154,6 +158,25 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
+    /// Says how long it took from frames to text, and how many were dropped, where the source was live; in JSON it is the last object.
+    pub fn latency(&self, latency: &Latency) -> anyhow::Result<()> {
+        let (frames, dropped) = (self.places.count(), latency.dropped());
+        if !latency.is_known() {
+            return Ok(());
+        }
+        if self.as_json {
+            return output::json(&serde_json::json!({ "frames": frames, "dropped": dropped, "latency": latency.as_json() }));
+        }
+        if dropped > 0 {
+            self.say(&format!(
+                "{dropped} of {} frames were dropped, as newer ones had come",
+                frames + dropped
+            ));
+        }
+        self.say(&latency.as_text());
+        Ok(())
+    }
+
     /// Says something on standard error.
     pub fn say(&self, what: &str) {
         self.progress.aside(|| output::tell(what));
@@ -243,17 +266,18 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Prints the messages that have become whole, with what is learnt of each panel's camera, and where the panel is.
-    pub fn deliver(&mut self, reception: &Reception) -> anyhow::Result<()> {
+    /// Prints the messages that have become whole with a frame of that moment, with what is learnt of each panel's camera, and where the panel
+    /// is.
+    pub fn deliver(&mut self, reception: &Reception, moment: &Moment) -> anyhow::Result<()> {
         for (panel, message) in std::mem::take(&mut self.new_messages) {
             self.record(|recording| recording.message(panel, &message.data));
             self.write(&message.data);
-            self.message(panel, &message, reception)?;
+            self.message(panel, &message, reception, moment)?;
         }
         Ok(())
     }
 
-    fn message(&self, panel: usize, message: &Message, reception: &Reception) -> anyhow::Result<()> {
+    fn message(&self, panel: usize, message: &Message, reception: &Reception, moment: &Moment) -> anyhow::Result<()> {
         let [first, last] = [message.first_frame, message.last_frame].map(|number| self.places.of(number));
         let (corrected, whereabouts) = (message.corrected_bits, reception.whereabouts(panel));
         let learnt = reception.learnt_each().get(panel).and_then(Option::as_ref);
@@ -270,6 +294,9 @@ impl<'a> Report<'a> {
         });
         if let Some(hex) = self.arguments.hex.of(&message.data) {
             told["message_hex"] = hex.into();
+        }
+        if let Some(latency) = Latency::since(moment) {
+            told["latency_s"] = latency.as_secs_f64().into();
         }
         self.print(
             &format!(

@@ -1,15 +1,20 @@
 //! The frames of one source, and what is told of them.
 
+use std::time::Instant;
+
 use anyhow::ensure;
 use reception::{Reception, ReceptionSettings, Stamp, USUAL_FPS};
 use rx_pipeline::frame::Frame;
 
 use super::Arguments;
+use super::latency::Latency;
 use super::report::Report;
 use super::stage_times::StageTimes;
 use crate::camera::CameraHints;
+use crate::frames::waiting::Moment;
 use crate::options::{self, Shared};
 use crate::output::Verdict;
+use crate::recording::Recording;
 
 /// A reception and its report.
 pub struct Session<'a> {
@@ -22,11 +27,12 @@ pub struct Session<'a> {
     /// Whether frames have been brought to 8 bits from more; not known before the first.
     is_deep: Option<bool>,
     times: StageTimes,
+    latency: Latency,
 }
 
 impl<'a> Session<'a> {
-    /// For `total` frames, if that is known.
-    pub fn new(arguments: &'a Arguments, hints: CameraHints, shared: &Shared, total: Option<u64>) -> anyhow::Result<Self> {
+    /// For `total` frames, if that is known, of a source that may be live.
+    pub fn new(arguments: &'a Arguments, hints: CameraHints, shared: &Shared, total: Option<u64>, is_live: bool) -> anyhow::Result<Self> {
         let settings = ReceptionSettings {
             camera: hints.camera,
             line_delay: hints.line_delay,
@@ -41,10 +47,11 @@ impl<'a> Session<'a> {
             reception,
             hints,
             arguments,
-            report: Report::new(arguments, shared.json, with_pose, total)?,
+            report: Report::new(arguments, shared.json, with_pose, total, is_live)?,
             next: 0,
             is_deep: None,
             times: StageTimes::default(),
+            latency: Latency::default(),
         })
     }
 
@@ -98,22 +105,30 @@ impl<'a> Session<'a> {
 
     /// Receives a frame that follows the one before.
     pub fn next_frame(&mut self, frame: &Frame) -> anyhow::Result<()> {
-        self.frame(Stamp::of(self.next), frame)
+        self.frame(Stamp::of(self.next), frame, &Moment::default())
     }
 
-    /// Receives a frame.
-    pub fn frame(&mut self, stamp: Stamp, frame: &Frame) -> anyhow::Result<()> {
+    /// Receives a frame of that moment.
+    pub fn frame(&mut self, stamp: Stamp, frame: &Frame, moment: &Moment) -> anyhow::Result<()> {
+        let (begun, decoded) = (Instant::now(), self.times.decoding());
         self.next = stamp.number.saturating_add(1);
         self.report.begin(stamp.number);
         let time_s = self.reception.time_s(stamp);
-        self.report.record(|recording| recording.frame(time_s, frame));
         let lens = self.hints.calibration.lens([frame.width(), frame.height()]);
+        self.report
+            .record(|recording| recording.frame(time_s, moment.unix(), frame, lens.as_ref().ok()));
         for panel in self.reception.frame(stamp, frame, &lens, &mut self.times)? {
             self.report.panel(&panel, frame, self.reception.whereabouts(panel.panel))?;
         }
-        self.report.deliver(&self.reception)?;
+        self.report.deliver(&self.reception, moment)?;
         self.report.done();
+        self.latency.add(moment, begun, self.times.decoding() - decoded);
         Ok(())
+    }
+
+    /// Keeps what is recorded while no frame comes.
+    pub fn idle(&mut self) {
+        self.report.record(Recording::keep_up);
     }
 
     /// Counts a frame that cannot be used.
@@ -128,12 +143,13 @@ impl<'a> Session<'a> {
         for (panel, event) in self.reception.finish() {
             self.report.event(panel, &event);
         }
-        self.report.deliver(&self.reception)?;
+        self.report.deliver(&self.reception, &Moment::default())?;
         for (panel, learnt) in self.reception.learnt_each().iter().enumerate() {
             if let Some(learnt) = learnt {
                 self.report.learnt(panel, learnt)?;
             }
         }
+        self.report.latency(&self.latency)?;
         let saved = self.save_camera();
         if self.arguments.profile {
             self.times.print();

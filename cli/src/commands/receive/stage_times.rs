@@ -54,6 +54,12 @@ impl Profile for StageTimes {
 }
 
 impl StageTimes {
+    /// How long the symbols took in all that became messages.
+    pub fn decoding(&self) -> Duration {
+        let decode = STAGES.iter().position(|&stage| stage == Stage::Decode);
+        decode.map_or(Duration::ZERO, |index| self.receiver[index].total)
+    }
+
     /// Prints them on standard error.
     pub fn print(&self) {
         tell("stage      times  mean (us)  most (us)");

@@ -1,0 +1,211 @@
+//! Frames of a live source, as they come.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, ensure};
+use reception::USUAL_FPS;
+use reception::colour::Channel;
+use reception::stream::StreamError;
+
+use super::film_clock::FilmClock;
+use super::session::Session;
+use super::{Arguments, explained};
+use crate::frames::film::{self, Film};
+use crate::frames::live::Live;
+use crate::frames::waiting::{Format, Next, Waiting};
+use crate::output::{self, Verdict};
+use crate::stop::stop;
+
+/// Between two looks at whether the program is to stop.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// A source that gives nothing for so long is gone.
+const SILENCE: Duration = Duration::from_secs(10);
+/// Between two tries to have it back.
+const TRY_EVERY: Duration = Duration::from_secs(1);
+/// Read at once.
+const PIECE: usize = 1 << 18;
+
+/// Receives a live source until it ends or somebody has had enough; with `--live` it is waited for where it can come back.
+pub fn receive(mut session: Session, live: &Live, arguments: &Arguments, channel: Channel) -> anyhow::Result<Verdict> {
+    live.check()?;
+    let stop = stop();
+    let waits = arguments.live && live.returns();
+    let mut incoming = Incoming::open(live, arguments, channel)?;
+    let mut clock: Option<FilmClock> = None;
+    let mut last = Instant::now();
+    let mut gone: Option<Instant> = None;
+    let end = loop {
+        if stop.is_asked() || (!arguments.keeps() && output::is_unread() && session.has_message()) {
+            break Ok(());
+        }
+        let end = match incoming.waiting.next(LOOK_EVERY) {
+            Next::Begin(format) => {
+                begin(&mut session, &mut clock, format)?;
+                continue;
+            }
+            Next::Frame(frame) => {
+                last = Instant::now();
+                if let Some(gone) = gone.take() {
+                    session.say(&format!("{} is back after {:.1} s", live.name(), gone.elapsed().as_secs_f64()));
+                }
+                if let Some(clock) = &mut clock {
+                    clock.live(&mut session, &frame)?;
+                }
+                continue;
+            }
+            Next::Nothing => {
+                session.idle();
+                if !waits || clock.is_none() || !live.goes_silently() || last.elapsed() < SILENCE {
+                    continue;
+                }
+                Err(anyhow::anyhow!("nothing has come for {} s", SILENCE.as_secs()))
+            }
+            Next::End(end) => incoming.ended(end),
+        };
+        if clock.is_none() {
+            // What was never there is not waited for: it may be named wrongly.
+            return end.and_then(|()| session.finish());
+        }
+        // An interrupt ends ffmpeg, too.
+        if !waits || stop.is_asked() {
+            break end;
+        }
+        if gone.is_none() {
+            gone = Some(last);
+            let why = end.err().map(|why| format!(" ({})", output::explain(&why)));
+            session.say(&format!("{} is gone{}: it is waited for", live.name(), why.unwrap_or_default()));
+        }
+        incoming.close();
+        match again(live, arguments, channel, &mut session)? {
+            Some(again) => incoming = again,
+            None => break Ok(()),
+        }
+        last = Instant::now();
+    };
+    if let (Some(mut clock), false) = (clock, stop.is_asked()) {
+        clock.finish(&mut session)?;
+    }
+    let answer = session.finish()?;
+    end?;
+    Ok(answer)
+}
+
+/// What a source gives from here on.
+fn begin(session: &mut Session, clock: &mut Option<FilmClock>, Format { size, rate_hz }: Format) -> anyhow::Result<()> {
+    match clock {
+        Some(clock) => {
+            clock.check_size(size)?;
+            clock.resume(session)
+        }
+        None => {
+            *clock = Some(FilmClock::new(None, size, rate_hz.unwrap_or(USUAL_FPS)));
+            Ok(())
+        }
+    }
+}
+
+/// The source once more, as soon as it may be there; none where the program is to stop before.
+fn again<'a>(live: &'a Live, arguments: &Arguments, channel: Channel, session: &mut Session) -> anyhow::Result<Option<Incoming<'a>>> {
+    loop {
+        let begun = Instant::now();
+        while begun.elapsed() < TRY_EVERY {
+            if stop().is_asked() {
+                return Ok(None);
+            }
+            session.idle();
+            std::thread::sleep(LOOK_EVERY);
+        }
+        if live.check().is_ok() {
+            return Incoming::open(live, arguments, channel).map(Some);
+        }
+    }
+}
+
+/// A source while another thread reads it.
+struct Incoming<'a> {
+    live: &'a Live,
+    /// Where ffmpeg decodes it.
+    film: Option<Film>,
+    waiting: Arc<Waiting>,
+}
+
+impl<'a> Incoming<'a> {
+    fn open(live: &'a Live, arguments: &Arguments, channel: Channel) -> anyhow::Result<Self> {
+        let waiting = Arc::new(Waiting::new(arguments.live));
+        let (mut film, decoded) = match live {
+            Live::Camera(_) | Live::Address(_) | Live::Film(_) => Some(Film::open_live(live, arguments.verbose)?),
+            Live::Pipe(path) if arguments.raw.is_none() && !film::is_plain(path) => Some(Film::open_live(live, arguments.verbose)?),
+            Live::Pipe(_) | Live::Input => None,
+        }
+        .unzip();
+        let times = film.as_mut().and_then(Film::take_times);
+        let (raw, open) = (arguments.raw, arguments.open());
+        let (filled, source) = (Arc::clone(&waiting), live.clone());
+        let read = move || {
+            // A pipe opens once somebody writes into it.
+            let input: std::io::Result<Box<dyn Read>> = match (decoded, source) {
+                (Some(frames), _) => Ok(frames as Box<dyn Read>),
+                (None, Live::Pipe(path)) => File::open(path).map(|pipe| Box::new(pipe) as Box<dyn Read>),
+                _ => Ok(Box::new(std::io::stdin())),
+            };
+            match input {
+                Ok(input) => filled.fill(open(BufReader::with_capacity(PIECE, input), raw, channel), times),
+                Err(error) => filled.end(Err(error.into())),
+            }
+        };
+        std::thread::Builder::new().spawn(read).context("cannot read the source")?;
+        Ok(Self { live, film, waiting })
+    }
+
+    /// Why the source has ended.
+    fn ended(&mut self, end: Result<(), StreamError>) -> anyhow::Result<()> {
+        // Whoever decodes it knows better why there is too little of it.
+        let is_short = end.as_ref().err().is_none_or(StreamError::is_short);
+        let decoded = match self.film.take().filter(|_| is_short) {
+            Some(film) => film
+                .end()
+                .map_err(|error| anyhow::anyhow!("{error:#}; look whether it is there, by `ffprobe {}`", self.live.name())),
+            None => Ok(()),
+        };
+        decoded.and(end.map_err(explained))
+    }
+
+    /// Wants no more of it.
+    fn close(&mut self) {
+        self.film = None;
+        self.waiting.leave();
+    }
+}
+
+impl Drop for Incoming<'_> {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+/// What can be received with `--live`.
+///
+/// # Errors
+/// When it was all filmed before.
+pub fn of(sources: &[std::path::PathBuf]) -> anyhow::Result<Live> {
+    let [source] = sources else {
+        anyhow::bail!("--live is for one source: name a camera, an address, a named pipe, a film or -");
+    };
+    if let Some(live) = Live::of(source) {
+        return Ok(live);
+    }
+    if source == Path::new("-") {
+        return Ok(Live::Input);
+    }
+    ensure!(
+        film::is_one(source) && !source.is_dir(),
+        "{} is not live: name a camera, an address, a named pipe, a film or -, or leave --live out",
+        source.display()
+    );
+    File::open(source).with_context(|| format!("cannot read {}", source.display()))?;
+    Ok(Live::Film(source.clone()))
+}

@@ -1,0 +1,202 @@
+//! Sources that go on while they are read: cameras, addresses, named pipes, and films at their own pace.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use anyhow::ensure;
+
+use super::{cameras, files, film};
+
+/// Addresses that are read, by their schemes.
+const SCHEMES: [&str; 9] = ["rtsp", "rtsps", "rtp", "udp", "tcp", "http", "https", "srt", "rtmp"];
+/// What such an address may lead on to: no file of this computer.
+const NETWORK: &str = "rtsp,rtsps,rtp,srtp,udp,tcp,tls,http,https,httpproxy,crypto,data,srt,rtmp";
+/// Decodes each frame as soon as it is there, after half a second at the most for what the stream is, and leaves its time as it is.
+const AT_ONCE: [&str; 7] = [
+    "-copyts",
+    "-flags",
+    "low_delay",
+    "-thread_type",
+    "slice",
+    "-analyzeduration",
+    "500000",
+];
+
+/// A live source.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Live {
+    /// A camera of this computer, by its device.
+    Camera(PathBuf),
+    /// What comes over a network.
+    Address(String),
+    /// A named pipe.
+    Pipe(PathBuf),
+    /// A film, at its own pace.
+    Film(PathBuf),
+    /// Standard input.
+    Input,
+}
+
+impl Live {
+    /// What is live by its name.
+    pub fn of(source: &Path) -> Option<Self> {
+        let text = source.to_string_lossy();
+        if let Some(device) = text.strip_prefix("v4l2:") {
+            return Some(Self::Camera(device.into()));
+        }
+        if text.starts_with("/dev/v4l") || text.starts_with("/dev/video") {
+            return Some(Self::Camera(source.into()));
+        }
+        if text.split_once("://").is_some_and(|(scheme, _)| SCHEMES.contains(&scheme)) && !source.exists() {
+            return Some(Self::Address(text.into_owned()));
+        }
+        // What a shell makes, such as /dev/fd/63, may be a single picture.
+        let is_named = !source.starts_with("/dev") && !source.starts_with("/proc");
+        (is_named && is_pipe(source) && !files::is_picture(source)).then(|| Self::Pipe(source.into()))
+    }
+
+    /// What it is called: without the password of an address.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Camera(path) | Self::Pipe(path) | Self::Film(path) => path.display().to_string(),
+            Self::Address(address) => without_password(address),
+            Self::Input => "standard input".into(),
+        }
+    }
+
+    /// Its address, if it has one.
+    pub fn address(&self) -> Option<&str> {
+        match self {
+            Self::Address(address) => Some(address),
+            _ => None,
+        }
+    }
+
+    /// Whether it can come back once it is gone.
+    pub fn returns(&self) -> bool {
+        matches!(self, Self::Camera(_) | Self::Address(_) | Self::Pipe(_))
+    }
+
+    /// Whether it is gone where nothing comes of it. A pipe waits for whoever has it open.
+    pub fn goes_silently(&self) -> bool {
+        matches!(self, Self::Camera(_) | Self::Address(_))
+    }
+
+    /// Looks whether it can be there.
+    ///
+    /// # Errors
+    /// When a camera is not, with those that are.
+    pub fn check(&self) -> anyhow::Result<()> {
+        if let Self::Camera(device) = self {
+            ensure!(
+                device.exists(),
+                "there is no camera {}: {}",
+                device.display(),
+                cameras::advice(&cameras::list())
+            );
+        }
+        Ok(())
+    }
+
+    /// What ffmpeg is told of it.
+    pub fn input(&self) -> Vec<OsString> {
+        let mut input: Vec<OsString> = match self {
+            Self::Film(_) => vec!["-re".into()],
+            _ => AT_ONCE.map(OsString::from).into(),
+        };
+        let mut add = |words: &[&str]| input.extend(words.iter().map(OsString::from));
+        match self {
+            // Stamps of the wall clock, not of the time since the computer started.
+            Self::Camera(device) => {
+                add(&["-f", "v4l2", "-ts", "abs", "-i"]);
+                input.push(device.into());
+            }
+            Self::Address(address) => {
+                if address.starts_with("rtsp") {
+                    add(&["-rtsp_flags", "prefer_tcp"]);
+                } else if address.starts_with("udp") {
+                    add(&["-overrun_nonfatal", "1"]);
+                }
+                add(&["-protocol_whitelist", NETWORK, "-i", address]);
+            }
+            Self::Pipe(path) | Self::Film(path) => input.extend(film::local(path)),
+            Self::Input => {}
+        }
+        input
+    }
+}
+
+/// `rtsp://user:***@host/live`
+fn without_password(address: &str) -> String {
+    let masked = || {
+        let (scheme, rest) = address.split_once("://")?;
+        let end = rest.find(['/', '?', '#']).unwrap_or(rest.len());
+        let (host, path) = rest.split_at(end);
+        let (user, host) = host.rsplit_once('@')?;
+        let (user, _) = user.split_once(':')?;
+        Some(format!("{scheme}://{user}:***@{host}{path}"))
+    };
+    masked().unwrap_or_else(|| address.into())
+}
+
+#[cfg(unix)]
+fn is_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    path.metadata().is_ok_and(|there| there.file_type().is_fifo())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: &Path) -> bool {
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sources_are_live_by_their_names() {
+        let camera = |device: &str| Some(Live::Camera(device.into()));
+        assert_eq!(Live::of(Path::new("/dev/video0")), camera("/dev/video0"));
+        assert_eq!(Live::of(Path::new("v4l2:/dev/video2")), camera("/dev/video2"));
+        for address in ["rtsp://10.0.0.7/live", "udp://127.0.0.1:5000?fifo_size=1000", "http://[::1]:8080/"] {
+            assert_eq!(Live::of(Path::new(address)), Some(Live::Address(address.into())));
+        }
+        for other in [
+            "road.mp4",
+            "frames",
+            "-",
+            "ftp://host/film.mp4",
+            "file:///etc/passwd",
+            "/dev/stdin",
+            "concat:a|b",
+        ] {
+            assert_eq!(Live::of(Path::new(other)), None, "{other}");
+        }
+    }
+
+    #[test]
+    fn a_password_is_not_told() {
+        for (address, name) in [
+            ("rtsp://me:secret@cam/live?a=@:", "rtsp://me:***@cam/live?a=@:"),
+            ("rtsp://me:sec:r@et@cam", "rtsp://me:***@cam"),
+            ("rtsp://me@cam/live", "rtsp://me@cam/live"),
+            ("udp://@239.0.0.1:5000", "udp://@239.0.0.1:5000"),
+            ("http://cam/a:b@c", "http://cam/a:b@c"),
+        ] {
+            assert_eq!(Live::Address(address.into()).name(), name);
+        }
+    }
+
+    #[test]
+    fn an_address_leads_to_no_file() {
+        let input = Live::Address("http://host/list.m3u8".into()).input();
+        let whitelist = input.iter().position(|word| word == "-protocol_whitelist").expect("a list");
+        let protocols = input[whitelist + 1].to_str().expect("text");
+        assert!(
+            protocols
+                .split(',')
+                .all(|protocol| !["file", "concat", "subfile", "pipe"].contains(&protocol))
+        );
+    }
+}

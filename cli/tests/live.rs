@@ -1,0 +1,166 @@
+//! `vocc receive` on live sources: ffmpeg is a script here. `tests/suites/live.rs` has the real one.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::SystemTime;
+
+use common::ffmpeg::{Place, wait_for};
+use common::recording::{MESSAGE, filmed, y4m};
+use common::{command, folder, json_lines, name, refused, says, text};
+use serde_json::Value;
+
+/// Tells the times of 16 frames, and gives the frames.
+const FRAMES: &str = "/bin/cat times >&2; /bin/cat frames";
+
+fn signal(signal: &str, process: u32) {
+    let kill = Command::new("kill").args([signal, &process.to_string()]).status();
+    assert!(kill.expect("kill runs").success());
+}
+
+fn pipe(path: &Path) {
+    let made = Command::new("mkfifo").arg(path).status();
+    assert!(made.expect("mkfifo runs").success());
+}
+
+#[test]
+fn what_is_no_live_source_is_named() {
+    refused(&["receive", "/dev/video99"], &["there is no camera /dev/video99: "]);
+    refused(&["receive", "--live", "v4l2:/dev/nothing"], &["there is no camera /dev/nothing: "]);
+    refused(&["receive", "--live", "frames"], &["frames is not live: name a camera"]);
+    refused(&["receive", "--live", "a.mp4", "b.mp4"], &["--live is for one source"]);
+    refused(&["receive", "--live", "road.mp4"], &["cannot read road.mp4"]);
+}
+
+#[test]
+fn an_address_is_read_by_ffmpeg() {
+    let place = Place::with_frames("live-address", &format!("echo \"$@\" > told; {FRAMES}"));
+    let address = "rtsp://me:secret@localhost/live";
+    let received = place.received(&[address, "--verbose", "--json"]);
+    says(&received, 0, &["ffmpeg -nostdin ", "-i rtsp://me:***@localhost/live "]);
+    assert!(!text(&received.stderr).contains("secret"), "{received:?}");
+    let told = std::fs::read_to_string(place.0.join("told")).expect("arguments");
+    assert!(told.contains("-rtsp_flags prefer_tcp") && told.contains(address), "{told}");
+    let lines = json_lines(&received);
+    let message = lines.iter().find(|line| line["message"] == MESSAGE).expect("a message");
+    assert!(message["latency_s"].as_f64().is_some_and(|latency_s| latency_s > 0.0), "{message}");
+    let last = lines.last().expect("a line");
+    assert_eq!((&last["frames"], &last["dropped"]), (&16.into(), &0.into()));
+    for part in ["to_text", "queue", "reading", "decoding"] {
+        let part = &last["latency"][part];
+        let [median_s, worst_s] = ["median_s", "worst_s"].map(|key| part[key].as_f64().expect("a number"));
+        assert!(0.0 < median_s && median_s <= worst_s, "{last}");
+    }
+    // The times of these frames are not those of a clock.
+    assert_eq!(last["latency"]["source"], Value::Null);
+    let absent = Place::new("live-absent", "");
+    says(
+        &absent.received(&[address]),
+        2,
+        &["ffmpeg, which reads rtsp://me:***@localhost/live, is not on the PATH"],
+    );
+    let broken = Place::new("live-broken", "echo \"[error] $0: Connection refused\" >&2; exit 1");
+    says(
+        &broken.received(&[address, "--live"]),
+        2,
+        &["Connection refused", "look whether it is there"],
+    );
+}
+
+#[test]
+fn a_source_that_goes_away_is_waited_for() {
+    // It comes twice, and then not any more.
+    let script = format!("echo again >> runs; if [ $(/usr/bin/wc -l < runs) = 3 ]; then exec /bin/sleep 600; fi; {FRAMES}");
+    let place = Place::with_frames("live-again", &script);
+    let mut receive = place.receive(&["udp://127.0.0.1:5000", "--live", "--json"]);
+    let mut receive = receive.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("vocc runs");
+    let mut told = BufReader::new(receive.stderr.take().expect("standard error"))
+        .lines()
+        .map(|line| line.expect("text"));
+    let mut says = |word: &str| told.any(|line| line.contains(word));
+    for word in ["udp://127.0.0.1:5000 is gone: it is waited for", "is back after", "is gone"] {
+        assert!(says(word), "{word}");
+    }
+    signal("-INT", receive.id());
+    let ended = std::thread::spawn(move || told.for_each(drop));
+    let received = receive.wait_with_output().expect("an end");
+    ended.join().expect("an end");
+    assert!(received.status.code().is_some_and(|code| code < 2), "{received:?}");
+    let last = json_lines(&received).pop().expect("a line");
+    let [frames, dropped] = ["frames", "dropped"].map(|key| last[key].as_u64().expect("a number"));
+    assert_eq!(frames + dropped, 32, "{last}");
+}
+
+#[test]
+fn a_pipe_named_like_a_film_is_left_to_ffmpeg() {
+    let place = Place::with_frames("live-pipe", &format!("/bin/cat film.mp4 > given; {FRAMES}"));
+    let film = place.0.join("film.mp4");
+    std::fs::remove_file(&film).expect("a film");
+    pipe(&film);
+    let write = {
+        let film = film.clone();
+        std::thread::spawn(move || std::fs::write(film, "all of it"))
+    };
+    let received = place.received(&["film.mp4"]);
+    says(&received, 0, &["latency, median (and worst) of 16 frames"]);
+    assert!(text(&received.stdout).contains(MESSAGE), "{received:?}");
+    write.join().expect("an end").expect("written");
+    let given = std::fs::read_to_string(place.0.join("given")).expect("what ffmpeg read");
+    assert_eq!(given, "all of it");
+}
+
+#[test]
+fn messages_are_told_while_frames_still_come() {
+    let film = y4m(&filmed("live-told-frames", 24));
+    let place = folder("live-told");
+    let path = place.join("camera.y4m");
+    pipe(&path);
+    let mut receive = command(&["receive", name(&path), "--json"]);
+    // A pipe of y4m needs no ffmpeg.
+    let mut receive = receive.env("PATH", &place).stdout(Stdio::piped()).spawn().expect("vocc runs");
+    let mut camera = std::fs::File::options().write(true).open(&path).expect("a reader");
+    camera.write_all(&film).expect("read");
+    let mut told = String::new();
+    let mut lines = BufReader::new(receive.stdout.take().expect("standard output"));
+    lines.read_line(&mut told).expect("a line");
+    assert!(told.contains(MESSAGE) && told.ends_with('\n'), "{told}");
+    drop(camera);
+    assert!(receive.wait().expect("an end").success());
+}
+
+/// The messages of a recording, whether it is whole or not: topic, time and content.
+fn recorded(path: &Path) -> Vec<(String, u64, Vec<u8>)> {
+    let bytes = std::fs::read(path).unwrap_or_default();
+    let Ok(messages) = mcap::MessageStream::new_with_options(&bytes, mcap::read::Options::IgnoreEndMagic.into()) else {
+        return Vec::new();
+    };
+    messages
+        .map_while(Result::ok)
+        .map(|message| (message.channel.topic.clone(), message.log_time, message.data.to_vec()))
+        .collect()
+}
+
+#[test]
+fn a_recording_that_was_cut_off_has_all_that_came() {
+    let place = Place::with_frames("live-recording", &format!("{FRAMES}; exec /bin/sleep 600"));
+    let since = SystemTime::UNIX_EPOCH.elapsed().expect("after 1970").as_nanos() as u64;
+    let address = "tcp://127.0.0.1:5000";
+    let arguments = [address, "--mcap", "drive.mcap"];
+    let mut receive = place.receive(&arguments).stdout(Stdio::null()).spawn().expect("vocc runs");
+    let active = place.0.join("drive.mcap.active");
+    let images = |messages: &[(String, u64, Vec<u8>)]| messages.iter().filter(|(topic, ..)| topic == "/camera/image").count();
+    wait_for(|| (images(&recorded(&active)) == 16).then_some(()));
+    signal("-KILL", receive.id());
+    receive.wait().expect("an end");
+    let messages = recorded(&active);
+    let until = SystemTime::UNIX_EPOCH.elapsed().expect("after 1970").as_nanos() as u64;
+    assert_eq!(images(&messages), 16);
+    assert!(messages.iter().all(|(_, time_ns, _)| (since..=until).contains(time_ns)));
+    let message = messages.iter().find(|(topic, ..)| topic == "/panel_0/message").expect("a message");
+    assert_eq!(cdr::deserialize::<String>(&message.2).expect("a text"), MESSAGE);
+    assert!(!place.0.join("drive.mcap").exists());
+    says(&place.received(&arguments), 2, &["drive.mcap.active", "move it away"]);
+}
