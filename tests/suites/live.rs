@@ -1,0 +1,184 @@
+//! Films at their own pace, as live sources: through a named pipe and a loopback UDP stream, by the real ffmpeg.
+//!
+//! Where ffmpeg or Python is absent (`tests/run` installs them), this is skipped. `cli/tests/live.rs` has what needs neither.
+
+use std::io::{BufRead, BufReader, Write};
+use std::net::UdpSocket;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitCode, Stdio};
+
+use libtest_mimic::Arguments;
+use serde_json::Value;
+use tempfile::TempDir;
+use vocc_tests::programs::{self, output, root};
+use vocc_tests::trials::{self, Unready};
+
+const MESSAGE: &str = "bend ahead";
+const FRAMES: u64 = 96;
+
+/// `vocc`, and a film of a link at 100 frames a second.
+struct Ready {
+    vocc: PathBuf,
+    folder: TempDir,
+}
+
+type Test = fn(&Ready);
+
+fn main() -> ExitCode {
+    let tests: [(_, Test); 3] = [
+        ("all_frames_of_a_named_pipe_are_received", all_frames_of_a_named_pipe_are_received),
+        (
+            "a_loopback_stream_is_received_until_ctrl_c",
+            a_loopback_stream_is_received_until_ctrl_c,
+        ),
+        (
+            "the_reader_in_the_documentation_has_each_message_at_once",
+            the_reader_in_the_documentation_has_each_message_at_once,
+        ),
+    ];
+    trials::run(&Arguments::from_args(), "live", tests, provide)
+}
+
+fn provide() -> Result<Ready, Unready> {
+    programs::provide("ffmpeg")?;
+    programs::provide("python3")?;
+    let vocc = programs::vocc()?;
+    let folder = tempfile::tempdir()?;
+    let frames = folder.path().join("frames");
+    let mut link = Command::new(&vocc);
+    link.args([
+        "link",
+        "day",
+        "--level",
+        "fast",
+        "--message",
+        MESSAGE,
+        "--frames",
+        &FRAMES.to_string(),
+    ]);
+    link.args(["--set", "camera.width_px=320", "--set", "camera.height_px=240"]);
+    output(link.arg("--save").arg(&frames))?;
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-loglevel", "error", "-framerate", "100", "-i"]);
+    ffmpeg.arg(frames.join("frame-%06d.png"));
+    ffmpeg.args(["-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-g", "10", "-bf", "0"]);
+    output(ffmpeg.arg(folder.path().join("film.ts")))?;
+    Ok(Ready { vocc, folder })
+}
+
+impl Ready {
+    /// Plays the film at its own pace, as often as is said: -1 is for ever.
+    fn play(&self, times: &str, to: &str) -> Ended {
+        let mut ffmpeg = Command::new("ffmpeg");
+        ffmpeg.args(["-nostdin", "-loglevel", "error", "-re", "-stream_loop", times, "-i", "film.ts"]);
+        self.run(ffmpeg.args(["-c", "copy", "-f", "mpegts", "-y", to]))
+    }
+
+    fn receive(&self, arguments: &[&str]) -> Ended {
+        let mut receive = Command::new(&self.vocc);
+        self.run(receive.arg("receive").args(arguments).stdout(Stdio::piped()))
+    }
+
+    fn run(&self, command: &mut Command) -> Ended {
+        Ended(command.current_dir(self.folder.path()).spawn().expect("it runs"))
+    }
+
+    fn pipe(&self, name: &str) -> PathBuf {
+        let pipe = self.folder.path().join(name);
+        if let Err(error) = output(Command::new("mkfifo").arg(&pipe)) {
+            panic!("{error}");
+        }
+        pipe
+    }
+}
+
+/// A program that ends with the test.
+struct Ended(Child);
+
+impl Ended {
+    fn lines(&mut self) -> impl Iterator<Item = String> + use<> {
+        let lines = BufReader::new(self.0.stdout.take().expect("an output")).lines();
+        lines.map(|line| line.expect("text"))
+    }
+}
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn json(line: &str) -> Value {
+    serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}"))
+}
+
+/// Prints the parts of a latency, which the last line tells.
+fn print(last: &Value) {
+    assert!(
+        last["latency"]["to_text"]["median_s"]
+            .as_f64()
+            .is_some_and(|median_s| median_s > 0.0),
+        "{last}"
+    );
+    eprintln!("{last}");
+}
+
+fn all_frames_of_a_named_pipe_are_received(ready: &Ready) {
+    ready.pipe("camera.ts");
+    let mut receive = ready.receive(&["camera.ts", "--json"]);
+    let _camera = ready.play("0", "camera.ts");
+    let lines: Vec<Value> = receive.lines().map(|line| json(&line)).collect();
+    assert!(receive.0.wait().expect("an end").success());
+    let message = lines.iter().find(|line| line["message"] == MESSAGE).expect("a message");
+    assert!(message["latency_s"].is_number(), "{message}");
+    let last = lines.last().expect("a line");
+    assert_eq!((&last["frames"], &last["dropped"]), (&FRAMES.into(), &0.into()));
+    print(last);
+}
+
+fn a_loopback_stream_is_received_until_ctrl_c(ready: &Ready) {
+    let free = UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
+    let address = format!("udp://{}", free.expect("a port"));
+    let mut receive = ready.receive(&["--live", &address, "--json"]);
+    let _camera = ready.play("-1", &format!("{address}?pkt_size=1316"));
+    let mut lines = receive.lines();
+    let is_there = lines.any(|line| json(&line)["message"] == MESSAGE);
+    assert!(is_there);
+    let interrupted = output(Command::new("kill").args(["-INT", &receive.0.id().to_string()]));
+    assert!(interrupted.is_ok());
+    let last = lines.last().expect("a line");
+    assert!(receive.0.wait().expect("an end").success());
+    print(&json(&last));
+}
+
+fn the_reader_in_the_documentation_has_each_message_at_once(ready: &Ready) {
+    let page = std::fs::read_to_string(root().join("docs/live.md")).expect("a page");
+    let (_, reader) = page.split_once("```python\n").expect("a reader");
+    let (reader, _) = reader.split_once("```").expect("its end");
+    let path = ready.pipe("camera.y4m");
+    let mut receive = ready.receive(&["camera.y4m", "--json"]);
+    let told = receive.0.stdout.take().expect("an output");
+    let mut python = Command::new("python3");
+    let mut python = ready.run(python.args(["-c", reader]).stdin(told).stdout(Stdio::piped()));
+    // It is held open: nothing ends before the message is read.
+    let camera = std::fs::File::options().write(true).open(&path).expect("a reader");
+    let film = y4m(ready.folder.path());
+    let playing = std::thread::spawn(move || {
+        let mut camera = camera;
+        camera.write_all(&film).map(|()| camera)
+    });
+    let line = python.lines().next().expect("a line");
+    let latency = line.strip_prefix(MESSAGE).map(|latency| latency.trim().parse::<f64>());
+    assert!(matches!(latency, Some(Ok(_))), "{line}");
+    playing.join().expect("an end").expect("all is read");
+}
+
+/// The film of a folder, decoded.
+fn y4m(folder: &Path) -> Vec<u8> {
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-loglevel", "error", "-i"]).arg(folder.join("film.ts"));
+    let decoded = ffmpeg.args(["-f", "yuv4mpegpipe", "-"]).output().expect("ffmpeg runs");
+    assert!(decoded.status.success());
+    decoded.stdout
+}
