@@ -39,11 +39,14 @@ fn what_is_no_live_source_is_named() {
 fn an_address_is_read_by_ffmpeg() {
     let place = Place::with_frames("live-address", &format!("echo \"$@\" > told; {FRAMES}"));
     let address = "rtsp://me:secret@localhost/live";
-    let received = place.received(&[address, "--verbose", "--json"]);
+    let received = place.received(&[address, "--verbose", "--json", "--ffmpeg", "-framerate 60"]);
     says(&received, 0, &["ffmpeg -nostdin ", "-i rtsp://me:***@localhost/live "]);
     assert!(!text(&received.stderr).contains("secret"), "{received:?}");
     let told = std::fs::read_to_string(place.0.join("told")).expect("arguments");
-    assert!(told.contains("-rtsp_flags prefer_tcp") && told.contains(address), "{told}");
+    assert!(
+        told.contains("-framerate 60 -rtsp_flags prefer_tcp") && told.contains(address),
+        "{told}"
+    );
     let lines = json_lines(&received);
     let message = lines.iter().find(|line| line["message"] == MESSAGE).expect("a message");
     assert!(message["latency_s"].as_f64().is_some_and(|latency_s| latency_s > 0.0), "{message}");

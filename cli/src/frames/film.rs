@@ -124,13 +124,13 @@ impl Film {
         })
     }
 
-    /// Opens a live source likewise.
+    /// Opens a live source likewise, by further `options` of ffmpeg.
     ///
     /// # Errors
     /// When there is no ffmpeg.
-    pub fn open_live(source: &Live, shows: bool) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
+    pub fn open_live(source: &Live, options: &str, shows: bool) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
         let film = Self::of(source.name(), source.address().map(str::to_owned));
-        film.decoded(decoder(&source.input()), shows, |name| {
+        film.decoded(decoder(&source.input(options)), shows, |name| {
             format!(
                 "ffmpeg, which reads {name}, is not on the PATH: install it, or pipe y4m into `vocc receive -` from a computer that has it"
             )

@@ -98,12 +98,13 @@ impl Live {
         Ok(())
     }
 
-    /// What ffmpeg is told of it.
-    pub fn input(&self) -> Vec<OsString> {
+    /// What ffmpeg is told of it, with `options` of the user's.
+    pub fn input(&self, options: &str) -> Vec<OsString> {
         let mut input: Vec<OsString> = match self {
             Self::Film(_) => vec!["-re".into()],
             _ => AT_ONCE.map(OsString::from).into(),
         };
+        input.extend(options.split_whitespace().map(OsString::from));
         let mut add = |words: &[&str]| input.extend(words.iter().map(OsString::from));
         match self {
             // Stamps of the wall clock, not of the time since the computer started.
@@ -190,7 +191,7 @@ mod tests {
 
     #[test]
     fn an_address_leads_to_no_file() {
-        let input = Live::Address("http://host/list.m3u8".into()).input();
+        let input = Live::Address("http://host/list.m3u8".into()).input("");
         let whitelist = input.iter().position(|word| word == "-protocol_whitelist").expect("a list");
         let protocols = input[whitelist + 1].to_str().expect("text");
         assert!(

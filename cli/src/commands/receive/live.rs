@@ -137,8 +137,10 @@ impl<'a> Incoming<'a> {
     fn open(live: &'a Live, arguments: &Arguments, channel: Channel) -> anyhow::Result<Self> {
         let waiting = Arc::new(Waiting::new(arguments.live));
         let (mut film, decoded) = match live {
-            Live::Camera(_) | Live::Address(_) | Live::Film(_) => Some(Film::open_live(live, arguments.verbose)?),
-            Live::Pipe(path) if arguments.raw.is_none() && !film::is_plain(path) => Some(Film::open_live(live, arguments.verbose)?),
+            Live::Camera(_) | Live::Address(_) | Live::Film(_) => Some(Film::open_live(live, &arguments.ffmpeg, arguments.verbose)?),
+            Live::Pipe(path) if arguments.raw.is_none() && !film::is_plain(path) => {
+                Some(Film::open_live(live, &arguments.ffmpeg, arguments.verbose)?)
+            }
             Live::Pipe(_) | Live::Input => None,
         }
         .unzip();

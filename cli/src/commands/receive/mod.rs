@@ -48,6 +48,15 @@ pub struct Arguments {
     /// waited for; a film is played at its own pace.
     #[arg(long)]
     live: bool,
+    /// Options of ffmpeg for a live source, such as "-input_format mjpeg -video_size 1280x720 -framerate 60" of a camera.
+    #[arg(
+        long,
+        default_value = "",
+        hide_default_value = true,
+        value_name = "OPTIONS",
+        allow_hyphen_values = true
+    )]
+    ffmpeg: String,
     /// Show the command by which ffmpeg is run, on standard error.
     #[arg(long)]
     verbose: bool,
