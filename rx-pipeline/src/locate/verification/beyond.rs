@@ -5,7 +5,7 @@
 //! lattice up to [`LINES`] lines beyond it where the light is curved just so show one more LED. What an edge, a gradient or a texture of
 //! another size makes is hardly ever curved so both ways.
 
-use super::led_likeness::light_at;
+use super::led_likeness::{light_at, unexplained};
 use crate::spots::{LatticeModel, Observation};
 use heapless::Vec;
 use link::panel::{LEDS, SIDE};
@@ -28,14 +28,18 @@ const MOST: (u32, u32) = (1, 5);
 /// Half a line off, where nothing of the lattice is (pitches).
 const BETWEEN: [[f32; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
 
-/// How many more LEDs there are beyond the lattice, if it goes on; `None` if it ends as a panel does.
+/// How many more LEDs there are beyond the lattice, if it goes on; `None` if it ends as a panel does, or spots overlap so far that the
+/// light is curved by what their fit leaves.
 pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) -> Option<u32> {
-    let curved = |column: i32, row: i32| curvature(observation, spots, [column as f32, row as f32]);
+    if spots.apart() < 1.0 {
+        return None;
+    }
     let (mut on, mut off) = (Vec::<f32, LEDS>::new(), Vec::<f32, LEDS>::new());
     for led in 0..LEDS {
         let group = if spots.state[led] > 0.5 { &mut on } else { &mut off };
         // There are no more than that.
-        let _full = group.push(curved((led % SIDE) as i32, (led / SIDE) as i32));
+        let at = [(led % SIDE) as f32, (led / SIDE) as f32];
+        let _full = group.push(curvature(spots, at, |at| Some(light_at(observation, at)?.0)));
     }
     let (of_on, of_off) = (median(&mut on)?, median(&mut off)?);
     let step = of_on - of_off;
@@ -52,7 +56,8 @@ pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) ->
             let beyond = place.map(|line| (-line).max(line - (side - 1)));
             let beyond = beyond[0].max(beyond[1]);
             let at = [0, 1].map(|axis| place[axis] as f32 + offset[axis]);
-            if beyond > 0 && is_like(curvature(observation, spots, at)) {
+            // Without what the LEDs spill over.
+            if beyond > 0 && is_like(curvature(spots, at, |at| Some(unexplained(observation, spots, at)))) {
                 all += 1;
                 next += u32::from(beyond == 1);
             }
@@ -71,8 +76,8 @@ fn median(values: &mut [f32]) -> Option<f32> {
 }
 
 /// The lesser of the second differences of the light along the row and along the column, over half a pitch; 0 where the frame ends.
-fn curvature(observation: Observation<'_, '_>, spots: &LatticeModel, [column, row]: [f32; 2]) -> f32 {
-    let light = |u: f32, v: f32| Some(light_at(observation, spots.lattice.position(column + u, row + v))?.0);
+fn curvature(spots: &LatticeModel, [column, row]: [f32; 2], light: impl Fn([f32; 2]) -> Option<f32>) -> f32 {
+    let light = |u: f32, v: f32| light(spots.lattice.position(column + u, row + v));
     let bend = |u: f32, v: f32| Some(light(0.0, 0.0)? - 0.5 * (light(-u, -v)? + light(u, v)?));
     let both = bend(0.5, 0.0).zip(bend(0.0, 0.5));
     both.map_or(0.0, |(across, down)| across.min(down))

@@ -161,7 +161,7 @@ fn curvature(observation: Observation<'_, '_>, spots: &LatticeModel, column: f32
 }
 
 /// The light at a position less the model's.
-fn unexplained(observation: Observation<'_, '_>, spots: &LatticeModel, at: [f32; 2]) -> f32 {
+pub(super) fn unexplained(observation: Observation<'_, '_>, spots: &LatticeModel, at: [f32; 2]) -> f32 {
     let Some((light, white)) = light_at(observation, at) else {
         return 0.0;
     };
