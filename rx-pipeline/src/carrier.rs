@@ -138,6 +138,11 @@ impl Carrier {
             *self = Self::NONE;
         }
         self.time = Some(time);
+        if detection.lights.is_none() && self.lines.is_known() {
+            // Rows have signs of their own, which it cannot be given.
+            (detection.soft, detection.mixed) = (SoftPanel::ERASED, None);
+            return None;
+        }
         if let Some(lights) = &detection.lights {
             let known = self.lines.push(number, time, &lights.above_mean, corners);
             if let Some(by_lines) = self.lines.read(detection) {
@@ -145,6 +150,8 @@ impl Carrier {
             }
             match known {
                 Known::Nothing => {}
+                // Frames have one sign each, and it is known.
+                Known::Rivals if self.fit.is_some() => {}
                 Known::Before => return None,
                 Known::Now | Known::Rivals => return Some(Reread(Source::Lines(&self.lines))),
             }

@@ -6,11 +6,11 @@
 //! Half of its phase is φ but for half a cycle. So it is not known whether every second frame has the other sign, and where rows of LEDs are
 //! as far apart each, whether every second row has; the sync panel, and frames that show the same symbol, tell.
 
-use super::CYCLES_MAX;
 use super::fit::step;
 use super::history::{FRAMES, is_steady};
 use super::turn::{Sum, frac};
 use super::waveform::{SHAPES, WAVEFORMS};
+use super::{CYCLES_MAX, GAP_MAX};
 use crate::corners::Corners;
 use crate::detect::{Detection, soft_panel};
 use link::framing::SYNC_SEEN;
@@ -20,6 +20,8 @@ use link::panel::{LEDS, PanelFrame, SIDE, SoftPanel};
 const FRAMES_MIN: usize = 12;
 /// Frames in which one is looked for first (count).
 const COARSE_FRAMES: usize = 48;
+/// The time that they are of, at most (frame periods). More: the search takes longer, as it tries more frequencies.
+const COARSE_PERIODS: f64 = 96.0;
 /// Slopes that are tried, in cycles of the squares over the panel's height: up to a whole cycle of the carrier from row to row.
 const SLOPE_STEP: f32 = 0.25;
 /// See there (count).
@@ -207,7 +209,8 @@ impl Lines {
         let growth = [per_led * (b - a + c - d), per_led * (d - a + c - b)];
         let before = self.last(0).growth;
         let changed = libm::hypotf(growth[0] - before[0], growth[1] - before[1]);
-        if self.len > 0 && changed > OTHER_PLACE * libm::hypotf(growth[0], growth[1]) {
+        let is_late = !(0.0..GAP_MAX).contains(&(time - self.last(0).time));
+        if self.len > 0 && (is_late || changed > OTHER_PLACE * libm::hypotf(growth[0], growth[1])) {
             *self = Self::NONE;
         }
         self.seen[self.next] = Seen {
@@ -236,6 +239,8 @@ impl Lines {
                 self.pause = (2 * pause).min(SEARCH_FRAMES_MAX);
                 pause
             }
+            // Trying them on all readings takes long.
+            Known::Rivals => 4 * SEARCH_FRAMES,
             _ => SEARCH_FRAMES,
         };
         found
@@ -314,7 +319,14 @@ impl Lines {
     fn search(&mut self) -> Known {
         self.rivals.clear();
         self.learn_means();
-        let count = self.len.min(COARSE_FRAMES);
+        let now = self.last(0).time;
+        let count = self
+            .latest(COARSE_FRAMES)
+            .take_while(|seen| now - seen.time < COARSE_PERIODS)
+            .count();
+        if count < FRAMES_MIN {
+            return Known::Nothing;
+        }
         let (last, first) = (*self.last(0), *self.last(count - 1));
         // That of a frame: half a cycle more a frame turns no phase there.
         let (time, line, height) = (self.last(count / 2).time, last.middle, last.height());
