@@ -6,7 +6,7 @@
 //! | bytes | what |
 //! |---|---|
 //! | 1 | the format: a record of another one is not read |
-//! | 4 | a number, one more than that of the record before |
+//! | 4 | a number: that of the record before, and one for each place from there on |
 //! | 503 | the items, each at its place: its length in 2 bytes, and as many bytes as it may have at most; FF where there is none |
 //! | 4 | CRC-32C of all before it |
 //!
@@ -255,10 +255,11 @@ impl<F: NorFlash> Store<F> {
     fn save(&mut self, item: Range<usize>, value: &[u8]) -> Result<(), StoreError> {
         let found = self.find()?;
         let mut record = self.record;
-        let number = if let Found::Record(_) = found {
-            number(&record).wrapping_add(1)
-        } else {
-            0
+        let address = self.blank_place(found)?;
+        // What is torn in between may read whole another time: it is older than this then.
+        let number = match found {
+            Found::Record(last) => number(&record).wrapping_add(self.places_on(last, address)),
+            Found::Nothing | Found::Foreign => 0,
         };
         record[FORMAT_AT] = FORMAT;
         record[NUMBER].copy_from_slice(&number.to_le_bytes());
@@ -268,8 +269,6 @@ impl<F: NorFlash> Store<F> {
         }
         let crc = crc_of(&record);
         record[CRC_AT..].copy_from_slice(&crc);
-
-        let address = self.blank_place(found)?;
         self.flash.write(address, &record).map_err(|_| StoreError::Flash)?;
         if self.read(address)? != record {
             return Err(StoreError::Flash);
@@ -296,6 +295,13 @@ impl<F: NorFlash> Store<F> {
         Ok(address)
     }
 
+    /// How many places behind `from` another one, `to`, stands.
+    fn places_on(&self, from: u32, to: u32) -> u32 {
+        let Range { start, end } = self.addresses;
+        let bytes = if to > from { to - from } else { end - start - (from - to) };
+        bytes / RECORD as u32
+    }
+
     fn next(&self, address: u32) -> u32 {
         match address + RECORD as u32 {
             next if next == self.addresses.end => self.addresses.start,
@@ -315,7 +321,8 @@ impl<F: NorFlash> Store<F> {
                 continue;
             }
             if record[CRC_AT..] != crc_of(&record) {
-                is_foreign = true;
+                // In the first unit it may be the first record of all, torn.
+                is_foreign |= address >= self.addresses.start + F::ERASE_SIZE as u32;
             } else if record[FORMAT_AT] != FORMAT {
                 is_other_format = true;
             } else if newest.is_none() || number(&record).wrapping_sub(number(&self.record)).cast_signed() > 0 {

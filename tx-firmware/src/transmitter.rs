@@ -150,19 +150,19 @@ impl<M: LedMatrix> Transmitter<M> {
         self.schedule.stop();
     }
 
-    /// Puts another table in place; it takes effect with the next reading, and [`Faults::NO_TABLE`] is over.
+    /// Puts another table in place; it takes effect with the next reading, and [`Faults::NO_TABLE`] and [`Faults::STORE`] are over.
     pub fn set_table(&mut self, table: L2aTable) {
         self.table = table;
-        self.faults.remove(Faults::NO_TABLE);
+        self.faults.remove(Faults::NO_TABLE.union(Faults::STORE));
     }
 
-    /// Takes other measured values; they take effect with the next reading, and [`Faults::NO_CALIBRATION`] is over. The limit of the
-    /// luminous intensity stays.
+    /// Takes other measured values; they take effect with the next reading, and [`Faults::NO_CALIBRATION`] and
+    /// [`Faults::STORE`] are over. The limit of the luminous intensity stays.
     pub fn set_calibration(&mut self, calibration: Calibration) {
         self.ambient.set_sensor_gain(calibration.measured().sensor_gain);
         self.calibration = calibration.limited_to(self.calibration.limit());
         self.matrix.set_calibration(calibration.measured());
-        self.faults.remove(Faults::NO_CALIBRATION);
+        self.faults.remove(Faults::NO_CALIBRATION.union(Faults::STORE));
     }
 
     /// Takes another limit of the luminous intensity, or none; it takes effect with the next reading.

@@ -411,3 +411,18 @@ fn a_place_must_be_whole_units_and_two_of_them() {
         assert_eq!(refused, Some(StoreError::Addresses { start, end }));
     }
 }
+
+#[test]
+fn a_torn_record_that_reads_whole_again_is_older_than_what_was_saved_since() {
+    /// The last byte of the third record after the one that is used.
+    const LAST: usize = 4 * 512 - 1;
+    let mut first = store(used::<1>(2, 0));
+    first.save_table(&table(50)).expect("room");
+    let mut flash = first.release();
+    flash.bytes[LAST] ^= 1;
+    let mut second = store(flash);
+    second.save_table(&table(60)).expect("room");
+    let mut flash = second.release();
+    flash.bytes[LAST] ^= 1;
+    assert_eq!(store(flash).table(), Ok(Some(table(60))));
+}
