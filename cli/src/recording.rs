@@ -153,6 +153,8 @@ impl Recording {
     /// When it cannot be written.
     pub fn keep_up(&mut self) -> anyhow::Result<()> {
         if let Some(kept) = &mut self.kept
+            // Before the first frame there is nothing to keep.
+            && self.time_ns > 0
             && kept.elapsed() >= KEEP_EVERY
         {
             *kept = Instant::now();
@@ -200,8 +202,11 @@ impl Recording {
     /// Puts the file into its place.
     ///
     /// # Errors
-    /// When not every byte can be kept; what was there before is untouched.
+    /// When not every byte can be kept; what was there before is untouched, as it is if no frame of a live source came.
     pub fn finish(self) -> anyhow::Result<()> {
+        if self.kept.is_some() && self.time_ns == 0 {
+            return Ok(());
+        }
         let file = self.writer.finish()?;
         let file = file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
         Ok(file.keep()?)

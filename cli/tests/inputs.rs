@@ -59,7 +59,10 @@ fn what_may_have_no_end_is_not_read() {
             &["link", "--set", &format!("ambient.background_image={endless}")],
             &["plan", "--set", "link.l2a=table", "--set", &format!("link.table={endless}")],
         ] {
-            refused_soon(&place, arguments, ordinary);
+            // A film may come through a pipe: its writer is waited for.
+            if (arguments[0], endless) != ("receive", pipe) {
+                refused_soon(&place, arguments, ordinary);
+            }
         }
     }
     refused_soon(&place, &["transmit", "--message-file", "/dev/zero"], &["1024"]);

@@ -149,7 +149,12 @@ fn object(sweep: &Sweep, summary: &Summary) -> anyhow::Result<Map<String, Value>
             (axis.key.clone(), value)
         })
         .collect();
-    if let Value::Object(outcome) = serde_json::to_value(summary)? {
+    if let Value::Object(mut outcome) = serde_json::to_value(summary)? {
+        if summary.why_empty.is_some() {
+            for name in ["ber", "ber_95", "ber_one_symbol", "ber_one_symbol_95", "panel_error_rate_95"] {
+                outcome.get_mut(name).into_iter().for_each(|rate| *rate = Value::Null);
+            }
+        }
         object.extend(outcome);
     }
     Ok(object)

@@ -24,10 +24,15 @@ const WIDEST_F_NUMBER: f64 = 1.4;
 /// # Errors
 /// [`SceneError`] for what no camera exposes for.
 pub fn exposed_for(scene: &Scene, exposure_s: f64) -> Result<Scene, SceneError> {
+    let key = if scene.camera.exposure_s.is_some() {
+        "exposure_s"
+    } else {
+        "exposure_max_s"
+    };
     let stops = exposure_s / Exposure::of(scene).time_s;
     let f_number = (scene.camera.f_number * stops.sqrt()).max(WIDEST_F_NUMBER);
     scene.with(
         "the exposure",
-        &[format!("camera.exposure_max_s={exposure_s}"), format!("camera.f_number={f_number}")],
+        &[format!("camera.{key}={exposure_s}"), format!("camera.f_number={f_number}")],
     )
 }

@@ -235,7 +235,8 @@ impl<'a> Run<'a> {
 
     /// Keeps why nothing can be measured in a cell, if others go on.
     fn leave_empty(&self, cell: usize, fault: SweepError, results: &mut Results) -> Result<(), SweepError> {
-        match fault.why_empty().filter(|_| self.sweep.cells() > 1) {
+        let others = (0..self.sweep.cells()).any(|other| other != cell && results.why_empty(other).is_none());
+        match fault.why_empty().filter(|_| others) {
             Some(why) => {
                 results.leave_empty(cell, why);
                 Ok(())

@@ -7,7 +7,7 @@ use sim::scene::Scene;
 use studies::reproduction::{Findings, Pieces, Task};
 
 /// The version of the file's format.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// What is finished, and of which run.
 #[derive(Serialize, Deserialize)]

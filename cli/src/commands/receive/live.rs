@@ -43,10 +43,10 @@ pub fn receive(mut session: Session, live: &Live, arguments: &Arguments, channel
             break Ok(());
         }
         let end = match incoming.waiting.next(LOOK_EVERY) {
-            Next::Begin(format) => {
-                begin(&mut session, &mut clock, format)?;
-                continue;
-            }
+            Next::Begin(format) => match begin(&mut session, &mut clock, format) {
+                Ok(()) => continue,
+                Err(error) => break Err(error),
+            },
             Next::Frame(frame) => {
                 last = Instant::now();
                 if let Some(gone) = gone.take() {
@@ -66,12 +66,15 @@ pub fn receive(mut session: Session, live: &Live, arguments: &Arguments, channel
             }
             Next::End(end) => incoming.ended(end),
         };
+        // An interrupt ends ffmpeg, too.
+        if stop.is_asked() {
+            break Ok(());
+        }
         if clock.is_none() {
             // What was never there is not waited for: it may be named wrongly.
             return end.and_then(|()| session.finish());
         }
-        // An interrupt ends ffmpeg, too.
-        if !waits || stop.is_asked() {
+        if !waits {
             break end;
         }
         if gone.is_none() {
@@ -80,9 +83,10 @@ pub fn receive(mut session: Session, live: &Live, arguments: &Arguments, channel
             session.say(&format!("{} is gone{}: it is waited for", live.name(), why.unwrap_or_default()));
         }
         incoming.close();
-        match again(live, arguments, channel, &mut session)? {
-            Some(again) => incoming = again,
-            None => break Ok(()),
+        match again(live, arguments, channel, &mut session) {
+            Ok(Some(again)) => incoming = again,
+            Ok(None) => break Ok(()),
+            Err(error) => break Err(error),
         }
         last = Instant::now();
     };
@@ -145,7 +149,8 @@ impl<'a> Incoming<'a> {
         }
         .unzip();
         let times = film.as_mut().and_then(Film::take_times);
-        let (raw, open) = (arguments.raw, arguments.open());
+        // What ffmpeg gives is no raw video.
+        let (raw, open) = (arguments.raw.filter(|_| film.is_none()), arguments.open());
         let (filled, source) = (Arc::clone(&waiting), live.clone());
         let read = move || {
             // A pipe opens once somebody writes into it.
