@@ -28,6 +28,9 @@ const ROUNDING: f32 = 0.1;
 const GROUND_BETWEEN: f32 = 3.0;
 /// Places next to the lattice that look like LEDs, at most (count; in the change between two frames, and in a single frame): more belong to something that goes on.
 const LIT_AROUND: [u32; 2] = [2, 3];
+/// Nearer spots overlap so far that what the fit leaves of them is curved like LEDs (standard deviations of a spot; without a board, where
+/// the fit may make them too narrow, and within one).
+const APART: [f32; 2] = [2.6, 2.2];
 /// What is left is next to nothing but noise (amplitude ratio): no other pose is tried. Higher: faster, and the
 /// second best pose may stay.
 const BEYOND_DOUBT: f32 = 1.25;
@@ -160,7 +163,9 @@ pub(super) fn verify<const N: usize>(
         return Err(LocateError::GoesOn { lit_around });
     }
     if single {
-        if let Some(lit_around) = beyond::goes_on(observation, &fitted.spots) {
+        let [across, down] = fitted.spots.lattice.pitch();
+        let is_apart = across.min(down) > APART[usize::from(scope == Scope::Board)] * fitted.spots.sigma;
+        if let Some(lit_around) = is_apart.then(|| beyond::goes_on(observation, &fitted.spots)).flatten() {
             return Err(LocateError::GoesOn { lit_around });
         }
         let log_odds = bimodality::log_odds(&fitted.spots, &fitted.slope, noise);

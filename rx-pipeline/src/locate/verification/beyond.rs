@@ -28,12 +28,8 @@ const MOST: (u32, u32) = (1, 5);
 /// Half a line off, where nothing of the lattice is (pitches).
 const BETWEEN: [[f32; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
 
-/// How many more LEDs there are beyond the lattice, if it goes on; `None` if it ends as a panel does, or spots overlap so far that the
-/// light is curved by what their fit leaves.
+/// How many more LEDs there are beyond the lattice, if it goes on; `None` if it ends as a panel does.
 pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) -> Option<u32> {
-    if spots.apart() < 1.0 {
-        return None;
-    }
     let (mut on, mut off) = (Vec::<f32, LEDS>::new(), Vec::<f32, LEDS>::new());
     for led in 0..LEDS {
         let group = if spots.state[led] > 0.5 { &mut on } else { &mut off };
