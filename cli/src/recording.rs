@@ -83,7 +83,7 @@ struct Panel {
 }
 
 impl Recording {
-    /// Begins a file for so many panels; that of a live source can be read while it grows.
+    /// Begins a file for a number of panels; that of a live source can be read while it grows.
     ///
     /// # Errors
     /// When it cannot be written.

@@ -92,7 +92,7 @@ pub(crate) struct Carrier {
     searches: u32,
     /// Sightings that show the complement of an earlier one.
     reversals: usize,
-    /// What lines tell of it that are exposed one after another.
+    /// The carrier as lines see it that are exposed one after another.
     lines: Lines,
 }
 

@@ -49,6 +49,7 @@ use pose_candidates::{Ground, POSE_CANDIDATES, Scope, Sharpened, Trial, View};
 use survey::{Peak, Survey};
 use suspects::Suspect;
 pub(crate) use suspects::Suspects;
+pub use verification::LEAST_PITCH_PX;
 use verification::Verified;
 
 /// Peaks of change looked at in a frame, at most (count). More: slower, and panels among much that moves are found.
@@ -218,6 +219,11 @@ impl Effort {
             Self::Spare(number) => rank == ((number / 2 + number / 4) % ALWAYS as u64) as usize || rank == another(number / 4),
         };
         (chosen, grounds)
+    }
+
+    /// Whether it looks at all levels of a frame at once.
+    pub(crate) fn takes_its_time(self) -> bool {
+        matches!(self, Self::Spots | Self::Full)
     }
 
     /// Poses tried of a busy place, at most.

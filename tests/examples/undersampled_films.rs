@@ -3,7 +3,8 @@
 //! `cargo run --release -p vocc-tests --example undersampled_films -- [FILMS] [FIRST SEED] [rolling|global|still|blind] [verbose]`
 //!
 //! `rolling`: lines are exposed one after another in three of four; LEDs 6 to 30 px apart. `global`: all at once, 5.5 px. `still`: the first,
-//! before a panel without a carrier. `blind`: the first, each exposure a whole cycle long. `verbose` tells of each frame: where the panel was read, which rows of LEDs were read as the panel (`+`), as its complement (`-`), or as neither (`?`).
+//! before a panel without a carrier. `blind`: the first, each exposure a whole cycle long. `verbose` prints for each frame
+//! where the panel was read, and which rows of LEDs were read as the panel (`+`), as its complement (`-`), or as neither (`?`).
 
 use rayon::prelude::*;
 use reception::PanelReport;

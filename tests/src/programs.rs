@@ -42,6 +42,25 @@ fn beside_the_tests() -> Result<PathBuf, Unready> {
         .ok_or_else(|| Unready::Failed(format!("{} lies in no target folder", test.display())))
 }
 
+/// `vocc link`, which leaves so long a film of the day preset in a folder, in a small picture.
+pub fn link(vocc: &Path, folder: &Path, message: &str, frames: u64) -> Command {
+    let mut link = Command::new(vocc);
+    link.args([
+        "link",
+        "day",
+        "--level",
+        "fast",
+        "--message",
+        message,
+        "--frames",
+        &frames.to_string(),
+        "--save",
+    ]);
+    link.arg(folder)
+        .args(["--set", "camera.width_px=320", "--set", "camera.height_px=240"]);
+    link
+}
+
 /// Sees to it that a program is installed.
 ///
 /// # Errors

@@ -112,8 +112,7 @@ impl Film {
 
     /// The film of another camera drawn from that seed: in three of four, lines are exposed one after another, 720 or 1080 of them within 20
     /// to 95 % of the time between frames, read from above or from below; LEDs 6 to 30 px apart; curves of γ 1.8 to 2.6, 2 000 to 16 000
-    /// electrons at white; stamps that
-    /// jitter, in one of eight.
+    /// electrons at white; stamps that jitter, in one of eight.
     pub fn of_rolling_camera(seed: u64) -> Self {
         let camera = Self::of_camera(seed ^ 0x0011_11e5);
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x05c4_ee45);

@@ -69,13 +69,7 @@ fn h264_of_common_quality_is_received(vocc: &Path) {
 
 /// Writes 24 frames of a link on the day preset, in a smaller picture.
 fn film(vocc: &Path, folder: &Path) {
-    let mut link = Command::new(vocc);
-    link.args(["link", "day", "--level", "fast", "--message", MESSAGE])
-        .args(["--frames", "24", "--save"])
-        .arg(folder)
-        .args(["--set", "camera.width_px=320"])
-        .args(["--set", "camera.height_px=240"]);
-    let output = link.output().expect("vocc runs");
+    let output = programs::link(vocc, folder, MESSAGE, 24).output().expect("vocc runs");
     assert!(output.status.code().is_some_and(|code| code < 2), "{}", text(&output.stderr));
 }
 

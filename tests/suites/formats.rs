@@ -43,21 +43,7 @@ fn provide() -> Result<Ready, Unready> {
     programs::provide("ffmpeg")?;
     let vocc = programs::vocc()?;
     let frames = tempfile::tempdir()?;
-    let mut link = Command::new(&vocc);
-    link.args([
-        "link",
-        "day",
-        "--level",
-        "fast",
-        "--message",
-        MESSAGE,
-        "--frames",
-        &FRAMES.to_string(),
-        "--save",
-    ]);
-    link.arg(frames.path());
-    link.args(["--set", "camera.width_px=320", "--set", "camera.height_px=240"]);
-    output(&mut link)?;
+    output(&mut programs::link(&vocc, frames.path(), MESSAGE, FRAMES as u64))?;
     Ok(Ready { vocc, frames })
 }
 

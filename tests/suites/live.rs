@@ -45,19 +45,7 @@ fn provide() -> Result<Ready, Unready> {
     let vocc = programs::vocc()?;
     let folder = tempfile::tempdir()?;
     let frames = folder.path().join("frames");
-    let mut link = Command::new(&vocc);
-    link.args([
-        "link",
-        "day",
-        "--level",
-        "fast",
-        "--message",
-        MESSAGE,
-        "--frames",
-        &FRAMES.to_string(),
-    ]);
-    link.args(["--set", "camera.width_px=320", "--set", "camera.height_px=240"]);
-    output(link.arg("--save").arg(&frames))?;
+    output(&mut programs::link(&vocc, &frames, MESSAGE, FRAMES))?;
     let mut ffmpeg = Command::new("ffmpeg");
     ffmpeg.args(["-loglevel", "error", "-framerate", "100", "-i"]);
     ffmpeg.arg(frames.join("frame-%06d.png"));

@@ -27,6 +27,10 @@ pub const LOW_CURRENT_SHARE: RangeInclusive<U1F31> = U1F31::lit("0.01")..=U1F31:
 /// The gain that a light sensor may need.
 pub const SENSOR_GAIN: RangeInclusive<U12F20> = U12F20::lit("0.01")..=U12F20::lit("1000");
 
+/// From how much light on [`BENCH`]'s panel may have full duty (lx): four times the duty that it wants at the greatest ratio. A panel of less
+/// than a quarter of its luminance wants more light: it takes fewer lux.
+pub const BENCH_FULL_DUTY_LX: u32 = 4_000;
+
 /// The panel of `docs/hardware.md` as a bench measures it: what a board takes its own for until somebody has measured that.
 pub const BENCH: Measured = Measured {
     luminance_full_cd_m2: U32F32::lit("26000"),

@@ -18,8 +18,8 @@
 //! | `Floor` | L* < floor, and the floor's L2A is at most [`L2A_MAX`] | the floor |
 //! | `Off` | L* < floor, and the floor's L2A would be above [`L2A_MAX`]; or floor > most | dark |
 //!
-//! *Most* is full luminance, or less where the calibration limits the panel's intensity ([`Calibration::luminance_most_cd_m2`]) or where its
-//! board has a [`ceiling`] of the duty.
+//! *Most* is full luminance, or less where the calibration limits the panel's intensity ([`Calibration::luminance_most_cd_m2`]) or where
+//! its board has a [`ceiling`] of the duty.
 //! The floor is the shortest clean pulse in each PWM period,
 //! [`Calibration::luminance_floor_cd_m2`]. Just below it the floor is held, because a link somewhat
 //! brighter than best still works. Far below it, at night, the same pulse would flare and blind a

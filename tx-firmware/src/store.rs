@@ -386,7 +386,7 @@ fn crc_of(record: &Record) -> [u8; 4] {
     crc32c(&[&record[..CRC_AT]]).to_le_bytes()
 }
 
-/// The place of an item behind another: its length, and at most so many bytes.
+/// The place of an item behind another: its length, and at most `most` bytes.
 const fn item(behind: usize, most: usize) -> Range<usize> {
     behind..behind + 2 + most
 }

@@ -304,7 +304,7 @@ mod tests {
 
     use super::*;
     use crate::{
-        calibration::{BENCH, Measured},
+        calibration::{BENCH, BENCH_FULL_DUTY_LX, Measured},
         dimming::{DUTY_ERROR, Duty},
         light_watch::{HOLD_MS, RECOVERY, STUCK_MS},
         matrix::RecordingMatrix,
@@ -396,7 +396,7 @@ mod tests {
     impl LedMatrix for Dazzling {
         type Error = core::convert::Infallible;
 
-        const FULL_DUTY_LX: u32 = 4000;
+        const FULL_DUTY_LX: u32 = BENCH_FULL_DUTY_LX;
 
         fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
             self.0.show(panel)
@@ -421,7 +421,7 @@ mod tests {
                 ..BENCH
             }).unwrap();
             let mut transmitter = Transmitter::new(Dazzling::default(), calibration, L2aTable::shipped(), Smoothing::default());
-            let most = |lux: u32| f64::from(lux.max(50)) / 4000.0;
+            let most = |lux: u32| f64::from(lux.max(50)) / f64::from(BENCH_FULL_DUTY_LX);
             let duty = |transmitter: &Transmitter<Dazzling>| transmitter.matrix().0.duty.to_num::<f64>();
             for (now_ms, lux) in [(0, 120_000), (100, lux), (200, lux), (300, 50)] {
                 lit_at(&mut transmitter, now_ms, lux);

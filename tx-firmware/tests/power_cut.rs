@@ -285,7 +285,7 @@ impl Kept {
     }
 }
 
-/// Saves a value and cuts the power after so many bytes, if there are so many: the flash, and what a restart finds in it.
+/// Saves a value and cuts the power after `bytes` bytes, if it takes that many: the flash, and what a restart finds in it.
 fn cut_after<const WRITE: usize>(flash: &Flash<WRITE>, value: &Value, bytes: usize) -> (Flash<WRITE>, Kept) {
     let before = Kept::found(flash);
     let mut cut = store(Flash {

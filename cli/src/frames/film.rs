@@ -270,7 +270,7 @@ fn listen(said: ChildStderr, times: &Sender<Option<FrameTime>>) -> Vec<String> {
     last
 }
 
-/// The words of a line that tells of a fault, or is not ffmpeg's, without the part of ffmpeg that speaks and its place in memory. Lines that
+/// The words of a line that reports a fault, or is not ffmpeg's, without the part of ffmpeg that speaks and its place in memory. Lines that
 /// begin with a blank go on with a film's own description.
 fn fault(line: &str) -> Option<&str> {
     if line.starts_with(char::is_whitespace) {

@@ -27,7 +27,7 @@ const AT_ONCE: [&str; 7] = [
 pub enum Live {
     /// A camera of this computer, by its device.
     Camera(PathBuf),
-    /// What comes over a network.
+    /// A network address.
     Address(String),
     /// A named pipe.
     Pipe(PathBuf),
@@ -38,7 +38,7 @@ pub enum Live {
 }
 
 impl Live {
-    /// What is live by its name.
+    /// The live source that a name stands for, if it is one.
     pub fn of(source: &Path) -> Option<Self> {
         let text = source.to_string_lossy();
         if let Some(device) = text.strip_prefix("v4l2:") {

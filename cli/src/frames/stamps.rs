@@ -232,7 +232,7 @@ fn places(times_s: &[f64], period_s: f64) -> Vec<(u64, f64)> {
     times_s.iter().map(place).collect()
 }
 
-/// The number of a frame that was taken so many frame periods after number 0, at least `next`, and by how many later than that says.
+/// The number of a frame taken `periods` frame periods after number 0, at least `next`, and by how many periods it is later than that.
 pub fn numbered(periods: f64, next: u64) -> (u64, f64) {
     // A cast of what is negative is 0.
     let number = (periods.round() as u64).max(next);

@@ -75,7 +75,7 @@ pub struct Format {
     pub rate_hz: Option<f32>,
 }
 
-/// What comes next.
+/// The next event of a source.
 #[derive(Debug)]
 pub enum Next {
     /// The source is there, and this is what it gives.

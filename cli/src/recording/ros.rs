@@ -51,7 +51,7 @@ pub struct Header<'a> {
 }
 
 impl<'a> Header<'a> {
-    /// Of a frame of reference, at so many nanoseconds.
+    /// Of a frame of reference, at a time in nanoseconds.
     pub fn at(time_ns: u64, frame_id: &'a str) -> Self {
         const SECOND_NS: u64 = 1_000_000_000;
         Self {
@@ -99,7 +99,7 @@ pub struct CameraInfo<'a> {
 }
 
 impl<'a> CameraInfo<'a> {
-    /// Of frames of so many columns and rows.
+    /// Of frames of that many columns and rows.
     pub fn of(header: Header<'a>, [width, height]: [u32; 2], lens: &Lens) -> Self {
         let ([fx, fy], [cx, cy]) = (lens.focal_px, lens.principal_px);
         let is_rational = lens.distortion[5..] != [0.0; 3];

@@ -1,6 +1,6 @@
 //! A table of ratios as people look at it: lines, a sketch for terminals, a plot.
 
-use studies::reach::FOUND_FROM_PX;
+use studies::reach::LEAST_PITCH_PX;
 use studies::table::{ReachEntry, RegretEntry, TableFile};
 use tx_firmware::calibration::BENCH;
 
@@ -50,7 +50,7 @@ pub fn found_line(file: &TableFile) -> String {
         let intervals = file.ratios.interval.iter().map(f64::to_string).collect::<Vec<_>>();
         format!(": at {} m for intervals {}", list(&ends, 0), intervals.join(", "))
     });
-    format!("reach is that of a panel whose place is known; a receiver finds none whose LEDs are less than {FOUND_FROM_PX} px apart{ends}")
+    format!("reach is that of a panel whose place is known; a receiver finds none whose LEDs are less than {LEAST_PITCH_PX} px apart{ends}")
 }
 
 /// What stands above [`regret_line`]s.

@@ -48,7 +48,7 @@ impl Place {
     }
 }
 
-/// What comes to be in the end.
+/// Looks again and again until there is something.
 pub fn wait_for<T>(mut look: impl FnMut() -> Option<T>) -> T {
     let begun = Instant::now();
     loop {

@@ -163,6 +163,12 @@ mod tests {
     use rx_pipeline::locate::LocateError;
     use rx_pipeline::receiver::TrackError;
 
+    const USUAL: LinkRates = LinkRates {
+        symbols_hz: 90.0,
+        fps: 100.0,
+        changes_hz: None,
+    };
+
     #[test]
     fn losses_of_a_kind_count_together() {
         let mut diagnosis = Diagnosis::default();
@@ -171,12 +177,7 @@ mod tests {
             diagnosis.count(&Err(LocateError::NothingStandsOut.into()));
         }
         diagnosis.count(&Err(LocateError::NotRandom { lit: 8, different: 9 }.into()));
-        let rates = LinkRates {
-            symbols_hz: 90.0,
-            fps: 100.0,
-            changes_hz: None,
-        };
-        let lines = diagnosis.lines(&rates, None, false);
+        let lines = diagnosis.lines(&USUAL, None, false);
         assert!(lines[0].starts_with("in 4 of 7 frames: no random pattern: 8 LEDs"), "{lines:?}");
         assert!(
             lines[1].starts_with("no panel was found") && !lines[1].contains("vocc"),
@@ -195,12 +196,7 @@ mod tests {
         }
         diagnosis.count(&Err(coasting(4, TrackError::OffCourse { off_px: 4.0 })));
         diagnosis.count(&Err(gone));
-        let rates = LinkRates {
-            symbols_hz: 90.0,
-            fps: 100.0,
-            changes_hz: None,
-        };
-        let lines = diagnosis.lines(&rates, None, false);
+        let lines = diagnosis.lines(&USUAL, None, false);
         assert!(
             lines[0].starts_with("in 4 of 8 frames: coasting, frame 4 of 12 without the panel: the panel is 4.0 px"),
             "{lines:?}"
@@ -249,12 +245,7 @@ mod tests {
             mean: 0.4,
         });
         (0..60).for_each(|_| diagnosis.count(&Ok(reading)));
-        let rates = LinkRates {
-            symbols_hz: 90.0,
-            fps: 100.0,
-            changes_hz: None,
-        };
-        let lines = diagnosis.lines(&rates, None, false);
+        let lines = diagnosis.lines(&USUAL, None, false);
         assert!(
             lines[1].starts_with("all LEDs are lit alike") && lines[1].contains("expose for 1/2880 s or less"),
             "{lines:?}"

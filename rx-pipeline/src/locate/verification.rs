@@ -12,6 +12,7 @@ use super::{LocateError, Location, Locator};
 use crate::corners::Corners;
 use crate::fit::Fit;
 use crate::spots::{LatticeModel, Observation, Residuals};
+pub use criteria::LEAST_PITCH_PX;
 use criteria::{DISTINCT, Passed, examine};
 use led_likeness::LedLikeness;
 use link::panel::LEDS;
@@ -163,9 +164,8 @@ pub(super) fn verify<const N: usize>(
         return Err(LocateError::GoesOn { lit_around });
     }
     if single {
-        let [across, down] = fitted.spots.lattice.pitch();
-        let is_apart = across.min(down) > APART[usize::from(scope == Scope::Board)] * fitted.spots.sigma;
-        if let Some(lit_around) = is_apart.then(|| beyond::goes_on(observation, &fitted.spots)).flatten() {
+        let is_apart = fitted.spots.stand_apart(APART[usize::from(scope == Scope::Board)]);
+        if is_apart && let Some(lit_around) = beyond::goes_on(observation, &fitted.spots) {
             return Err(LocateError::GoesOn { lit_around });
         }
         let log_odds = bimodality::log_odds(&fitted.spots, &fitted.slope, noise);
@@ -217,7 +217,5 @@ fn distinctness(fitted: &Fit) -> f32 {
 /// Whether LEDs that are Off stand out from the ground more than those that are On: a bright board, on which they are dark. Spots that
 /// overlap do not tell: there a lower ground with higher spots comes to the same.
 fn shows_off(spots: &LatticeModel) -> bool {
-    let [across, down] = spots.lattice.pitch();
-    let shows_ground = across.min(down) > GROUND_BETWEEN * spots.sigma;
-    shows_ground && spots.off.abs() > (spots.off + spots.contrast).abs()
+    spots.stand_apart(GROUND_BETWEEN) && spots.off.abs() > (spots.off + spots.contrast).abs()
 }

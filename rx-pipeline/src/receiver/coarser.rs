@@ -10,9 +10,9 @@ use link::panel::{LEDS, SIDE};
 
 /// Columns and rows from one LED to the next in its row, in places of the finer lattice.
 const STEPS: [[i32; 2]; 6] = [[3, 0], [2, 2], [2, 1], [2, -1], [2, 0], [1, 1]];
-/// Of the places that are LEDs so many seem to be On, at least (share),
+/// The share of the places with an LED that seem to be On, at least,
 const ON: f32 = 0.6;
-/// and of the others so many, at most (count).
+/// and how many of the others, at most (count).
 const OFF: u32 = 1;
 
 /// A lattice of which one place is known to be an LED.
@@ -45,7 +45,7 @@ impl Coarser {
     }
 
     /// The panel in a frame whose LEDs are such places of a `lattice`: that LED is whichever of the panel makes the LEDs stand out most from
-    /// what is between them. None is within the frame if there is none.
+    /// the places between them. None if no such panel lies within the frame.
     pub fn panel(&self, frame: &Frame<'_>, lattice: &Lattice) -> Option<Lattice> {
         let [a, b] = self.step.map(|step| step as f32);
         let [column, row] = [0, 1].map(|axis| {

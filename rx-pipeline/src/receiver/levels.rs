@@ -125,11 +125,7 @@ impl Levels {
         asked: &mut Asked<'_, PIXELS>,
         profile: &mut impl Profile,
     ) -> Option<Location> {
-        let turns = if matches!(asked.effort, Effort::Spots | Effort::Full) {
-            LEVELS
-        } else {
-            1
-        };
+        let turns = if asked.effort.takes_its_time() { LEVELS } else { 1 };
         (0..turns).find_map(|_| {
             self.turn = self.turn.checked_sub(1).unwrap_or(LEVELS - 1);
             self.find_in_turn(buffer, asked, profile)

@@ -43,7 +43,7 @@ const SURE: f32 = 0.98;
 /// known later.
 const STEADY_FRAMES: u64 = 8;
 
-/// A lattice is too fine if it seemed so in so many frames in a row.
+/// Frames in a row in which a lattice seems too fine, before it is (count).
 #[cfg(feature = "carrier")]
 const TOO_FINE_FRAMES: u8 = 4;
 

@@ -51,6 +51,12 @@ impl LatticeModel {
         lines.into_iter().fold(f32::INFINITY, f32::min)
     }
 
+    /// Whether spots are farther apart than so many of their standard deviations.
+    pub fn stand_apart(&self, deviations: f32) -> bool {
+        let [across, down] = self.lattice.pitch();
+        across.min(down) > deviations * self.sigma
+    }
+
     /// How far apart the spots are: 1 where they stand alone, less where they overlap.
     pub fn apart(&self) -> f32 {
         let [across, down] = self.lattice.pitch();

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use rx_pipeline::corners::CornersError;
 use rx_pipeline::likelihood::Experience;
+use rx_pipeline::locate::LEAST_PITCH_PX;
 use serde::{Deserialize, Serialize};
 use sim::scene::Scene;
 
@@ -252,10 +253,7 @@ fn pitch_px_at_one_metre(scene: &Scene) -> f64 {
     pitch_m * focal_px
 }
 
-/// The least distance of LEDs in the image, in pixels, at which a receiver looks for a panel.
-pub const FOUND_FROM_PX: f64 = 2.0;
-
-/// How far away a receiver finds the scene's first panel at most, in metres: LEDs farther away are less than [`FOUND_FROM_PX`] apart.
+/// How far away a receiver finds the scene's first panel at most, in metres: LEDs farther away are less than [`LEAST_PITCH_PX`] apart.
 ///
 /// ```
 /// use sim::scene::Scene;
@@ -266,7 +264,7 @@ pub const FOUND_FROM_PX: f64 = 2.0;
 pub fn found_to_m(scene: &Scene) -> f64 {
     let pose = scene.pose_of(0);
     let slant = pose.yaw_deg.to_radians().cos().min(pose.pitch_deg.to_radians().cos());
-    pitch_px_at_one_metre(scene) * slant.abs() / FOUND_FROM_PX
+    pitch_px_at_one_metre(scene) * slant.abs() / f64::from(LEAST_PITCH_PX)
 }
 
 /// The scene with its first panel so far away.

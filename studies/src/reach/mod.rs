@@ -39,9 +39,10 @@ mod demand;
 #[cfg(test)]
 mod tests;
 
-pub use crossing::{Crossing, FOUND_FROM_PX, found_to_m};
+pub use crossing::{Crossing, found_to_m};
 pub use curve::{Choice, Curve, FLAT, Judgement, NOTHING, Verdict};
 pub use demand::{Demand, DemandError};
+pub use rx_pipeline::locate::LEAST_PITCH_PX;
 
 use crossing::{Guess, Probe};
 

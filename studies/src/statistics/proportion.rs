@@ -10,7 +10,7 @@
 //! - where a unit is wholly right or wholly wrong it is the interval of Clopper & Pearson 1934;
 //! - few errors are wide from above, as many units are needed to know that none in a thousand fails wholly.
 
-/// What is outside of an interval on either side.
+/// The probability outside an interval on either side.
 const TAIL: f64 = 0.025;
 /// The normal deviate that so much lies above.
 const Z: f64 = 1.959_964;
@@ -174,7 +174,7 @@ mod tests {
     fn intervals_hold_the_rate_whatever_the_correlation_within_a_frame() {
         for correlation in [0.0, 0.01, 0.1, 0.5, 1.0] {
             for errors in [0.5, 2.0, 10.0, 50.0] {
-                // So many wrong frames, or as many wrong bits as they have.
+                // That many wrong frames, or as many wrong bits as they have.
                 let held = held(300, errors / 300.0, correlation);
                 // 95 % less three deviations of 400.
                 assert!(held >= 367, "{held} of 400: correlation {correlation}, {errors} of 300 frames");

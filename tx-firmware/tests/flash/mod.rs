@@ -27,7 +27,7 @@ pub struct Flash<const WRITE: usize> {
 pub enum Tear {
     /// None of its bits, all, or some: a number decides which.
     Bits(u64),
-    /// So many bytes from its beginning.
+    /// Bytes from its beginning.
     #[allow(dead_code, reason = "not every test cuts the power")]
     Bytes(usize),
 }

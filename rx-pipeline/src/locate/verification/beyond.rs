@@ -5,7 +5,7 @@
 //! lattice up to [`LINES`] lines beyond it where the light is curved just so show one more LED. What an edge, a gradient or a texture of
 //! another size makes is hardly ever curved so both ways.
 
-use super::led_likeness::{light_at, unexplained};
+use super::led_likeness::{light_at, median_of, second_differences, unexplained};
 use crate::spots::{LatticeModel, Observation};
 use heapless::Vec;
 use link::panel::{LEDS, SIDE};
@@ -22,8 +22,8 @@ const LEAST_SHARE: f32 = 0.5;
 const STANDS_OUT: f32 = 0.28;
 /// LEDs in the other state that look just like those that stand out, at most (count): with more, the light tells nothing.
 const MOST_MISTAKEN: usize = 2;
-/// More LEDs in the line next to the lattice, and in all lines beyond what there is between them, at most (count). Panels before photographs have next to none. Lower: more
-/// panels before clutter wait for other frames.
+/// More LEDs in the line next to the lattice, and in all lines beyond what there is between them, at most (count). Panels before
+/// photographs have next to none. Lower: more panels before clutter wait for other frames.
 const MOST: (u32, u32) = (1, 5);
 /// Half a line off, where nothing of the lattice is (pitches).
 const BETWEEN: [[f32; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
@@ -33,11 +33,11 @@ pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) ->
     let (mut on, mut off) = (Vec::<f32, LEDS>::new(), Vec::<f32, LEDS>::new());
     for led in 0..LEDS {
         let group = if spots.state[led] > 0.5 { &mut on } else { &mut off };
-        // There are no more than that.
         let at = [(led % SIDE) as f32, (led / SIDE) as f32];
+        // There are no more than that.
         let _full = group.push(curvature(spots, at, |at| Some(light_at(observation, at)?.0)));
     }
-    let (of_on, of_off) = (median(&mut on)?, median(&mut off)?);
+    let (of_on, of_off) = (median_of(&mut on)?, median_of(&mut off)?);
     let step = of_on - of_off;
     let (usual, others) = if of_on > STANDS_OUT * step { (of_on, &off) } else { (of_off, &on) };
     let is_like = |value: f32| (value - usual).abs() < JUST_LIKE * step.abs() && value / usual > LEAST_SHARE;
@@ -66,15 +66,7 @@ pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) ->
     (next > MOST.0 || all > MOST.1 && all > MOST.1 + by_chance()).then_some(all)
 }
 
-fn median(values: &mut [f32]) -> Option<f32> {
-    let middle = values.len() / 2;
-    (middle > 0).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
-}
-
-/// The lesser of the second differences of the light along the row and along the column, over half a pitch; 0 where the frame ends.
-fn curvature(spots: &LatticeModel, [column, row]: [f32; 2], light: impl Fn([f32; 2]) -> Option<f32>) -> f32 {
-    let light = |u: f32, v: f32| light(spots.lattice.position(column + u, row + v));
-    let bend = |u: f32, v: f32| Some(light(0.0, 0.0)? - 0.5 * (light(-u, -v)? + light(u, v)?));
-    let both = bend(0.5, 0.0).zip(bend(0.0, 0.5));
-    both.map_or(0.0, |(across, down)| across.min(down))
+/// The lesser of the second differences of a light along the row and along the column; 0 where the frame ends.
+fn curvature(spots: &LatticeModel, at: [f32; 2], light: impl Fn([f32; 2]) -> Option<f32>) -> f32 {
+    second_differences(spots, at, light).map_or(0.0, |[across, down]| across.min(down))
 }

@@ -57,7 +57,7 @@ const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
 const SLACK: (u32, u32, f32) = (4, 8, 1.1);
 /// The least pitch (px): LEDs closer together run into each other under any blur that is looked for, and any smooth
 /// patch looks like them.
-const LEAST_PITCH_PX: f32 = 2.0;
+pub const LEAST_PITCH_PX: f32 = 2.0;
 /// Rows and columns are no further from right angles (cosine).
 const MOST_SHEAR: f32 = 0.2;
 /// A spot's width over the pitch (ratio): small discs under a sharp lens are the narrowest, LEDs that run into each other

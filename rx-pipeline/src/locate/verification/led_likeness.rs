@@ -142,22 +142,33 @@ struct Usual {
     count: usize,
 }
 
-fn median_of(values: &mut [f32]) -> Option<f32> {
+pub(super) fn median_of(values: &mut [f32]) -> Option<f32> {
     let middle = values.len() / 2;
     (middle > 0).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }
 
 /// The lesser of the second differences along the row and the column of what the model leaves at a place, over that of a spot so high.
 fn curvature(observation: Observation<'_, '_>, spots: &LatticeModel, column: f32, row: f32, height: f32) -> f32 {
-    let left = |u: f32, v: f32| unexplained(observation, spots, spots.lattice.position(column + u, row + v));
-    let middle = left(0.0, 0.0);
-    let across = middle - 0.5 * (left(-0.5, 0.0) + left(0.5, 0.0));
-    let down = middle - 0.5 * (left(0.0, -0.5) + left(0.0, 0.5));
+    let left = |at| Some(unexplained(observation, spots, at));
+    let [across, down] = second_differences(spots, [column, row], left).unwrap_or_default();
     let [a, b] = spots.lattice.pitch().map(|pitch| {
         let half = 0.5 * pitch / spots.sigma;
         height * (1.0 - libm::expf(-0.5 * half * half))
     });
     (across / a).min(down / b)
+}
+
+/// The second differences of a light over half a pitch, along the row and along the column; none where it is not known.
+pub(super) fn second_differences(
+    spots: &LatticeModel,
+    [column, row]: [f32; 2],
+    light: impl Fn([f32; 2]) -> Option<f32>,
+) -> Option<[f32; 2]> {
+    let light = |u: f32, v: f32| light(spots.lattice.position(column + u, row + v));
+    let middle = light(0.0, 0.0)?;
+    let across = middle - 0.5 * (light(-0.5, 0.0)? + light(0.5, 0.0)?);
+    let down = middle - 0.5 * (light(0.0, -0.5)? + light(0.0, 0.5)?);
+    Some([across, down])
 }
 
 /// The light at a position less the model's.

@@ -29,7 +29,7 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
     decided.map(|claim| silence(claim, silent)).into_iter().collect()
 }
 
-/// Where no bit was wrong in either set, at so many distances, one cannot tell which has fewer errors: it may be open, but not hold.
+/// At `silent` distances no bit was wrong in either set, and one cannot tell which has fewer errors: the claim may be open, but not hold.
 fn silence(claim: Claim, silent: usize) -> Claim {
     match silent {
         0 => claim,

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use link::panel::PanelFrame;
 use link::serial::Measured;
-use tx_firmware::calibration::BENCH;
+use tx_firmware::calibration::{BENCH, BENCH_FULL_DUTY_LX};
 use tx_firmware::dimming::Duty;
 use tx_firmware::drive::{Drive, Pulses};
 use tx_firmware::matrix::LedMatrix;
@@ -41,7 +41,7 @@ impl LedMatrix for Leds {
     type Error = Infallible;
 
     const SHOWS_CARRIER: bool = true;
-    const FULL_DUTY_LX: u32 = 4000;
+    const FULL_DUTY_LX: u32 = BENCH_FULL_DUTY_LX;
 
     fn show(&mut self, _: PanelFrame) -> Result<(), Infallible> {
         Ok(())

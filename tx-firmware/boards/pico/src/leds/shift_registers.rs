@@ -37,10 +37,7 @@ pub const TRANSFER: Transfer = Transfer {
 pub const IMAGES: usize = 2;
 
 /// For as long as nobody has measured this panel.
-pub use tx_firmware::calibration::BENCH as TYPICAL;
-
-/// Four times the duty that the typical panel wants. A panel of less than a quarter of its luminance wants more light: it takes fewer lux.
-pub const FULL_DUTY_LX: u32 = 4_000;
+pub use tx_firmware::calibration::{BENCH as TYPICAL, BENCH_FULL_DUTY_LX as FULL_DUTY_LX};
 
 /// What shifts and latches, while it lives.
 pub struct Shifter {
