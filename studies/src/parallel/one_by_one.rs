@@ -30,17 +30,11 @@ pub mod prelude {
     pub trait ParallelSlice<T> {
         /// One after another.
         fn par_iter(&self) -> std::slice::Iter<'_, T>;
-        /// One after another.
-        fn par_iter_mut(&mut self) -> std::slice::IterMut<'_, T>;
     }
 
     impl<T> ParallelSlice<T> for [T] {
         fn par_iter(&self) -> std::slice::Iter<'_, T> {
             self.iter()
-        }
-
-        fn par_iter_mut(&mut self) -> std::slice::IterMut<'_, T> {
-            self.iter_mut()
         }
     }
 
