@@ -45,7 +45,7 @@ use blob::{Blob, SIDE_PX};
 use core::ops::{Range, RangeInclusive};
 use link::camera::{Camera, CameraError};
 pub(crate) use memory::Workspace;
-use pose_candidates::{Ground, POSE_CANDIDATES, Scope, Sharpened, Trial, View};
+use pose_candidates::{Ground, LEAST_SHARE, POSE_CANDIDATES, Scope, Sharpened, Trial, View};
 use survey::{Peak, Survey};
 use suspects::Suspect;
 pub(crate) use suspects::Suspects;
@@ -86,9 +86,6 @@ const LEVEL_SIDE_MAX_PX: f32 = 70.0;
 /// Sides of panels whose LEDs are looked for as spots by themselves around each busy place (px): between them they resolve pitches of 3 to
 /// 20 px. More: slower, and panels of other sizes are found so.
 const SPOTS_SIDES_PX: [f32; 3] = [40.0, 80.0, 120.0];
-/// What spots at their first place explain of the light there, at least (share of the energy): else the pose is left. Higher: faster, and
-/// panels are missed that are small beside what moves behind them.
-const LEAST_SHARE: f32 = 0.12;
 /// Poses tried in a frame after searches in vain where the frame has changed, and where it is busy (count). More: panels that appear are
 /// found sooner, and each frame takes longer.
 const SPARE_POSES: [u32; 2] = [1, 2];
@@ -393,8 +390,11 @@ impl Locator {
         let mut budgets = [effort.budget(self.settings.busy_poses, SPARE_POSES[1]); 4];
         attempt.turn = None;
         let ranked = survey.busy.iter().filter(unknown).enumerate();
-        for (_, peak) in ranked.filter(|&(rank, _)| chosen(rank)) {
+        for (rank, peak) in ranked.filter(|&(rank, _)| chosen(rank)) {
             for (&ground, left) in grounds.iter().zip(&mut budgets) {
+                if effort == Effort::Full && rank >= ground.places() {
+                    continue;
+                }
                 let view = View {
                     ground,
                     ..self.view(frame, None, survey.noise_grey)
@@ -507,14 +507,19 @@ impl<const N: usize> Attempt<'_, N> {
             if self.budget == 0 {
                 break;
             }
+            let mut starts = heapless::Vec::<Lattice, { POSE_CANDIDATES + 1 }>::new();
             let mut tried = heapless::Vec::<_, { 2 * POSE_CANDIDATES }>::new();
             for candidate in view.pose_candidates(blob).skip(passed_over) {
                 if self.budget == 0 {
                     break;
                 }
+                if starts.iter().any(|start| candidate.is_close_to(start)) {
+                    continue;
+                }
+                let _full = starts.push(candidate);
                 self.budget -= 1;
                 for Trial { widths_px, scope } in view.trials(&candidate) {
-                    let Some(pose) = view.sharpened(&candidate, &widths_px, LEAST_SHARE) else {
+                    let Some(pose) = view.promising(&candidate, &widths_px, scope) else {
                         continue;
                     };
                     let same = |(other, scope_of_other): &(Lattice, Scope)| scope == *scope_of_other && pose.lattice.is_close_to(other);
@@ -573,7 +578,7 @@ impl<const N: usize> Attempt<'_, N> {
 
     /// A suspect where it was.
     fn again(&mut self, suspect: &Suspect, view: View<'_, '_>) -> Option<Location> {
-        let pose = view.sharpened(&suspect.lattice, &[suspect.spot_sigma_px()], LEAST_SHARE)?;
+        let pose = view.promising(&suspect.lattice, &[suspect.spot_sigma_px()], Scope::Change)?;
         let verified = self.verified(&view, Scope::Change, &pose).ok()?;
         Some(verified.location())
     }

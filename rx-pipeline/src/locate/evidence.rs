@@ -27,6 +27,9 @@ type Square = [[f32; SIDE]; SIDE];
 /// Columns and rows within a lattice's outline (pitches from the first LED).
 const OUTLINE: RangeInclusive<f32> = -0.6..=7.6;
 
+/// Places with samples on all sides (samples).
+const WITHIN: RangeInclusive<f32> = 0.0..=PATCH_SIDE as f32 - 1.01;
+
 impl Evidence {
     /// Of spots of standard deviation `sigma` samples; `own_sigma` is what they have in the patch before any more blur. `noise` is the
     /// standard deviation of a sample.
@@ -41,14 +44,23 @@ impl Evidence {
         }
     }
 
-    /// The patch's agreement with spots at the lattice's places; positions and steps in samples.
+    /// The patch's agreement with spots at the lattice's places; positions and steps in samples. `None` if one is not within the patch.
     pub fn responses(&self, lattice: &Lattice) -> Option<Square> {
-        let mut responses = [[0.0; SIDE]; SIDE];
         let [x0, y0] = lattice.position(0.0, 0.0);
+        let far = (SIDE - 1) as f32;
+        let corners = [[0.0, 0.0], [far, 0.0], [0.0, far], [far, far]];
+        let is_within = corners.iter().all(|[column, row]| {
+            let place = |axis: usize, first: f32| first + column * lattice.column[axis] + row * lattice.row[axis];
+            [place(0, x0), place(1, y0)].iter().all(|c| WITHIN.contains(c))
+        });
+        if !is_within {
+            return None;
+        }
+        let mut responses = [[0.0; SIDE]; SIDE];
         for (r, row) in responses.iter_mut().enumerate() {
             let (mut x, mut y) = (x0 + r as f32 * lattice.row[0], y0 + r as f32 * lattice.row[1]);
             for response in row {
-                *response = self.at(x, y)?;
+                *response = self.at(x, y);
                 x += lattice.column[0];
                 y += lattice.column[1];
             }
@@ -56,17 +68,14 @@ impl Evidence {
         Some(responses)
     }
 
-    fn at(&self, x: f32, y: f32) -> Option<f32> {
-        let (i, j) = (x as i32, y as i32);
-        if i < 0 || j < 0 || i as usize + 1 >= PATCH_SIDE || j as usize + 1 >= PATCH_SIDE {
-            return None;
-        }
-        let (i, j) = (i as usize, j as usize);
-        let (u, v) = (x - i as f32, y - j as f32);
-        let (upper, lower) = (&self.response[j], &self.response[j + 1]);
-        let above = upper[i] + u * (upper[i + 1] - upper[i]);
-        let below = lower[i] + u * (lower[i + 1] - lower[i]);
-        Some(above + v * (below - above))
+    /// Between the samples around a place within the patch.
+    fn at(&self, x: f32, y: f32) -> f32 {
+        let ((i, u), (j, v)) = (whole_and_rest(x), whole_and_rest(y));
+        let (upper, lower) = (&self.response[j], &self.response[(j + 1) % PATCH_SIDE]);
+        let next = (i + 1) % PATCH_SIDE;
+        let above = upper[i] + u * (upper[next] - upper[i]);
+        let below = lower[i] + u * (lower[next] - lower[i]);
+        above + v * (below - above)
     }
 
     /// The likeliest brightnesses of the spots.
@@ -150,6 +159,15 @@ impl Evidence {
     }
 }
 
+/// The sample before a place within the patch, and how far beyond it the place is. A number of 2²³ has no room for parts of one, so that
+/// the sum is rounded, and its last bits are the sample's number: no number can lead beyond the patch, nor has that to be checked.
+fn whole_and_rest(c: f32) -> (usize, f32) {
+    const NO_PARTS: f32 = (1 << 23) as f32;
+    const { assert!(PATCH_SIDE.is_power_of_two()) }
+    let rounded = c - 0.5 + NO_PARTS;
+    (rounded.to_bits() as usize % PATCH_SIDE, c - (rounded - NO_PARTS))
+}
+
 /// G + λ of lattices of one pitch along rows and along columns.
 pub(super) struct Overlap {
     pitch: [f32; 2],
@@ -174,6 +192,8 @@ fn transposed(square: &Square) -> Square {
 #[derive(Clone, Copy)]
 struct Factor {
     lower: Square,
+    /// Diagonals below the first that are not zero (count).
+    band: usize,
     inverse_diagonal: [f32; SIDE],
     log_det: f32,
 }
@@ -189,12 +209,14 @@ impl Factor {
             overlap[d] = if overlap[d - 1] > 1e-6 { overlap[d - 1] * step } else { 0.0 };
             step = if step > 1e-12 { step * squared } else { 0.0 };
         }
+        let band = (1..SIDE).take_while(|&d| overlap[d] > 0.0).count();
         overlap[0] += ridge;
         let mut lower = [[0.0; SIDE]; SIDE];
         let mut inverse_diagonal = [0.0; SIDE];
         for i in 0..SIDE {
-            for j in 0..=i {
-                let dot: f32 = (0..j).map(|k| lower[i][k] * lower[j][k]).sum();
+            let first = i.saturating_sub(band);
+            for j in first..=i {
+                let dot: f32 = (first..j).map(|k| lower[i][k] * lower[j][k]).sum();
                 let rest = overlap[i - j] - dot;
                 if i == j {
                     lower[i][i] = libm::sqrtf(rest.max(1e-6));
@@ -206,8 +228,9 @@ impl Factor {
         }
         Self {
             lower,
+            band,
             inverse_diagonal,
-            log_det: -2.0 * inverse_diagonal.iter().map(|&d| libm::logf(d)).sum::<f32>(),
+            log_det: -2.0 * libm::logf(inverse_diagonal.iter().product()),
         }
     }
 
@@ -216,7 +239,8 @@ impl Factor {
         for i in 0..SIDE {
             let (solved, rest) = square.split_at_mut(i);
             let [line, ..] = rest else { return };
-            for (before, &lower) in solved.iter().zip(&self.lower[i]) {
+            let first = i.saturating_sub(self.band);
+            for (before, &lower) in solved.iter().zip(&self.lower[i]).skip(first) {
                 line.iter_mut().zip(before).for_each(|(value, before)| *value -= lower * before);
             }
             line.iter_mut().for_each(|value| *value *= self.inverse_diagonal[i]);

@@ -16,6 +16,18 @@ use link::panel::{LEDS, SIDE};
 const GROUND_SIGMA: f32 = 1.5;
 /// The least pitch at which LEDs are looked for as spots by themselves (px).
 const LEAST_RESOLVED_PX: f32 = 2.2;
+/// Places at which the grounds are tried that seldom show a panel (count). More: slower, and panels on white boards and amid shadows are
+/// found beside more that stands out.
+const SELDOM_PLACES: usize = 8;
+/// What spots at their first place explain of the light there, at least (share of the energy): else the pose is left. Higher: faster, and
+/// panels are missed that are small beside what moves behind them.
+pub(super) const LEAST_SHARE: f32 = 0.12;
+/// The step from Off to On over the standard deviation among LEDs of one state, at least (ratio): 64 brightnesses spread evenly, cut in two
+/// halves, have 3.5, normal ones 2.7. Higher: faster, and faint panels are missed.
+const LEAST_DISTINCT: f32 = 3.4;
+/// The widest spots whose brightnesses tell (pitches, standard deviation): between two of [`WIDTHS`]. Wider: faster, and panels out of
+/// focus are missed.
+const TOLD_APART: f32 = 0.3;
 /// The size of the patch in which only spots are left (multiple of the blob's side). More: LEDs are not resolved; less:
 /// lattices beside the blob's middle leave it.
 const SPOTS_ROOM: f32 = 1.6;
@@ -99,6 +111,14 @@ pub(super) enum Ground {
 }
 
 impl Ground {
+    /// Of how many of the busiest places of a single frame it is taken off, if all of the frame is looked at (count).
+    pub fn places(self) -> usize {
+        match self {
+            Self::Around | Self::Edges => usize::MAX,
+            Self::Smooth | Self::Holes => SELDOM_PLACES,
+        }
+    }
+
     fn leaves_only_spots(self) -> bool {
         matches!(self, Self::Edges | Self::Holes)
     }
@@ -217,6 +237,12 @@ impl View<'_, '_> {
         self.sharpened(&near, &[self.spot_sigma_px], 0.0).map(|sharpened| sharpened.lattice)
     }
 
+    /// The pose near `start`, if it explains enough there to be looked at closely.
+    pub fn promising(&self, start: &Lattice, widths_px: &[f32], scope: Scope) -> Option<Sharpened> {
+        let pose = self.sharpened(start, widths_px, LEAST_SHARE)?;
+        (scope == Scope::Change || pose.is_of_two_brightnesses()).then_some(pose)
+    }
+
     /// The pose near `start` by the frame's own resolution, and what its spots are like, which have one of these standard deviations; `None`
     /// where they explain a smaller share of the light.
     pub fn sharpened(&self, start: &Lattice, widths_px: &[f32], least_share: f32) -> Option<Sharpened> {
@@ -302,6 +328,28 @@ pub(super) struct Sharpened {
     pub spot_sigma_px: f32,
 }
 
+impl Sharpened {
+    /// Whether its LEDs are of two brightnesses rather than of any. Spots that overlap do not tell.
+    pub fn is_of_two_brightnesses(&self) -> bool {
+        let [across, down] = self.lattice.pitch();
+        if self.spot_sigma_px > TOLD_APART * across.min(down) {
+            return true;
+        }
+        let states = two_states(&self.brightness);
+        let of = |state: i8| {
+            self.brightness
+                .iter()
+                .zip(states)
+                .filter(move |&(_, s)| s == state)
+                .map(|(b, _)| *b)
+        };
+        let [off, on] = [0, 1].map(|state| of(state).sum::<f32>() / (of(state).count() as f32).max(1.0));
+        let squares = |state: i8, mean: f32| of(state).map(|b| (b - mean) * (b - mean)).sum::<f32>();
+        let variance = (squares(0, off) + squares(1, on)) / LEDS as f32;
+        on - off > LEAST_DISTINCT * libm::sqrtf(variance)
+    }
+}
+
 /// The evidence around a blob, with the poses to climb it from.
 pub(super) struct Hills {
     evidence: Evidence,
@@ -380,3 +428,26 @@ pub(super) fn three_states(change: &[f32; LEDS]) -> [i8; LEDS] {
 
 /// Rounds in which 64 values in two groups settle.
 const ROUNDS: usize = 6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use link::scramble::split_mix64;
+
+    #[test]
+    fn two_brightnesses_are_told_from_any() {
+        let sharpened = |spread: f32, spot_sigma_px: f32| {
+            let even = |led: usize, salt: u64| (split_mix64(salt << 32 | led as u64) >> 40) as f32 / (1 << 24) as f32 - 0.5;
+            let on = |led: usize| if even(led, 1) > 0.0 { 1.0 } else { 0.0 };
+            Sharpened {
+                lattice: Lattice::turned([50.0; 2], 6.0, 6.0, 0.1),
+                brightness: core::array::from_fn(|led| on(led) + spread * even(led, 2)),
+                spot_sigma_px,
+            }
+        };
+        assert!(sharpened(0.8, 1.2).is_of_two_brightnesses());
+        assert!(!sharpened(2.0, 1.2).is_of_two_brightnesses());
+        // Spots that overlap pass, whatever they are like.
+        assert!(sharpened(2.0, 2.4).is_of_two_brightnesses());
+    }
+}

@@ -13,6 +13,8 @@ use link::panel::SIDE;
 const STEPS: usize = 20;
 /// Steps of the fit of a lattice that has moved by a line, at most (count).
 const STEPS_MOVED: usize = 12;
+/// Steps of the fits of lattices that are compared, at most (count). Higher: slower.
+const STEPS_COMPARED: usize = 4;
 /// Lines by which a single frame's lattice is moved to where LEDs are On, at most (count).
 const LINES_MOVED: usize = 2;
 /// What a lattice one line off leaves then, at least (ratio of variances). Higher: more panels with a dark outer line wait
@@ -26,8 +28,9 @@ const CLEAR: f32 = 8.0;
 const HALF_EXPLAINED: f32 = 0.5;
 /// What a lattice leaves from which on it is no panel's, not even a line off (share of the signal). Higher: slower.
 const NO_LINE_LEFT: f32 = 0.9;
-/// What a lattice on a board leaves at most, even if it is a line off along rows and along columns (share of the signal). Higher: slower.
-const MOST_LEFT_A_LINE_OFF: f32 = 0.4;
+/// What a lattice on a board leaves at most, even if it is a line off along rows and along columns (share of the signal): after the first
+/// fit, and after the second. Higher: slower.
+const MOST_LEFT_A_LINE_OFF: [f32; 2] = [0.5, 0.3];
 /// A lattice one line off leaves this much less when it is taken for the right one, and as much more when it is
 /// ruled out (energy ratio).
 const WORTH_A_MOVE: f32 = 40.0;
@@ -100,9 +103,13 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
 
     /// The fit within the lattice's own outline, counted from the lines that its LEDs show; and what was looked at.
     pub fn within_a_board(&mut self, start: LatticeModel) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
-        let first = self.within(start, STEPS)?.0;
+        let leaves_more = |fit: &Fit, share: f32| fit.slope.squares > share * fit.slope.total;
+        let (first, _) = self.within(start, STEPS)?;
+        if leaves_more(&first, MOST_LEFT_A_LINE_OFF[0]) {
+            return Err(LocateError::NoLattice);
+        }
         let mut settled = self.within(first.spots, STEPS_MOVED)?;
-        if settled.0.slope.squares > MOST_LEFT_A_LINE_OFF * settled.0.slope.total {
+        if leaves_more(&settled.0, MOST_LEFT_A_LINE_OFF[1]) {
             return Err(LocateError::NoLattice);
         }
         for _ in 0..LINES_MOVED {
@@ -113,7 +120,7 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
                 [(columns, rows)] => {
                     settled = self.within(fit::shifted(&spots, columns, rows), STEPS_MOVED)?;
                 }
-                _ => return self.best_of(&lines, &spots),
+                _ => return self.best_of(&lines, settled),
             }
         }
         match LedLikeness::of(self.observation, &settled.0.spots).best_lines()[..] {
@@ -122,28 +129,33 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
         }
     }
 
-    /// The best fit of lattices that many columns and rows off, if it is by far the best: LEDs do not tell them apart, but what is around
-    /// them may.
-    fn best_of(&mut self, lines: &[(i32, i32)], spots: &LatticeModel) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
+    /// The best fit of lattices that many columns and rows off what has settled, if it is by far the best: LEDs do not tell them apart, but
+    /// what is around them may.
+    fn best_of(&mut self, lines: &[(i32, i32)], settled: (Fit, Observation<'a, 'f>)) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
         let variance = |fit: &Fit| fit.residual_grey() * fit.residual_grey() + ROUNDING;
+        let spots = settled.0.spots;
+        let mut here = Some(settled);
         let (mut best, mut next) = (f32::INFINITY, f32::INFINITY);
-        let mut settled = Err(LocateError::NoLattice);
+        let mut nearest = None;
         for &(columns, rows) in lines.iter().take(LINES_COMPARED) {
-            let Ok(there) = self.within(fit::shifted(spots, columns, rows), STEPS_MOVED) else {
-                continue;
+            let there = match (columns, rows) {
+                (0, 0) => here.take(),
+                _ => self.within(fit::shifted(&spots, columns, rows), STEPS_COMPARED).ok(),
             };
+            let Some(there) = there else { continue };
             let left = variance(&there.0);
             if left < best {
-                (next, best, settled) = (best, left, Ok(there));
+                (next, best, nearest) = (best, left, Some(there));
             } else {
                 next = next.min(left);
             }
         }
-        if next.is_finite() && next >= LINES_CLEARLY_WORSE * best {
-            return settled;
+        match nearest {
+            Some((fit, _)) if next.is_finite() && next >= LINES_CLEARLY_WORSE * best => self.within(fit.spots, STEPS_MOVED),
+            _ => Err(LocateError::EdgeUnseen {
+                signal_to_noise: libm::sqrtf(((next - best) / best).clamp(0.0, 1.0)),
+            }),
         }
-        let signal_to_noise = libm::sqrtf(((next - best) / best).clamp(0.0, 1.0));
-        Err(LocateError::EdgeUnseen { signal_to_noise })
     }
 
     fn within(&mut self, start: LatticeModel, steps: usize) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
