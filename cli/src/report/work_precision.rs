@@ -1,4 +1,4 @@
-//! The page: each part's question, plot and table, and what was measured on what.
+//! The page: each part's default, plot, table and method, and the machine.
 
 use studies::work_precision::{CostUnit, Diagram, Part, Point, Scale};
 
@@ -17,84 +17,113 @@ pub struct Provenance<'a> {
     pub folder: &'a str,
 }
 
-/// The page of what was measured.
+/// The page: the defaults of all parts, then each part.
 pub fn page(parts: &[Part], made: &Provenance, figures: &[Figure]) -> Document {
     let mut document = Document::new("What accuracy costs in time");
-    document.text(
-        "Wherever this project can do a thing more or less exactly, here is what exactness costs: error against time for every way \
-         it has, and for ways that it does not go. In each plot **down** is more exact and **left** is quicker. The grey band is \
-         the *Pareto front*: the ways that no other beats in both. Full dots are on it, empty dots are beaten, arrows are bounds \
-         that the error does not exceed, and a ring marks what is done unless told otherwise. Below each plot stands why.",
-    );
+    document.text("The defaults, with the range of their errors and costs over the settings measured:");
+    summary(&mut document, parts);
     document.text(&format!(
-        "Provenance by `cargo run --release -- accuracy{}`, on: {}.",
-        made.options, made.machine
+        "In each plot **down** is more exact and **left** is quicker. The grey band is the *Pareto front*: variants that no other beats in \
+         both error and time. Full dots are on it, empty dots are beaten, arrows are upper bounds, and a ring marks the default. Times are \
+         multiples (×) of the baseline's. All variants of a plot run alternately, {} turns each; the ratio is taken in each turn, and the \
+         plots show its median and quartiles.",
+        made.scale.turns
     ));
     document.text(&format!(
-        "Times are multiples of the baseline's, named at the axis with its own time. All of a plot's variants are timed by turns in \
-         one run, {} turns; the ratio is taken turn by turn, and its median and quartiles are given. Errors are against a reference \
-         that is named.",
-        made.scale.turns
+        "Measured with `cargo run --release -- accuracy{}` on: {}.",
+        made.options, made.machine
     ));
     for (part, figure) in parts.iter().zip(figures) {
         document.heading(&part.title);
         let stem = format!("{}/{}", made.folder, figure.name);
         let caption = format!("[vector graphic]({stem}.svg), [all numbers]({stem}.csv)");
         document.picture(&stem, &caption, &figure.drawing.svg);
-        document.text(&format!("**What is compared.** {}", part.method));
-        document.text(&format!("**The reference.** {}", part.reference));
-        document.text(&format!("**The default, and why.** {}", part.default));
+        document.text(&format!("**Default.** {}", part.default));
         table(&mut document, part);
+        document.text(&format!("**Variants.** {}", part.method));
+        document.text(&format!("**Reference.** {}", part.reference));
     }
     document
 }
 
-/// The points worth telling of each diagram, by their cost.
-fn table(document: &mut Document, part: &Part) {
-    let head = ["", "variant", "error", "cost", "ratio (quartiles)", "front"];
-    let rows = part.diagrams.iter().flat_map(|diagram| {
-        let mut points: Vec<&Point> = diagram.points.iter().filter(|point| is_told(diagram, point)).collect();
-        points.sort_by(|a, b| a.cost.median.total_cmp(&b.cost.median));
-        let first = points.first().map(|point| std::ptr::from_ref(*point));
-        points
-            .into_iter()
-            .map(|point| row(diagram, point, Some(std::ptr::from_ref(point)) == first))
-            .collect::<Vec<_>>()
+/// The default of each part, over those of its diagrams that measure the same as the first.
+fn summary(document: &mut Document, parts: &[Part]) {
+    let rows = parts.iter().filter_map(|part| {
+        let first = part.diagrams.first()?;
+        let same = part
+            .diagrams
+            .iter()
+            .filter(|other| other.error == first.error && other.cost_unit == first.cost_unit);
+        let defaults: Vec<&Point> = same.filter_map(default).collect();
+        let name = &defaults.first()?.variant;
+        Some(vec![
+            format!("[{}](#{})", part.title, part.title.to_lowercase().replace(' ', "-")),
+            name.clone(),
+            format!("{}: {}", measure(first), span(&defaults, |point| point.error, bare)),
+            span(&defaults, |point| point.cost.median, |point| cost(first, point)),
+        ])
     });
-    document.table(&head, rows);
+    document.table(&["", "default", "error", "cost"], rows);
 }
 
-/// Whether a point is on the front, alone, the default, the baseline or the end of a curve.
-fn is_told(diagram: &Diagram, point: &Point) -> bool {
-    let mut curve = diagram.points.iter().filter(|other| other.curve == point.curve);
-    let ends = [curve.next(), curve.next_back()];
-    let is_an_end = ends.into_iter().flatten().any(|end| std::ptr::eq(end, point));
-    point.on_front || point.is_default || point.is_baseline || point.curve.is_empty() || is_an_end
+/// Each diagram's default, and the two ends of its front.
+fn table(document: &mut Document, part: &Part) {
+    let rows = part.diagrams.iter().map(|diagram| {
+        let mut front: Vec<&Point> = diagram.points.iter().filter(|point| point.on_front).collect();
+        front.sort_by(|a, b| a.cost.median.total_cmp(&b.cost.median));
+        let baseline = diagram.points.iter().find(|point| point.is_baseline);
+        vec![
+            format!("**{}**, {}", diagram.title, measure(diagram)),
+            baseline.map_or_else(String::new, |point| format!("{}, {}", point.variant, cost(diagram, point))),
+            default(diagram).map_or_else(String::new, cell),
+            front.first().copied().map_or_else(String::new, cell),
+            front.last().copied().map_or_else(String::new, cell),
+        ]
+    });
+    document.table(&["", "× 1", "default", "quickest", "most exact on the front"], rows);
 }
 
-fn row(diagram: &Diagram, point: &Point, is_first: bool) -> Vec<String> {
-    let emphasis = if point.is_default { "**" } else { "" };
+/// The default; where a diagram has several, the one that the others are multiples of.
+fn default(diagram: &Diagram) -> Option<&Point> {
+    let mut defaults = diagram.points.iter().filter(|point| point.is_default);
+    let first = defaults.clone().next();
+    defaults.find(|point| point.is_baseline).or(first)
+}
+
+/// The quantity whose error is measured, and its unit.
+fn measure(diagram: &Diagram) -> String {
+    match diagram.error_unit.as_str() {
+        "" => diagram.error.clone(),
+        unit => format!("{} ({unit})", diagram.error),
+    }
+}
+
+/// The least and the greatest of points by a value, as text.
+fn span(points: &[&Point], by: fn(&Point) -> f64, text: impl Fn(&Point) -> String) -> String {
+    let order = |a: &&&Point, b: &&&Point| by(a).total_cmp(&by(b));
+    let ends = [points.iter().min_by(order), points.iter().max_by(order)];
+    let [low, high] = ends.map(|end| end.map_or_else(String::new, |point| text(point)));
+    if low == high { low } else { format!("{low} to {high}") }
+}
+
+/// An error without its interval.
+fn bare(point: &Point) -> String {
+    let bound = if point.at_most { "< " } else { "" };
+    format!("{bound}{}", digits(point.error))
+}
+
+fn cost(diagram: &Diagram, point: &Point) -> String {
+    match diagram.cost_unit {
+        CostUnit::Ns => time(point.cost.median),
+        CostUnit::Instructions => format!("{} instructions", short(point.cost.median.round())),
+        CostUnit::Cycles => format!("{} cycles", short(point.cost.median.round())),
+    }
+}
+
+fn cell(point: &Point) -> String {
     let error = match point.error_95 {
         Some(interval) => with_interval(point.error, interval, digits),
-        None if point.rms.is_some() => format!("{} (rms {})", digits(point.error), digits(point.rms.unwrap_or_default())),
-        None if point.at_most => format!("< {}", digits(point.error)),
-        None => digits(point.error),
+        None => bare(point),
     };
-    let cost = match diagram.cost_unit {
-        CostUnit::Ns => time(point.cost.median),
-        CostUnit::Instructions | CostUnit::Cycles => short(point.cost.median.round()),
-    };
-    let title = format!("**{}**, {}", diagram.title, diagram.error);
-    vec![
-        if is_first { title } else { String::new() },
-        format!("{emphasis}{}{emphasis}", point.variant),
-        error,
-        cost,
-        with_interval(point.ratio.median, [point.ratio.low, point.ratio.high], digits),
-        match (point.on_front, point.at_most) {
-            (true, _) => "●".into(),
-            (false, true) => "↓ a bound".into(),
-            (false, false) => "○ beaten".into(),
-        },
-    ]
+    format!("{}: {error}, × {}", point.variant, digits(point.ratio.median))
 }

@@ -94,11 +94,11 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     ];
     Ok(Measurement {
         method: format!(
-            "The ratio that 48 bytes are read at from farthest away by k-means at 50 lx, interval 0.5, and how far that is. Each dot is \
-             the root mean square of the deviation from the reference, of searches of {} seeds, and the time of one on one core. *search*: \
-             as `vocc optimize --criterion reach --tolerance 0` does it, with that many frames at each ratio and distance at most. *grid*: \
-             so many ratios and distances at equal factors, L2A {} to {} and {} to {} m; the reach of a ratio is its last distance before \
-             too many bits are wrong, the best ratio the middle one of those that reach farthest.",
+            "The L2A at which k-means reads 48 bytes from farthest away, at 50 lx and interval 0.5, and that distance. A dot is the \
+             root mean square deviation from the reference over {} seeds, and the time of one search on one core. *search* is `vocc \
+             optimize --criterion reach --tolerance 0` with at most that many frames at each ratio and distance. *grid* tries ratios \
+             and distances at equal factors, L2A {} to {} and {} to {} m. A ratio's reach on the grid is its last distance before too \
+             many bits are wrong, and the best ratio is the middle one of those that reach farthest.",
             turns.len(),
             RANGE[0],
             RANGE[1],
@@ -106,7 +106,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
             GRID_M[1]
         ),
         reference: format!(
-            "A search of another seed with {REFERENCE} times as many frames as the longest that is compared: √{REFERENCE} times as exact."
+            "A search with another seed and {REFERENCE} times as many frames as the longest search shown: √{REFERENCE} times as exact."
         ),
         diagrams,
     })
@@ -206,7 +206,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let quick = diagrams.first().and_then(|diagram| variant(diagram, QUICK));
     let quick = quick.map_or(String::new(), |quick| {
         format!(
-            " 512 frames (`--quick`) take {} times less time and err by {} %.",
+            " With 512 frames (`--quick`) it takes {} times less time, and they are {} %.",
             rounded(1.0 / quick.ratio.median),
             errors(|point| point.variant == QUICK)
         )
@@ -214,9 +214,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let grids = diagrams.iter().take(1).flat_map(|diagram| &diagram.points);
     let grids = grids.filter(|point| point.curve == "grid");
     format!(
-        "{DEFAULT_FRAMES} frames or as many as the tolerance asks for: the ratio and its reach err by {} %.{quick} \
-         Grids take {} times the time of the default, and err by {} %: most of their frames are spent where nothing \
-         is decided, and a reach in steps makes neighbours equal.",
+        "{DEFAULT_FRAMES} frames or as many as the tolerance needs: the errors of the ratio and its reach are {} %.{quick} Grids take \
+         {} times as long as the default, with errors of {} %: they spend most frames where nothing is decided, and their steps make \
+         neighbours equal.",
         errors(|point| point.is_default),
         range(grids.map(|point| point.ratio.median)),
         errors(|point| point.curve == "grid"),

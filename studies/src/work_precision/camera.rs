@@ -106,17 +106,17 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     let frames = scale.of(FRAMES, 16);
     Ok(Measurement {
         method: format!(
-            "{frames} frames of one panel by each of {} cameras, in so little light that bits are wrong; random bits and sub-pixel phases, \
-             corners known. *told*: the best detector, told the curve, the black level and the blur. *learnt*: told nothing, it begins \
-             with 1.5 px and γ 2.2. Both learn the LEDs' levels and the noise, from 0 to {MOST_LEARNT_FROM} frames that came before, and \
-             no more. An exponent is all that is learnt of a curve, and 0 is taken for black.",
+            "{frames} frames of one panel by each of {} cameras, in light so low that bits are wrong; random bits and sub-pixel phases, \
+             known corners. *told*: `ml` with the camera's curve, black level and blur given. *learnt*: nothing given; the receiver \
+             starts from 1.5 px and γ 2.2. Both learn the LEDs' levels and the noise from 0 to {MOST_LEARNT_FROM} previous frames. The \
+             receiver learns only an exponent of a curve, and assumes black at 0.",
             CASES.len()
         ),
         reference: format!(
-            "The bits that were drawn. Over all cameras, *learnt, {MOST_LEARNT_FROM} frames* errs {} times as often as *told* on the same \
-             frames (95 %, frames resampled). A genie, who is told everything but the bits, reads {} of the bits wrongly (first {} frames; \
-             it knows no sharpening). Bars are 95 % intervals (Gaffke 2005), an arrow means that no bit was wrong: there stands \
-             half of one.",
+            "The drawn bits. Over all cameras, *learnt, {MOST_LEARNT_FROM} frames* makes {} times as many errors as *told* on the same \
+             frames (95 %, frames resampled). A genie, which knows everything but the bits, reads {} of the bits wrongly (first {} \
+             frames; it does not model sharpening). Bars are 95 % intervals (Gaffke 2005). An arrow marks zero errors and stands at \
+             half an error.",
             wrong.ratio(),
             range(genies),
             scale.of(GENIE_FRAMES, 10)
@@ -140,9 +140,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
         pairs.map(|(first, last)| first.error / last.error)
     });
     format!(
-        "The camera is learnt. After {MOST_LEARNT_FROM} frames whoever was told nothing errs {} times as often as whoever was told, and a \
-         panel takes {} times as long. In the first frame it is {} times. Both have the LEDs' levels and the noise to learn besides: in \
-         the first frame they err {} times as often as after {MOST_LEARNT_FROM}.",
+        "The receiver learns the camera. After {MOST_LEARNT_FROM} frames it makes {} times as many errors as one that was given the \
+         camera, in {} times the time; in the first frame, {} times as many errors. Both still have to learn the LEDs' levels and the \
+         noise: in the first frame they make {} times as many errors as after {MOST_LEARNT_FROM}.",
         times(MOST_LEARNT_FROM),
         range(of(LEARNT, MOST_LEARNT_FROM).map(|point| point.ratio.median)),
         times(0),
@@ -155,7 +155,7 @@ fn after(name: &str, frames: usize) -> String {
     format!("{name}, {frames} frame{s}")
 }
 
-/// WrongBits bits of each frame by those who have learnt enough.
+/// Wrong bits of each frame, by the receivers that have seen the most frames.
 #[derive(Default, Serialize, Deserialize)]
 struct WrongBits {
     learnt: Vec<u64>,

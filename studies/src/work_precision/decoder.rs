@@ -49,16 +49,14 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     }
     Ok(Measurement {
         method: format!(
-            "Messages of {MESSAGE} bytes, in as many blocks as their code needs, over bits of ±1 with Gaussian noise. A message is lost \
-             if any of its blocks is not found, or \
-             found wrong. Points of a curve are the most iterations of min-sum: 1 to 100. *i8* is what `link::fec` decodes: \
-             log-likelihood ratios in steps of {LLR_STEP}, \
-             8 bits, none beyond {SUREST} steps. *f32* and *f64* see the same noise unrounded; *bit flipping* sees the signs alone. \
-             The time is that of all of a message's blocks, those that fail included: failing takes all iterations."
+            "Messages of {MESSAGE} bytes in as many blocks as their code needs, sent as ±1 with Gaussian noise. A message is lost if \
+             any of its blocks fails or is decoded wrongly. A curve varies the maximum number of min-sum iterations, 1 to 100. *i8* is \
+             `link::fec`: 8-bit log-likelihood ratios in steps of {LLR_STEP}, at most {SUREST} steps. *f32* and *f64* see the same \
+             noise unrounded; *bit flipping* sees only the signs. The time covers all blocks of a message; a failing block takes all \
+             iterations."
         ),
-        reference: "The bytes that were sent: a loss is a loss. What is uncertain is the rate, counted over the same messages for all; \
-        bars are 95 % intervals \
-            (Gaffke 2005), an arrow means that no message was lost: there stands half of one."
+        reference: "The sent bytes. All variants decode the same messages. Bars are 95 % intervals of the loss rate (Gaffke 2005). An \
+                    arrow marks none lost and stands at half a message."
             .into(),
         diagrams,
     })
@@ -74,11 +72,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
         })
     });
     format!(
-        "i8 and {MAX_ITERATIONS} iterations. Eight bits lose {} times as many messages as 64, take a quarter of the memory of f32 and no \
-         floating-point unit. \
-         A block that is found is done, so that a high limit costs time only where it is needed, or nothing helps: {} \
-         The code is chosen by the message's length and is no matter of time alone: each curve has its own rate, from 1/2 (TC) to 4/5 \
-         (TM1280).",
+        "i8 and {MAX_ITERATIONS} iterations. Eight bits lose {} times as many messages as 64, in a quarter of the memory of f32 and \
+         without a floating-point unit. Decoding a block stops when it succeeds, so a high limit costs time only if it is needed or the \
+         block is lost: {} The message's length selects the code: each curve has its own rate, from 1/2 (TC) to 4/5 (TM1280).",
         range(rounding),
         worth.unwrap_or_default()
     )

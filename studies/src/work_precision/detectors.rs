@@ -57,21 +57,18 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     diagrams.extend(on_the_board);
     Ok(Measurement {
         method: format!(
-            "{FRAMES} frames at each of four places, with noise, random in bits, phase and reflectance: which share of bits is read \
-             wrongly, and how long a panel takes from grey levels and \
-             corners to bits: cells, features and detection, or for *ml* the pixels' likelihood. *, soft*: with log-likelihood ratios in \
-             8 bits for the error correction; without, bits alone. \
-             All compute in f32: there is no detector in f64 or in fixed point; what 8 bits cost the soft values shows where they are \
-             used, in *Correcting errors*. The diagrams of the Cortex-M7 have the same errors against instructions that QEMU counts on an \
-             emulated mps2-an500, the median of frames of a followed panel at these places, whose cells are worked out anew only when it \
-             has moved (`VOCC_WRITE_COUNTS=1 cargo test -p vocc-tests --test mps2 on_file`)."
+            "{FRAMES} noisy frames at each of four places, random in bits, phase and reflectance: the bit error rate, and the time from \
+             grey levels and corners to bits. That time covers cells, features and detection, or the pixels' likelihood for *ml*. \
+             *soft* adds 8-bit log-likelihood ratios for the error correction (*Correcting errors* shows the cost of 8 bits). All \
+             detectors compute in f32. The Cortex-M7 diagrams show the same errors against instructions, which QEMU counts on an \
+             emulated mps2-an500: the median over frames of a followed panel, whose cells are recomputed only after it has moved \
+             (`VOCC_WRITE_COUNTS=1 cargo test -p vocc-tests --test mps2 on_file`)."
         ),
         reference: format!(
-            "The bits that were drawn. No receiver could read them all: a genie that is told everything but the bits, and searches for \
-             the likeliest panel, reads {} panels wrongly at the four places (first {} frames, \
-             95 % intervals). No receiver is expected to read fewer panels wrongly, nor to have a bit error rate below a \
-             64th of that share. \
-             Bars are 95 % intervals (Gaffke 2005), an arrow means no bit was wrong: there stands half of one.",
+            "The drawn bits. A genie, which knows everything but the bits and searches for the likeliest panel, reads {} panels wrongly \
+             at the four places (first {} frames, 95 % intervals). No receiver is expected to read fewer panels wrongly, or to have a \
+             bit error rate below a 64th of that share. Bars are 95 % intervals (Gaffke 2005). An arrow marks zero errors and stands at \
+             half an error.",
             floors.join(", "),
             scale.of(GENIE_FRAMES, 10)
         ),
@@ -103,12 +100,10 @@ pub fn why(diagrams: &[Diagram]) -> String {
     }
     let on_front = on_front.iter().map(|(name, places)| format!("{name} at {places}"));
     format!(
-        "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: not once at {errorless}, and {} times less often than \
-         the next best where it errs. A panel takes it {} times what k-means takes where, as here, groups of LEDs are searched pixel by \
-         pixel \
-         (`cargo bench -p vocc-rx-pipeline --bench features -- read_by` has clearer panels). Quicker and on the front: {}. Fisher's \
-         discriminant \
-         has to be trained, k-means not. Soft values cost {} µs more than bits alone.",
+        "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: without an error at {errorless}, and {} times less \
+         often than the next best at the others. It takes {} times as long as k-means here, where it searches groups of LEDs pixel by \
+         pixel (`cargo bench -p vocc-rx-pipeline --bench features -- read_by` has clearer panels). Faster variants on the front, and at \
+         how many places: {}. Fisher's discriminant needs training, k-means does not. Soft values add {} µs.",
         best.len(),
         range(rarer.map(|(ours, next)| next / ours.error)),
         range(best.iter().map(|(ours, _)| ours.ratio.median)),

@@ -46,19 +46,16 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     let diagrams: Vec<Diagram> = diagrams.into_iter().collect::<Result<_, _>>()?;
     Ok(Measurement {
         method: format!(
-            "A scene's `effects.tolerance_grey` t: every effect states a bound on what leaving it out could change in any pixel, and one \
-             whose bound is at most t is left out. \
-             The points of *true error* are t = 0 to 4: the greatest change of any pixel before rounding, over {FRAMES} frames, against \
-             the picture with all effects; \
-             *declared bound* is what the plan promises for the same pictures, the sum of the bounds of all that is left out. The \
-             presets `paper`, `day`, `night` and `fog`, each on a drive with a little of what it has not: `{}`. \
-             Noise, whose bound is one of chance, is off. The time is that of drawing (level `fast`) and reading out one frame of the \
-             panel's surroundings.",
+            "Each effect states a bound on the change of any pixel if it is left out. The plan leaves it out if that bound is at most \
+             `effects.tolerance_grey`, t. *true error* is the greatest change of a pixel before rounding, over {FRAMES} frames, for t \
+             from 0 to 4. *declared bound* is the sum of the bounds of the effects left out. The scenes are the presets `paper`, `day`, \
+             `night` and `fog` with a little of each effect that they lack: `{}`. Noise is off, because its bound is statistical. The \
+             time covers drawing at level `fast` and reading out one frame of the panel's surroundings.",
             DRIVE.join("`, `")
         ),
         reference: format!(
-            "All effects on, level `reference`, compared at level `reference`: what is left is what was left out. Where nothing was, or \
-             less than {NOTHING_GREY} grey levels, an arrow stands."
+            "All effects on. Both pictures are drawn at level `reference`, so only the omission differs. An arrow marks a change below \
+             {NOTHING_GREY} grey levels."
         ),
         diagrams,
     })
@@ -84,10 +81,10 @@ pub fn why(diagrams: &[Diagram]) -> String {
         Some(format!("`{}`: {}", drive.title, default.note))
     });
     format!(
-        "{DEFAULT}, what rounding to a grey level does ({}). With nothing left out a frame takes {} times as long; larger tolerances \
-         bring it to {} of the time at best, and change pixels by up to {} grey levels. \
-         The tolerance is for each effect by itself, so that several left out can add up to more, and bounds hold for any bits and \
-         phases: in these frames the greatest change is {} of the sum of the bounds.",
+        "{DEFAULT} grey levels, as much as rounding changes ({}). With all effects a frame takes {} times as long. Larger tolerances \
+         take {} of the time at best and change pixels by up to {} grey levels. The tolerance applies to each effect alone, so several \
+         omissions can add up to more; but the bounds hold for any bits and phases, and the greatest change in these frames is {} of \
+         their sum.",
         left_out.collect::<Vec<_>>().join("; "),
         range(everything.map(|point| point.ratio.median)),
         range(quickest),

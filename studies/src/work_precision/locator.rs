@@ -73,15 +73,13 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     Ok(Measurement {
         method: format!(
             "{scenes} panels anywhere in frames of {} × {} pixels: 30 to 70 m, interval 0.5 to 2, roll to 15°, yaw to 30°, 50 to 10 000 \
-             lx, with noise, two in three before a photograph. A panel \
-             is missed if it is not found within {FRAMES} successive frames to {RIGHT} of its pitch. Frames are searched as they are \
-             (1×) or made 2, 3 or 4 times smaller by taking means, which the time includes. \
-             *share* looks at the most striking candidates and at one other in each frame; *full*, of whole frames alone, at all.",
+             lx, with noise, two in three before a photograph. A panel is missed if {FRAMES} successive frames do not locate it to \
+             {RIGHT} of its pitch. Frames are searched whole (1×) or averaged down 2, 3 or 4 times, which the time includes. *share* \
+             examines the strongest candidates and one other in each frame; *full*, on whole frames only, examines all.",
             SIZE[0], SIZE[1]
         ),
-        reference: "The corner LEDs as they were drawn. Bars of the miss rate are 95 % intervals (Gaffke 2005), an \
-                    arrow means that none was missed: there stands half of one; the corner error is the median over the panels found, of \
-                    the corner that is furthest off."
+        reference: "The drawn corner LEDs. Bars of the miss rate are 95 % intervals (Gaffke 2005). An arrow marks none missed and \
+                    stands at half a miss. The corner error is that of the worst corner, as the median over the panels found."
             .into(),
         diagrams,
     })
@@ -101,9 +99,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let smaller = SEARCHES.into_iter().filter(|&(decimation, _)| decimation > 1);
     let smaller = smaller.map(|(decimation, share)| format!("{decimation} times smaller {}", told(of(share, decimation))));
     format!(
-        "The whole frame with *share*, which misses {} of the panels. A frame made {}: an LED at 70 m is 1.6 pixels wide, and the search \
-         for a panel that can no longer be made out goes through all candidates. \
-         The whole frame with *full* {}. A receiver that has found a panel follows it and searches no more.",
+        "The whole frame with *share*, which misses {} of the panels. A frame made {}: an LED at 70 m is 1.6 pixels wide, and the \
+         search exhausts all candidates if the panel is no longer visible. The whole frame with *full* {}. Once it has a panel, a \
+         receiver follows it and stops searching.",
         of(true, 1).map_or_else(String::new, percent),
         smaller.collect::<Vec<_>>().join(", "),
         told(of(false, 1))

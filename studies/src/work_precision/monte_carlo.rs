@@ -63,19 +63,18 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     ];
     Ok(Measurement {
         method: format!(
-            "256 to {DEFAULT_FRAMES} frames of `paper` at each setting, random in bits, sub-pixel phase and reflectance. PanelExposure is half \
-             the width of the 95 % interval that is reported: of B2W at L2A 2 (jackknife of 32 \
-             batches), of the ratio of two B2W, at L2A 1.6 and 2, of the best L2A (a parabola through {} ratios from 1.6 to 2.4, \
-             bootstrap of 64 batches), and of the bit error rate of k-means at \
-             70 m, interval 0.5, L2A 1, 1000 lx with noise (Gaffke 2005, of frames). *common* random numbers: all ratios see the same \
-             frames; *independent*: each has frames of its own. *true error* is what the intervals \
-             promise to bound: the deviation from the reference that 95 % of {REPEATS} runs of other seeds kept. *as if independent* \
-             takes a frame's 64 bits for 64 independent ones. Time is frames times that of one frame.",
+            "256 to {DEFAULT_FRAMES} frames of `paper` at each setting, with random bits, sub-pixel phases and reflectances. The error \
+             is half the width of the reported 95 % interval: of B2W at L2A 2 (jackknife of 32 batches), of the ratio of B2W at L2A 1.6 \
+             to that at 2, of the best L2A (a parabola through {} ratios from 1.6 to 2.4, bootstrap of 64 batches), and of the bit \
+             error rate of k-means at 70 m, interval 0.5, L2A 1, 1000 lx with noise (Gaffke 2005, of frames). *common*: all ratios see \
+             the same frames. *independent*: each ratio has frames of its own. *true error*: the deviation from the reference that 95 % \
+             of {REPEATS} runs with other seeds do not exceed. *as if independent*: an interval that treats a frame's 64 bits as \
+             independent. The time is the number of frames times that of one frame.",
             GRID.len()
         ),
         reference: format!(
-            "A run of other random numbers with {REFERENCE} times as many frames as the longest that is compared, hence √{REFERENCE} \
-             times as narrow as that and 20 times as narrow as those that are held against it."
+            "A run with another seed and {REFERENCE} times as many frames as the longest run shown: its interval is √{REFERENCE} times \
+             narrower than that run's, and 20 times narrower than those of the runs behind *true error*."
         ),
         diagrams,
     })
@@ -277,11 +276,10 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let with = |title: fn(&str) -> bool| diagrams.iter().filter(move |diagram| title(&diagram.title));
     let gain_of = |title| range(with(title).flat_map(gain));
     format!(
-        "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance asks for. Which of two ratios is better is known \
-         {} times, and the best L2A {} times more exactly when all see the same frames: independent ones \
-         would need the square of that in time. Common numbers cost nothing, for frame k of a seed is the same at any setting. The \
-         interval of the bit error rate is that of frames; \
-         taking a frame's bits for independent makes it {} times as wide.",
+        "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance needs. Common numbers compare two ratios {} \
+         times more exactly and find the best L2A {} times more exactly; independent numbers would need the square of that in time. \
+         Common numbers cost nothing, because frame k of a seed is the same at any setting. The interval of the bit error rate treats a \
+         frame as the unit; one that treats bits as independent is {} times as wide.",
         gain_of(|title| title.starts_with("B2W at L2A 1.6")),
         gain_of(|title| title == "best L2A"),
         range(with(|title| title.starts_with("bit error rate")).flat_map(as_if_independent))

@@ -46,17 +46,17 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     }
     Ok(Measurement {
         method: format!(
-            "{} panels by day at each distance, yaw and pitch to 30°, roll to 15°, LEDs 3 % unequal, corners off by up to {OFF_PX} px. Points \
-             of a curve are the tolerance: a fit is settled once its last step is less, in standard deviations of the panel's image, {} \
-             down to {}. The time is that of all of the pose, with its covariance.",
+            "{} panels by day at each distance, yaw and pitch to 30°, roll to 15°, LEDs 3 % unequal, corners off by up to {OFF_PX} px. \
+             A curve varies the tolerance: a fit stops at a last step below {} down to {} standard deviations of the panel's image. The \
+             time covers the whole pose with its covariance.",
             scale.of(PANELS, 4),
             TOLERANCES[0],
             TOLERANCES[TOLERANCES.len() - 1]
         ),
         reference: format!(
-            "The same fit settled to {EXHAUSTIVE} standard deviations. The error is the distance of one image from the other by the \
-             pixels' Fisher information, as a share of what noise does to it: 1 is as much as the Cramér–Rao bound. It is the root mean \
-             square over the panels and the image's eight numbers."
+            "The same fit, stopped at {EXHAUSTIVE} standard deviations. The error is the distance between the two images by the pixels' \
+             Fisher information, relative to the noise: 1 equals the Cramér–Rao bound. It is the root mean square over the panels and \
+             the image's eight numbers."
         ),
         diagrams,
     })
@@ -73,8 +73,8 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let times = times.map(|(least, usual)| least.ratio.median / usual.ratio.median);
     let errors = points(Estimator::TOLERANCE).map(|point| point.error);
     format!(
-        "A last step of {} standard deviations. What is left of the fit is then {} of the noise's part; a tenth of that step takes {} times \
-         as long.",
+        "A last step of {} standard deviations. The remaining error of the fit is then {} of the noise's part; a tenth of that step \
+         takes {} times as long.",
         rounded(Estimator::TOLERANCE),
         range(errors.collect::<Vec<_>>()),
         range(times.collect::<Vec<_>>()),

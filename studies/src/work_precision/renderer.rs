@@ -60,22 +60,17 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         diagrams.push(diagram("knobs", |point| has_a_knob(point) || is_a_level(point)));
     }
     Ok(Measurement {
-        method: "From 64 bits to 8-bit grey levels: the panel and 11 px around it, paper's camera, L2A 2, random bits and sub-pixel \
-        phases. \
-            The dot is the greatest error of a pixel, the tick below it the root mean square, both before the grey level is rounded; \
-            rounding itself does 0.5. \
-            `reference`, `fine` and `fast` are the levels a user chooses. The curve *bound* sets all knobs for a bound in grey levels, \
-            as the levels \
-            do. *quadrature*, *truncation* and *phases* turn one knob and leave the others at `fine`. *f64* draws by the error function, \
-            without tables. \
-            *supersampled* lights cells of a raster 2 to 16 times finer, blurs them and takes their mean; with one cell a pixel that is \
-            *point-sampled*. \
-            *straightforward* takes 8 × 8 samples a pixel and blurs whole pixels."
+        method: "Each frame turns 64 bits into 8-bit grey levels: the panel and 11 px around it, the paper's camera, L2A 2, random bits \
+                 and sub-pixel phases. Dots are the greatest error of a pixel and ticks the root mean square, both before rounding, \
+                 which adds up to 0.5. `reference`, `fine` and `fast` are the levels that a user chooses. *bound* sets all knobs for a \
+                 bound in grey levels, as the levels do; *quadrature*, *truncation* and *phases* turn one knob and leave the others at \
+                 `fine`. *f64* evaluates the error function without tables. *supersampled* lights a raster 2 to 16 times finer, blurs \
+                 it and averages; *point-sampled* has one cell a pixel. *straightforward* takes 8 × 8 samples a pixel and blurs whole \
+                 pixels."
             .into(),
         reference: format!(
-            "f64, the error function, chords and reach for 1e-13 of an LED's light: the level `reference`, which for that is no point. \
-             It takes {} times the time of `fast`, and errs by no more than 1e-9 of an LED's \
-            light: `cargo test -p vocc-tests --test numerics disc_integral` holds it against values of thirty digits.",
+            "Level `reference`: f64, the error function, chords and reach for 1e-13 of an LED's light. It takes {} times as long as \
+             `fast` and errs by at most 1e-9 of an LED's light (`cargo test -p vocc-tests --test numerics disc_integral`).",
             range(reference_times)
         ),
         diagrams,
@@ -112,11 +107,11 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let [fast, fine] = levels;
     let [fast_kept, fine_kept] = kept;
     format!(
-        "`fast` for Monte Carlo (`evaluate`, `optimize`, `figures`), `fine` for pictures (`render`). {} times more exact than `fast` \
-         takes {} times as long, and nothing coarser saves more than {} % \
-         of its time. The levels promise {fast} and {fine} grey levels and here err {} and {} times less: the promise has to hold for \
-         all scenes. What f64 does more exactly than `fine` takes {} times the time of `fast`. \
-         A raster of 16 × 16 cells a pixel takes {} times that and errs by {} grey levels.",
+        "`fast` for Monte Carlo (`evaluate`, `optimize`, `figures`), `fine` for pictures (`render`). Errors {} times smaller than those \
+         of `fast` take {} times as long, and no coarser variant saves more than {} % of its time. The levels guarantee {fast} and \
+         {fine} grey levels in any scene; here their errors are {} and {} times smaller. The f64 variants that are more exact than \
+         `fine` take {} times as long as `fast`. A raster of 16 × 16 cells a pixel takes {} times as long and still errs by {} grey \
+         levels.",
         range(exacter),
         range(longer),
         rounded(100.0 * saved),
