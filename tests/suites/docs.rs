@@ -12,6 +12,21 @@ use vocc_tests::programs::{output, root};
 const WIDEST: usize = 140;
 const WRITTEN_BY_VOCC: &str = "docs/accuracy.md";
 
+/// The style, and the phrases that it bans.
+const STYLE: &str = "docs/style.md";
+/// The documents that are free of them. It only grows.
+const PLAIN: [&str; 9] = [
+    "CONTRIBUTING.md",
+    "docs/README.md",
+    "docs/accuracy.md",
+    "docs/architecture.md",
+    "docs/detectors.md",
+    "docs/numerics.md",
+    "docs/optimum.md",
+    "docs/reproduction.md",
+    "docs/scale.md",
+];
+
 struct Document {
     /// From the root of the repository.
     path: PathBuf,
@@ -46,6 +61,24 @@ impl Document {
             }
         }
         code
+    }
+
+    /// All text outside of code. A word, 0, parts what no sentence spans.
+    fn prose(&self) -> String {
+        let mut inside = false;
+        let mut prose = String::new();
+        for event in self.events() {
+            match event {
+                Event::Start(Tag::CodeBlock(_)) => inside = true,
+                Event::End(TagEnd::CodeBlock) => inside = false,
+                Event::Text(text) if !inside => prose += &text,
+                Event::Code(_) => prose += " 0 ",
+                Event::SoftBreak | Event::HardBreak => prose.push(' '),
+                Event::End(TagEnd::Paragraph | TagEnd::Heading(_) | TagEnd::TableCell | TagEnd::Item) => prose += " 0 ",
+                _ => {}
+            }
+        }
+        prose
     }
 
     /// Its headings, as links name them.
@@ -227,4 +260,35 @@ fn lines_of_prose_are_no_longer_than_140_characters() {
         }
     }
     assert!(long.is_empty(), "lines to break:\n{}", long.join("\n"));
+}
+
+/// The words of a text, in lower case, with one space about each; a sentence ends in a word of its own.
+fn spaced(text: &str) -> String {
+    let sentences = text.to_lowercase().replace(['.', ':', ';', '?'], " 0 ");
+    let letters = sentences.replace(|letter: char| !letter.is_alphanumeric() && letter != '\'', " ");
+    let words: Vec<&str> = letters.split_whitespace().collect();
+    format!(" {} ", words.join(" "))
+}
+
+#[test]
+fn plain_documents_have_none_of_the_banned_phrases() {
+    let documents = documents();
+    let document = |path: &str| {
+        let found = documents.iter().find(|document| document.path == Path::new(path));
+        found.unwrap_or_else(|| panic!("no document {path}"))
+    };
+    let (_, list) = document(STYLE).text.split_once("## Banned phrases").expect("the heading");
+    let banned = list
+        .lines()
+        .filter(|line| line.starts_with("- "))
+        .flat_map(|line| line.split('`').skip(1).step_by(2));
+    let banned: Vec<String> = banned.map(spaced).collect();
+    assert!(banned.len() > 20, "only {} phrases were found", banned.len());
+    let mut found = Vec::new();
+    for path in PLAIN {
+        let prose = spaced(&document(path).prose());
+        let here = banned.iter().filter(|phrase| prose.contains(phrase.as_str()));
+        found.extend(here.map(|phrase| format!("{path}:{phrase}")));
+    }
+    assert!(found.is_empty(), "phrases that {STYLE} bans:\n{}", found.join("\n"));
 }
