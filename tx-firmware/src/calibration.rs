@@ -31,7 +31,7 @@ pub const SENSOR_GAIN: RangeInclusive<U12F20> = U12F20::lit("0.01")..=U12F20::li
 /// than a quarter of its luminance wants more light: it takes fewer lux.
 pub const BENCH_FULL_DUTY_LX: u32 = 4_000;
 
-/// The panel of `docs/hardware.md` as a bench measures it: what a board takes its own for until somebody has measured that.
+/// The panel of `docs/hardware/road-kit.md` as a bench measures it: what a board takes its own for until somebody has measured that.
 pub const BENCH: Measured = Measured {
     luminance_full_cd_m2: U32F32::lit("26000"),
     shortest_pulse_ns: 100,

@@ -116,3 +116,8 @@ pub mod shift_register;
 pub mod store;
 pub mod symbol_clock;
 pub mod transmitter;
+
+/// The loop that a port begins with.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/porting.md")]
+struct Porting;

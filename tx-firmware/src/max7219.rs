@@ -25,8 +25,8 @@
 //! | greatest luminance | the LEDs' own | an eighth of it |
 //!
 //! So it suits a desk, a webcam with exposures of 1/50 to 1/200 s at its full frame rate, and the demonstration that a message arrives:
-//! `docs/hardware.md`, "The desk kit". It does not suit a road. A panel dimmer than half its first step is dark: the chip's shutdown, in
-//! which it keeps its rows.
+//! `docs/hardware/desk-kit.md`. It does not suit a road. A panel dimmer than half its first step is dark: the chip's shutdown, in which
+//! it keeps its rows.
 
 use embedded_hal::spi::SpiDevice;
 use link::panel::{PanelFrame, SIDE};

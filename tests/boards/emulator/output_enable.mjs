@@ -1,5 +1,5 @@
-// The stage between a Pico's pin and the output enable of the registers, which lights the LEDs when low: docs/hardware.md, "Dark without a
-// program". The registers and the stage have a supply of their own, which stays.
+// The stage between a Pico's pin and the output enable of the registers, which lights the LEDs when low: docs/hardware/road-kit.md, "Dark
+// without a program". The registers and the stage have a supply of their own, which stays.
 
 // As a pin is (rp2040js, `GPIOPinState`), and one of a chip without power, whose protection diodes hold it near 0 V.
 const LOW = 0, HIGH = 1, FLOATING = 2, PULLED_UP = 3, PULLED_DOWN = 4;

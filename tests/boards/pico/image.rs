@@ -31,7 +31,7 @@ impl Programs {
     }
 }
 
-/// The features of the desk kit, as `docs/hardware.md` gives them.
+/// The features of the desk kit, as `docs/hardware/desk-kit.md` gives them.
 const KIT: &str = "rp2040,max7219,no-sensor";
 
 /// Builds the image and keeps it by this name: the next build has another in its place.

@@ -1,4 +1,4 @@
-//! Size and time of the image on the emulated Cortex-M0+: the numbers of the table in `docs/hardware.md`.
+//! Size and time of the image on the emulated Cortex-M0+: the numbers of the table in `docs/hardware/reference.md`.
 
 use std::io::Write as _;
 use std::os::unix::net::UnixStream;

@@ -7,7 +7,7 @@
 //! | interrupt executor below it | the serial port over USB ([`usb`]) |
 //! | thread | all else: `rx_pipeline::standalone`, on what [`board`] has |
 //!
-//! `docs/hardware.md` has the wiring.
+//! `docs/hardware/receiver.md` has the wiring.
 
 #![no_std]
 #![no_main]

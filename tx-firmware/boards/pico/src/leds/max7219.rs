@@ -35,8 +35,8 @@ pub const TRANSFER: Transfer = Transfer {
 /// It shows no carrier.
 pub const IMAGES: usize = 1;
 
-/// A module of 3 mm LEDs, for as long as nobody has measured this one: `docs/hardware.md`, "The desk kit". Its shortest pulse and its
-/// period are the first of the chip's steps.
+/// A module of 3 mm LEDs, for as long as nobody has measured this one: `docs/hardware/desk-kit.md`. Its shortest pulse and its period
+/// are the first of the chip's steps.
 pub const TYPICAL: Measured = Measured {
     luminance_full_cd_m2: U32F32::lit("600"),
     shortest_pulse_ns: 40_323,

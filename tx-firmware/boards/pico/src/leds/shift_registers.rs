@@ -1,5 +1,5 @@
 //! Shift registers with output latches: the symbol clock is the latch, pulses on their output-enable line dim, and so does the LEDs'
-//! current. `docs/hardware.md` has the gate that drives that line.
+//! current. `docs/hardware/road-kit.md` has the gate that drives that line.
 
 use embassy_rp::{
     Peri,
