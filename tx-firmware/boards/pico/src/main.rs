@@ -7,7 +7,7 @@
 //! | interrupt executor | the serial ports and the flash ([`ports`], [`memory`]) |
 //! | thread | the light sensor ([`light_sensor`]) and the watchdog |
 //!
-//! `docs/hardware.md` has the wiring.
+//! `docs/hardware` has the wiring of both kits.
 
 #![no_std]
 #![no_main]
