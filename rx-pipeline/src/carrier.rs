@@ -16,6 +16,7 @@ mod fit;
 mod history;
 mod lines;
 mod readings;
+mod rows;
 #[cfg(test)]
 mod tests;
 mod turn;
@@ -24,13 +25,14 @@ mod waveform;
 use crate::corners::Corners;
 use crate::detect::{Detection, correlation};
 use crate::symbols::is_sure;
-use fit::{ALL_SHAPES, AtFrequency, Fit, Shown, still_score};
+use fit::{ALL_SHAPES, AtFrequency, Fit, Shown, step, still_score};
 use history::{History, Sighting};
 use lines::{Known, Lines};
 use link::panel::SoftPanel;
 use readings::Readings;
 pub use readings::Reread;
 use readings::Source;
+use rows::Rows;
 use waveform::PHASES;
 
 /// The correlation of two readings from which they show the same symbol, or below minus which its complement. Higher: fewer pairs; lower:
@@ -58,6 +60,8 @@ const OTHER: f32 = 0.06;
 const FREQUENCIES_MAX: u32 = 20_000;
 /// After a longer gap, or where time runs backwards, nothing is known of a carrier (frame periods).
 const GAP_MAX: f64 = 64.0;
+/// What was seen longer ago says nothing of a carrier (frame periods).
+const MEMORY_PERIODS: f64 = 256.0;
 /// The fastest carrier that is looked for where frames are not taken steadily (cycles a frame period).
 const CYCLES_MAX: f64 = 64.0;
 /// Carriers that explain the frames equally well and are tried on the readings, at most (count).
@@ -70,6 +74,9 @@ const UNEVEN: f32 = 1.2;
 const BY_CONTRAST: f32 = 25.0;
 /// Such a carrier is so far from those that come and go as slowly as wipers do (cycles a frame period).
 const ALTERNATES: f64 = 0.025;
+
+/// The phase of a carrier is never known to be more wrong (steps of 1/256 cycle).
+const PHASE_ERROR_MAX: i32 = 32;
 
 /// The carrier of one panel, as far as it is known.
 #[derive(Clone, Debug)]
@@ -94,6 +101,8 @@ pub(crate) struct Carrier {
     reversals: usize,
     /// The carrier as lines see it that are exposed one after another.
     lines: Lines,
+    /// The rows of LEDs that are inverted in all frames.
+    rows: Rows,
 }
 
 impl Carrier {
@@ -110,6 +119,7 @@ impl Carrier {
         searches: 0,
         reversals: 0,
         lines: Lines::NONE,
+        rows: Rows::NONE,
     };
 
     /// Whether frames have shown the complement of others, as those of a still panel never do.
@@ -122,8 +132,19 @@ impl Carrier {
         self.lines.is_known()
     }
 
+    /// Whether an outer line of LEDs shows nothing of what the others show.
+    pub fn misses_a_line(&self) -> bool {
+        self.lines.misses_one()
+    }
+
+    /// Says that the panel is elsewhere than the last frames have shown it: their LEDs are others'.
+    pub fn move_panel(&mut self) {
+        self.lines.forget_lights();
+    }
+
     /// What a frame shows of a symbol, from that symbol's bits.
     pub fn as_seen(&self, time: f64, symbol: SoftPanel) -> SoftPanel {
+        let symbol = symbol.flipped(self.rows.leds());
         match &self.fit {
             _ if self.reads_by_lines() => SoftPanel::ERASED,
             Some(fit) if fit.contrast_at(time) < 0.0 => symbol.flipped(u64::MAX),
@@ -156,6 +177,8 @@ impl Carrier {
                 Known::Now | Known::Rivals => return Some(Reread(Source::Lines(&self.lines))),
             }
         }
+        self.rows.see(time, &detection.soft);
+        *detection = detection.inverted(self.rows.leds());
         let was_known = self.fit.is_some();
         if !was_known {
             let is_of_one = detection.mixed.is_none() || is_sure(&detection.soft);
@@ -174,9 +197,12 @@ impl Carrier {
         };
         match fit.shown_at(time) {
             Shown::Symbol => {}
-            Shown::Complement => *detection = detection.complement(),
+            Shown::Complement => *detection = detection.inverted(u64::MAX),
             Shown::Nothing => (detection.soft, detection.mixed) = (SoftPanel::ERASED, None),
         }
+        // With a sign that is wrong with some probability, each bit is.
+        let sure = fit.sure.min(self.sure_of_sign(&fit, time));
+        *detection = detection.doubted(libm::tanhf(0.5 * sure));
         (!was_known).then_some(Reread(Source::Frames {
             readings: &self.readings,
             fits: self.fit.as_slice(),
@@ -190,6 +216,7 @@ impl Carrier {
         if !is_known || detection.mixed.is_some() && !is_sure(&detection.soft) {
             return;
         }
+        self.history.forget_before(time - MEMORY_PERIODS);
         self.since_last = self.since_last.saturating_add(1);
         let alike = self.last.as_ref().filter(|(_, before)| time - before < NEAR);
         let alike = alike.map_or(0.0, |(before, _)| correlation(before, &detection.soft));
@@ -223,8 +250,39 @@ impl Carrier {
                 self.is_tried = self.searches.is_multiple_of(TRIED_SEARCHES) && !self.rivals.is_empty();
             }
             (Some(found), Some(fit)) if found.score > fit.score + CLEARLY => self.fit = Some(found),
-            _ => {}
+            (found, Some(fit)) => {
+                // Another may be as good now.
+                let sure = found.map_or(CLEARLY, |found| found.sure);
+                self.fit = Some(Fit { sure, ..*fit });
+            }
         }
+    }
+
+    /// How sure the sign of a frame is by the carrier's phase (nats): by how much worse the nearest phases at which it is the other explain
+    /// what frames showed, if the carrier's phase or its frequency is wrong, or both.
+    fn sure_of_sign(&self, fit: &Fit, time: f64) -> f32 {
+        let crossings = [1, -1].map(|way| {
+            let steps = (1..=PHASE_ERROR_MAX).map(|steps| f64::from(way * steps) / PHASES as f64);
+            let moved = |by: f64| Fit {
+                phase: fit.phase + by,
+                ..*fit
+            };
+            steps
+                .into_iter()
+                .find(|&by| moved(by).contrast_at(time) * fit.contrast_at(time) < 0.0)
+        });
+        let sightings = self.history.sightings();
+        let score = |by: f64, share: f64| {
+            let slower = (1.0 - share) * by / (time - fit.time).max(1.0);
+            let phase = fit.phase + share * by;
+            let phase = step(phase - libm::floor(phase)) as u8;
+            AtFrequency::new(sightings, fit.time, fit.frequency + slower).score(phase, fit.shape)
+        };
+        let others = crossings
+            .into_iter()
+            .flatten()
+            .flat_map(|by| [0.0, 0.5, 1.0].map(|share| score(by, share)));
+        (fit.score - others.fold(f32::NEG_INFINITY, f32::max)).max(0.0)
     }
 
     /// A carrier followed to the frames seen since.
@@ -242,7 +300,8 @@ impl Carrier {
             let frequency = fit.frequency + step * f64::from(by);
             AtFrequency::new(sightings, time, frequency).best(ALL_SHAPES, phases.clone())
         });
-        tries.max_by(|a, b| a.score.total_cmp(&b.score)).unwrap_or(fit)
+        let best = tries.max_by(|a, b| a.score.total_cmp(&b.score)).unwrap_or(fit);
+        Fit { sure: fit.sure, ..best }
     }
 
     /// Whether it is worth while to look for a carrier: frames have shown the complement of others, or contrasts that differ much.
@@ -306,6 +365,9 @@ impl Carrier {
             }
         }
         self.rivals = rivals;
-        is_clear.then_some(best)
+        is_clear.then_some(Fit {
+            sure: best.score - rival,
+            ..best
+        })
     }
 }

@@ -38,6 +38,8 @@ pub(crate) use error::MIN_CONTRAST_GREY;
 pub use fisher::{Fisher, FisherError, FisherFeatures, FisherScaling, FisherTraining};
 
 pub(crate) use detection::{bits_where, lit, wrong_bits};
+#[cfg(feature = "carrier")]
+pub(crate) use soft::no_surer_than;
 pub(crate) use soft::{correlation, soft_panel};
 
 use crate::features::Features;

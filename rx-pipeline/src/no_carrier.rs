@@ -22,6 +22,12 @@ impl Carrier {
         false
     }
 
+    pub fn misses_a_line(&self) -> bool {
+        false
+    }
+
+    pub fn move_panel(&mut self) {}
+
     pub fn as_seen(&self, _time: f64, symbol: SoftPanel) -> SoftPanel {
         symbol
     }

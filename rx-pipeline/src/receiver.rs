@@ -176,7 +176,11 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             memory.expect_carrier(decoder.has_carrier());
             let tools = &mut memory.tools(residuals, tiles, decoder.before(number));
             let followed = reader.follow(number, frame, &self.locator, tools, canvas, profile);
-            let is_doubtful = reader.is_doubtful() && !decoder.reads_by_lines();
+            let misses_a_line = decoder.misses_a_line();
+            if misses_a_line {
+                reader.distrust();
+            }
+            let is_doubtful = reader.is_doubtful() && (misses_a_line || !decoder.reads_by_lines());
             is_any_doubtful |= is_doubtful;
             if !is_doubtful {
                 again.calm_down();
@@ -225,6 +229,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
                 let tools = &mut memory.tools(residuals, tiles, decoder.before(number));
                 if let Some(elsewhere) = reader.find_again(number, frame, location, tools, canvas, profile) {
                     (reading, *again) = (Ok(elsewhere), Backoff::NONE);
+                    decoder.move_panel();
                 }
                 found = Err(Loss::NoPlace);
             }

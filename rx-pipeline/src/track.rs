@@ -495,6 +495,11 @@ impl Track {
         Self { trust: 1.0, ..self }
     }
 
+    /// The same where nothing speaks for it any longer.
+    pub fn distrusted(self) -> Self {
+        Self { trust: 0.5, ..self }
+    }
+
     /// The share of the light that it usually explains; all of it, as long as nothing is known.
     fn usually_explained(&self) -> f32 {
         self.usual.map_or(1.0, |usual| usual.explained)

@@ -2,6 +2,7 @@
 
 use super::history::{FRAMES, Sighting};
 use super::waveform::{PHASES, SHAPES, WAVEFORMS};
+use crate::detect::no_surer_than;
 use link::panel::SoftPanel;
 
 /// A frame of less contrast shows nothing (share of the greatest).
@@ -39,6 +40,8 @@ pub(super) struct Fit {
     pub shape: usize,
     /// The logarithm of its likelihood (nats).
     pub score: f32,
+    /// By how much it is likelier than any that gives frames other signs (nats).
+    pub sure: f32,
 }
 
 impl Fit {
@@ -65,13 +68,14 @@ impl Fit {
         }
     }
 
-    /// The soft values of a symbol, from those of the frame of that time.
+    /// The soft values of a symbol, no surer than the signs, from those of the frame of that time.
     pub fn signed(&self, time: f64, seen: &SoftPanel) -> SoftPanel {
-        match self.shown_at(time) {
-            Shown::Nothing => SoftPanel::ERASED,
+        let symbol = match self.shown_at(time) {
+            Shown::Nothing => return SoftPanel::ERASED,
             Shown::Complement => seen.flipped(u64::MAX),
             Shown::Symbol => *seen,
-        }
+        };
+        no_surer_than(&symbol, self.sure)
     }
 
     /// The share of frames in which two differ in the sign, up to one common sign.
@@ -121,7 +125,7 @@ impl<'a> AtFrequency<'a> {
     }
 
     /// The logarithm of the likelihood of that phase and shape (nats).
-    fn score(&self, phase: u8, shape: usize) -> f32 {
+    pub fn score(&self, phase: u8, shape: usize) -> f32 {
         let shape = &WAVEFORMS[shape];
         let contrast = |i: usize| shape[usize::from(self.phases[i].wrapping_add(phase))];
         let (mut cross, mut squares, mut seen, mut contrary) = (0.0, 0.0, 0.0, 0.0);
@@ -166,6 +170,7 @@ impl<'a> AtFrequency<'a> {
             time: self.time,
             shape,
             score,
+            sure: f32::INFINITY,
         }
     }
 }

@@ -40,6 +40,18 @@ impl History {
         self.len += 1;
     }
 
+    /// Forgets all but the last of them.
+    pub fn keep_last(&mut self, count: usize) {
+        let dropped = self.len.saturating_sub(count);
+        self.sightings.copy_within(dropped..self.len, 0);
+        self.len -= dropped;
+    }
+
+    /// Forgets those before that time.
+    pub fn forget_before(&mut self, time: f64) {
+        self.keep_last(self.sightings().iter().filter(|sighting| sighting.time >= time).count());
+    }
+
     pub fn sightings(&self) -> &[Sighting] {
         &self.sightings[..self.len]
     }
@@ -73,3 +85,23 @@ pub(super) fn is_steady(mut times: impl Iterator<Item = f64>) -> bool {
 
 /// Frames are steady that are late by less (frame periods).
 const STEADY: f64 = 1e-4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sightings_before_a_time_are_forgotten() {
+        let mut history = History::EMPTY;
+        (0..200).for_each(|number| {
+            history.push(Sighting {
+                time: f64::from(number),
+                modulation: 1.0,
+                pair: None,
+            });
+        });
+        history.forget_before(150.0);
+        let times = history.sightings().iter().map(|sighting| sighting.time);
+        assert!(times.eq((150..200).map(f64::from)));
+    }
+}

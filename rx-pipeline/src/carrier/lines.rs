@@ -49,7 +49,7 @@ const SYNC_SEEN_BY: f32 = 0.85;
 /// What a pair of frames of the same symbol says for a wave or against it (nats), and how well they have to agree (correlation).
 const PAIR_NATS: f32 = 2.0;
 /// See there.
-const PAIR_ALIKE: f32 = 0.8;
+const PAIR_ALIKE: f32 = 0.6;
 /// Each sign is that of more LEDs (share).
 const BOTH_SIGNS: f32 = 0.1;
 /// Two waves are the same that give other signs to fewer LEDs (share).
@@ -58,6 +58,16 @@ const OTHER: f32 = 0.06;
 const MEAN_FRAMES: f32 = 16.0;
 /// Light of more than this is another's (root mean squares, squared).
 const SQUARE_MAX: f32 = 4.0;
+/// Frames that tell whether an outer line of LEDs is none of the panel's (count).
+const RECENT_FRAMES: usize = 16;
+/// Such a line shows less of the wave than that (share of what all show),
+const DARK: f32 = 0.3;
+/// where as much of it should be seen (mean square of the contrast, of which the greatest is 1).
+const SEEN_MIN: f32 = 0.1;
+/// What was seen longer ago says nothing of a wave (frame periods).
+const MEMORY_PERIODS: f64 = 256.0;
+/// What is left of how sure the signs were, from one look at a wave to the next, if nothing confirms it (share).
+const STILL_SURE: f32 = 0.97;
 /// A panel of which lines and rows grow so differently from one frame to the next is another (share).
 const OTHER_PLACE: f32 = 0.15;
 /// Frames from one search to the next, at least and at most, while none is found, and between two looks at a wave that is (count).
@@ -223,6 +233,7 @@ impl Lines {
         };
         self.next = (self.next + 1) % FRAMES;
         self.len = (self.len + 1).min(FRAMES);
+        self.len = self.latest(FRAMES).take_while(|seen| time - seen.time < MEMORY_PERIODS).count();
         self.wait = self.wait.saturating_sub(1);
         if self.wait > 0 {
             return self.known();
@@ -244,6 +255,31 @@ impl Lines {
             _ => SEARCH_FRAMES,
         };
         found
+    }
+
+    /// Whether an outer line of LEDs shows nothing of the wave, where the others do.
+    pub fn misses_one(&self) -> bool {
+        let Some(wave) = self.wave.as_ref().filter(|_| self.len >= RECENT_FRAMES) else {
+            return false;
+        };
+        let (mut cross, mut squares) = ([0.0; LEDS], [0.0; LEDS]);
+        for seen in self.latest(RECENT_FRAMES) {
+            for led in 0..LEDS {
+                let contrast = wave.contrast(seen, led).abs();
+                cross[led] += self.light(seen, led).abs() * contrast;
+                squares[led] += contrast * contrast;
+            }
+        }
+        let is_dark = |(first, step): (usize, usize)| {
+            let sum = |of: &[f32; LEDS]| of.iter().skip(first).step_by(step).take(SIDE).sum::<f32>();
+            sum(&squares) > SEEN_MIN * (SIDE * RECENT_FRAMES) as f32 && sum(&cross) < DARK * wave.amplitude * sum(&squares)
+        };
+        [(0, 1), (LEDS - SIDE, 1), (0, SIDE), (SIDE - 1, SIDE)].into_iter().any(is_dark)
+    }
+
+    /// Forgets the light of the last frames, but not the wave.
+    pub fn forget_lights(&mut self) {
+        (self.len, self.wait, self.means) = (0, FRAMES_MIN as u32, [0.0; LEDS]);
     }
 
     fn known(&self) -> Known {
@@ -552,10 +588,10 @@ impl Lines {
         });
         let sure = self.signs(&wave) - self.signs(&wave.alternating());
         let wave = Wave {
-            sure: before.sure.max(sure),
+            sure: sure.max(STILL_SURE * before.sure),
             ..wave
         };
-        self.wave = (wave.explained > LOST).then_some(wave);
+        self.wave = (wave.explained > LOST && sure > -CLEARLY).then_some(wave);
     }
 }
 
@@ -584,5 +620,71 @@ impl Candidate {
         {
             *least = new;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WAVE: Wave = Wave {
+        frequency: 0.31,
+        slope: 0.02,
+        phase: 0.1,
+        time: 0.0,
+        line: 30.0,
+        shape: 0,
+        amplitude: 0.3,
+        variance: 0.001,
+        explained: 0.9,
+        sure: 20.0,
+    };
+
+    /// Frames of a panel that shows such a wave, of which a row or column shows nothing: from an LED on, in such steps.
+    fn seen(dark: Option<(usize, usize)>) -> Lines {
+        let corners = Corners::new([[9.0, 9.0], [51.0, 9.0], [51.0, 51.0], [9.0, 51.0]]).expect("corners");
+        let mut lines = Lines {
+            wave: Some(WAVE),
+            wait: u32::MAX,
+            ..Lines::NONE
+        };
+        let is_dark = |led: usize| dark.is_some_and(|(first, step)| (0..SIDE).any(|i| first + step * i == led));
+        for number in 0..RECENT_FRAMES as u64 {
+            lines.push(number, number as f64, &[1.0; LEDS], &corners);
+            let contrasts = WAVE.contrasts(lines.last(0));
+            let sign = |led: usize| {
+                if 0x6c1d_93a5_0b7e_f248u64.rotate_left(number as u32) >> led & 1 == 1 {
+                    0.3
+                } else {
+                    -0.3
+                }
+            };
+            let light = core::array::from_fn(|led| if is_dark(led) { 0.01 } else { sign(led) * contrasts[led] });
+            (lines.len, lines.next) = (lines.len - 1, lines.next - 1);
+            lines.push(number, number as f64, &light, &corners);
+        }
+        lines
+    }
+
+    /// Such a panel is followed a line off.
+    #[test]
+    fn an_outer_line_without_light_is_missed() {
+        assert!(!seen(None).misses_one());
+        assert!(!seen(Some((3 * SIDE, 1))).misses_one());
+        for outer in [(0, 1), (LEDS - SIDE, 1), (0, SIDE), (SIDE - 1, SIDE)] {
+            let mut lines = seen(Some(outer));
+            assert!(lines.misses_one(), "{outer:?}");
+            lines.forget_lights();
+            assert!(lines.is_known() && !lines.misses_one());
+        }
+    }
+
+    /// Signs that nothing confirms are no longer as sure as they were.
+    #[test]
+    fn evidence_on_signs_fades() {
+        let mut lines = seen(None);
+        lines.follow();
+        let sure = lines.wave.expect("a wave").sure;
+        assert!((0.9 * WAVE.sure..WAVE.sure).contains(&sure), "{sure}");
     }
 }

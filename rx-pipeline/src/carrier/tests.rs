@@ -134,3 +134,72 @@ fn rows_of_still_panels_are_left_as_they_are() {
         );
     }
 }
+
+/// A carrier before lines, by the phase of the first row in frame 0, and its cycles a frame and a row.
+fn rolling(phase: f64, frequency: f64, slope: f64) -> impl Fn(u64, usize) -> f32 {
+    move |number, row| libm::cos(core::f64::consts::TAU * (phase + frequency * number as f64 + slope * row as f64)) as f32
+}
+
+/// Soft values are no surer than the sign: not as soon as the carrier is known, nor next to a phase at which it is blind.
+#[test]
+fn no_bit_is_surer_than_the_sign() {
+    let contrast = rolling(0.05, 0.2497, 0.0);
+    let mut carrier = std::boxed::Box::new(Carrier::NONE);
+    let (mut is_first, mut next_to_blind) = (true, 0);
+    for number in 0..300 {
+        let mut detection = Detection {
+            modulation: 0.4 * contrast(number, 0).abs(),
+            ..seen(symbol((number as f64 * SYMBOLS) as u64), 1.0f32.copysign(contrast(number, 0)))
+        };
+        carrier.resolve(number, number as f64, &corners(), &mut detection);
+        let Some(fit) = carrier.fit else { continue };
+        let surest = detection.soft.0.iter().map(|llr| llr.unsigned_abs()).max().expect("LEDs");
+        if core::mem::take(&mut is_first) {
+            assert!(f32::from(surest) * link::panel::LLR_STEP <= fit.sure && surest > 0, "{surest}");
+        }
+        if (0.01..0.12).contains(&fit.contrast_at(number as f64).abs()) {
+            next_to_blind += 1;
+            assert!(surest < 100, "{number}: {surest}");
+        }
+    }
+    assert!(!is_first && next_to_blind > 0);
+}
+
+/// A doubted frame settles nothing.
+#[test]
+fn doubted_frames_stay_unsure_before_lines() {
+    let mut detection = Detection {
+        lights: Some(Lights {
+            above_mean: [0.3; 64],
+            mean: 0.5,
+        }),
+        ..seen(7, 1.0)
+    }
+    .doubted(0.8);
+    let unsure = detection.confidence;
+    let mut carrier = std::boxed::Box::new(Carrier::NONE);
+    carrier.resolve(0, 0.0, &corners(), &mut detection);
+    assert!(detection.confidence == unsure && unsure < 0.95, "{unsure}");
+}
+
+/// Rows that a carrier in step with the frames inverts.
+#[test]
+fn rows_in_step_are_told_by_sync_panels() {
+    const INVERTED: u64 = 0x00ff_ff00_00ff_ff00;
+    for inverted in [INVERTED, 0] {
+        let mut carrier = std::boxed::Box::new(Carrier::NONE);
+        let mut right = 0;
+        for number in 0..120 {
+            let index = number / 2;
+            let bits = if index % 8 == 0 {
+                link::framing::SYNC_SEEN[0].bits()
+            } else {
+                symbol(index)
+            };
+            let mut detection = seen(bits ^ inverted, 1.0);
+            carrier.resolve(number, number as f64, &corners(), &mut detection);
+            right += u32::from(number >= 60 && [bits, !bits].contains(&detection.bits.bits()));
+        }
+        assert_eq!(right, 60, "{inverted:x}");
+    }
+}

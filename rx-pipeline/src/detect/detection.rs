@@ -66,10 +66,13 @@ impl Detection {
         }
     }
 
-    /// The same where it is of the panel itself with that probability, 0 to 1, and else says nothing of it.
+    /// The same where it is of the panel itself with that probability, 0 to 1, and else says nothing of it: then nor does the light of its
+    /// LEDs.
     pub(crate) fn doubted(&self, probability: f32) -> Self {
         let most = libm::logf((1.0 + probability) / (1.0 - probability).max(f32::MIN_POSITIVE));
         Self {
+            #[cfg(feature = "carrier")]
+            lights: self.lights.filter(|_| probability >= 1.0),
             soft: no_surer_than(&self.soft, most),
             confidence: 0.5 + probability * (self.confidence - 0.5),
             mixed: self.mixed.map(|mixture| Mixture {
@@ -81,15 +84,15 @@ impl Detection {
         }
     }
 
-    /// That of the complement: each LED is On where it was Off.
+    /// That of a panel of which these LEDs are On where they were Off.
     #[cfg(feature = "carrier")]
-    pub(crate) fn complement(&self) -> Self {
+    pub(crate) fn inverted(&self, leds: u64) -> Self {
         Self {
-            bits: PanelFrame::from_bits(!self.bits.bits()),
-            soft: self.soft.flipped(u64::MAX),
+            bits: PanelFrame::from_bits(self.bits.bits() ^ leds),
+            soft: self.soft.flipped(leds),
             mixed: self.mixed.map(|mixture| Mixture {
-                ending: mixture.ending.flipped(u64::MAX),
-                beginning: mixture.beginning.flipped(u64::MAX),
+                ending: mixture.ending.flipped(leds),
+                beginning: mixture.beginning.flipped(leds),
                 ..mixture
             }),
             ..*self
@@ -198,10 +201,25 @@ pub(crate) fn bits_where(on: impl Fn(usize) -> bool) -> PanelFrame {
     PanelFrame::from_bits((0..LEDS).fold(0, |bits, cell| bits | u64::from(on(cell)) << cell))
 }
 
-#[cfg(all(test, feature = "read-lines"))]
+#[cfg(all(test, feature = "carrier"))]
 mod tests {
     use super::*;
 
+    #[test]
+    fn a_doubted_reading_says_nothing_of_the_light() {
+        let lights = Some(Lights {
+            above_mean: [0.3; LEDS],
+            mean: 0.5,
+        });
+        let seen = Detection {
+            lights,
+            ..Detection::new(PanelFrame::from_bits(7), [9.0; LEDS])
+        };
+        assert_eq!(seen.doubted(1.0), seen);
+        assert_eq!(seen.doubted(0.9).lights, None);
+    }
+
+    #[cfg(feature = "read-lines")]
     #[test]
     fn what_two_symbols_share_of_an_exposure_is_turned_with_the_panel() {
         let seen = Mixture {

@@ -414,6 +414,11 @@ impl Reader {
         self.method == Method::MaximumLikelihood && self.track.as_ref().is_some_and(is_unsure)
     }
 
+    /// Says that the panel is not where it is followed.
+    pub fn distrust(&mut self) {
+        self.track = self.track.map(Track::distrusted);
+    }
+
     /// Reads a panel that was looked for although one is followed, and follows it from now on if its bits are surer. Nothing has changed
     /// if they are not, or if it is the same.
     pub fn find_again<const N: usize>(

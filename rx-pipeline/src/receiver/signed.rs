@@ -39,6 +39,16 @@ impl SignedDecoder {
         self.carrier.reads_by_lines()
     }
 
+    /// Whether an outer line of LEDs shows nothing of the carrier that the others show: then the panel is followed a line off.
+    pub fn misses_a_line(&self) -> bool {
+        self.carrier.misses_a_line()
+    }
+
+    /// Says that the panel is elsewhere than the last frames have shown it.
+    pub fn move_panel(&mut self) {
+        self.carrier.move_panel();
+    }
+
     /// What frame `number` shows of a symbol that it may show the end of, as far as that is known.
     pub fn before(&self, number: u64) -> SoftPanel {
         let before = self.decoder.before(number);
