@@ -21,7 +21,7 @@ fn main() -> Result<(), std::num::ParseIntError> {
             Event::Header { .. } => headers += 1,
             Event::Beacon { .. } => beacons += 1,
             Event::Geometry(_) => sizes += 1,
-            Event::Delivered(_) => messages += 1,
+            Event::Delivered(_) | Event::Signed(_) => messages += 1,
         }
     }
     println!(

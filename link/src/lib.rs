@@ -73,6 +73,7 @@
 //! * **Another code** is worth naming where the channel is known: [`fec::Code::Tm1280`] at error rates well
 //!   below 1 % (1024 bytes in 184 panels), [`fec::Code::Tc512`] where one repeat must suffice at 4 % and
 //!   more. `cargo run --release -p vocc-link --example code_choice` prints how all of them do at all lengths.
+//! * **To sign messages, and to know who says so**: [`framing::SignedFramer`], and the feature `signing`, module `signing`.
 //! * **To measure bit error rates**, or to compare with Do & Yoo 2020: [`raw`], 64 message bits a panel and
 //!   nothing else.
 //! * **To say what the receiver lost and why**: every variant of [`framing::Event`].
@@ -93,5 +94,7 @@ pub mod raw;
 pub mod scramble;
 pub mod serial;
 mod shipped_table;
+#[cfg(feature = "signing")]
+pub mod signing;
 pub mod symbol_rate;
 pub mod waveform;

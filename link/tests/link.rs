@@ -76,7 +76,7 @@ impl Listener {
                 ..
             } => self.failed_segments += 1,
             Event::Rejected(Rejection::MessageCorrupt { .. }) => self.corrupt += 1,
-            Event::Nothing | Event::Rejected(_) | Event::Segment { .. } | Event::UnsupportedVersion(_) => {}
+            Event::Nothing | Event::Rejected(_) | Event::Segment { .. } | Event::UnsupportedVersion(_) | Event::Signed(_) => {}
         }
         self.index += 1;
     }
@@ -567,7 +567,8 @@ fn a_header_tells_its_message() {
         Event::Header {
             header,
             inverted: false,
-            expected: false
+            expected: false,
+            unsigned: false,
         }
     );
 }

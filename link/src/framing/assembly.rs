@@ -1,6 +1,7 @@
 //! The message in progress: what its segments said, over all repeats.
 
-use super::header::{Header, message_crc};
+use super::header::{Header, SignatureHeader, message_crc};
+use super::signature::{SIGNATURE_BLOCK, SIGNATURE_BYTES, Signature};
 use super::{Layout, MESSAGE_MAX};
 use crate::fec::{CODEWORD_PANELS_MAX, Code, Decoder, Undecodable, combine};
 use crate::panel::SoftPanel;
@@ -39,9 +40,21 @@ pub enum Added {
     },
 }
 
+/// What became of the reading of a signature.
+pub enum AddedSignature {
+    /// The message is not whole yet, or the signature was read before.
+    Unused,
+    /// It is kept, and added to its next repeat.
+    Kept(Undecodable),
+    /// It was decoded, and is not the one that its header announces.
+    Corrupt,
+    /// It is the signature of the message.
+    Read(Signature),
+}
+
 /// One message in progress.
 ///
-/// Its segments that did not decode are kept as sums of their log-likelihood ratios over the repeats.
+/// Its segments that did not decode are kept as sums of their log-likelihood ratios over the repeats; once it is whole, its signature is.
 pub struct Assembly {
     header: Option<Header>,
     soft: [SoftPanel; PAYLOAD_PANELS_MAX],
@@ -51,6 +64,8 @@ pub struct Assembly {
     /// One bit a segment: its bytes are in `message`.
     decoded: u128,
     complete: bool,
+    /// The last signature of which something was read, and whether all of it was.
+    signature: Option<(SignatureHeader, bool)>,
     first_stamp: u64,
     bits: BitCount,
 }
@@ -64,6 +79,7 @@ impl Assembly {
             kept: 0,
             decoded: 0,
             complete: false,
+            signature: None,
             first_stamp: 0,
             bits: BitCount { corrected: 0, coded: 0 },
         }
@@ -77,13 +93,23 @@ impl Assembly {
     /// Forgets everything and begins with the message of `header`, first seen at `first_stamp`.
     pub fn begin(&mut self, header: Header, first_stamp: u64) {
         self.header = Some(header);
-        (self.kept, self.decoded, self.complete) = (0, 0, false);
+        (self.kept, self.decoded, self.complete, self.signature) = (0, 0, false, None);
         (self.first_stamp, self.bits) = (first_stamp, BitCount::default());
     }
 
     /// Whether no message is in progress.
     pub fn is_empty(&self) -> bool {
         self.header.is_none()
+    }
+
+    /// The header of the message in progress that a signature is of.
+    pub fn signed_by(&self, signature: SignatureHeader) -> Option<Header> {
+        self.header.filter(|&header| signature.is_of(header))
+    }
+
+    /// Whether the message is whole.
+    pub fn is_complete(&self) -> bool {
+        self.header.is_some() && self.complete
     }
 
     /// Whether `header` is of the message in progress.
@@ -154,6 +180,41 @@ impl Assembly {
         }
     }
 
+    /// Decodes the signature of the message in progress: alone first, then together with its earlier repeats.
+    pub fn add_signature(&mut self, header: SignatureHeader, payload: &Payload, decoder: &mut Decoder) -> AddedSignature {
+        let known = self.signature.filter(|(known, _)| *known == header);
+        if !self.is_complete() || known.is_some_and(|(_, is_read)| is_read) {
+            return AddedSignature::Unused;
+        }
+        let info = match decoder.decode(SIGNATURE_BLOCK, payload) {
+            Ok(info) => info,
+            Err(alone) => {
+                self.signature = Some((header, false));
+                // The message has no more use for its place.
+                let sum = Self::sum(&mut self.soft, payload, known.is_some());
+                match if known.is_some() {
+                    decoder.decode(SIGNATURE_BLOCK, sum)
+                } else {
+                    Err(alone)
+                } {
+                    Ok(info) => info,
+                    Err(undecodable) => return AddedSignature::Kept(undecodable),
+                }
+            }
+        };
+        let mut bytes = [0; SIGNATURE_BYTES];
+        bytes.iter_mut().zip(info).for_each(|(to, &from)| *to = from);
+        let signature = Signature::from_bytes(&bytes);
+        let is_announced = signature.check() == header.check;
+        // What was summed is of no use any more, either way.
+        self.signature = is_announced.then_some((header, true));
+        if is_announced {
+            AddedSignature::Read(signature)
+        } else {
+            AddedSignature::Corrupt
+        }
+    }
+
     fn check(&mut self, announced: u32) -> Added {
         let computed = message_crc(self.message());
         self.complete = computed == announced;
@@ -171,6 +232,11 @@ impl Assembly {
         let Some(place) = soft.get_mut(first..first + panels) else {
             return &[];
         };
+        Self::sum(place, payload, kept)
+    }
+
+    /// Puts what was read into `place`, added to what is `kept` there; returns the sum.
+    fn sum<'a>(place: &'a mut [SoftPanel], payload: &Payload, kept: bool) -> &'a [SoftPanel] {
         for (sum, panel) in place.iter_mut().zip(payload) {
             if kept { combine(sum, panel) } else { *sum = *panel }
         }

@@ -18,6 +18,8 @@ pub const HEADER_BLOCK: Block = Block::new(Code::Tc128, HEADER_BYTES);
 const BEACON: u8 = 7;
 /// The value that stands there where the panel says how large it is.
 const GEOMETRY: u8 = 6;
+/// The value that stands there where a signature follows.
+const SIGNATURE: u8 = 5;
 
 // Seven bytes a segment are not worth the 256 bytes of a table.
 const CRC_8: Crc<u8, NoTable> = Crc::<u8, NoTable>::new(&CRC_8_AUTOSAR);
@@ -59,11 +61,31 @@ impl Header {
     }
 }
 
+/// Which message a signature is of, and which signature it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SignatureHeader {
+    /// [`Signature::check`](super::Signature::check) of the signature: 10 bits that tell it from another, and a wrong reading of it.
+    pub check: u16,
+    /// As in the headers of the message.
+    pub fresh: bool,
+    /// As in the headers of the message.
+    pub crc: u32,
+}
+
+impl SignatureHeader {
+    /// Whether the signature is of the message that `header` belongs to.
+    pub fn is_of(self, header: Header) -> bool {
+        (self.fresh, self.crc) == (header.fresh, header.crc)
+    }
+}
+
 /// What a header announces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Announcement {
     /// A segment of a message follows.
     Segment(Header),
+    /// The signature of the message before it follows.
+    Signature(SignatureHeader),
     /// The transmitter is idle; nothing follows.
     Beacon,
     /// The transmitter's panel is of this size; nothing follows.
@@ -84,9 +106,9 @@ pub enum HeaderError {
     /// A format of another version.
     #[error("the header is of version {0}, this receiver reads version {VERSION}: use the same release at both ends")]
     Version(u8),
-    /// A code that this version does not define.
-    #[error("the header names code {0}, of 0 to 4 (or 6, a size, or 7, a beacon): it was read wrongly, or the transmitter is newer")]
-    Code(u8),
+    /// A signature of a kind that this version does not define.
+    #[error("the header names signature scheme {0}, of 0 (Ed25519) alone: it was read wrongly, or the transmitter is newer")]
+    SignatureScheme(u8),
     /// A segment beyond the message's end.
     #[error("the header names segment {segment} of a message of {segments}: it was read wrongly")]
     Segment {
@@ -120,6 +142,13 @@ impl Announcement {
         let fields = match self {
             Self::Beacon => u64::from(VERSION) | u64::from(BEACON) << 3,
             Self::Geometry(geometry) => u64::from(VERSION) | u64::from(GEOMETRY) << 3 | geometry.to_bits() << 6,
+            Self::Signature(header) => {
+                u64::from(VERSION)
+                    | u64::from(SIGNATURE) << 3
+                    | u64::from(header.check & 0x3ff) << 6
+                    | u64::from(header.fresh) << 23
+                    | u64::from(header.crc) << 24
+            }
             Self::Segment(header) => {
                 u64::from(VERSION)
                     | (header.code as u64) << 3
@@ -151,22 +180,25 @@ impl Announcement {
             return Err(HeaderError::Version(version));
         }
         let code_value = field(3, 3) as u8;
-        if code_value == BEACON {
-            return if field(6, 50) == 0 {
-                Ok(Self::Beacon)
-            } else {
-                Err(HeaderError::Beacon)
+        let Some(code) = Code::from_value(code_value) else {
+            return match code_value {
+                BEACON if field(6, 50) == 0 => Ok(Self::Beacon),
+                BEACON => Err(HeaderError::Beacon),
+                GEOMETRY if field(42, 14) != 0 => Err(HeaderError::MoreThanGeometry),
+                GEOMETRY => Geometry::from_bits(field(6, 36)).map(Self::Geometry).map_err(HeaderError::Geometry),
+                // The value that is left: a signature.
+                _ => match field(16, 7) as u8 {
+                    0 => Ok(Self::Signature(SignatureHeader {
+                        check: field(6, 10) as u16,
+                        fresh: field(23, 1) == 1,
+                        crc: field(24, 32) as u32,
+                    })),
+                    scheme => Err(HeaderError::SignatureScheme(scheme)),
+                },
             };
-        }
-        if code_value == GEOMETRY {
-            if field(42, 14) != 0 {
-                return Err(HeaderError::MoreThanGeometry);
-            }
-            let geometry = Geometry::from_bits(field(6, 36)).map_err(HeaderError::Geometry)?;
-            return Ok(Self::Geometry(geometry));
-        }
+        };
         let header = Header {
-            code: Code::from_value(code_value).ok_or(HeaderError::Code(code_value))?,
+            code,
             length: field(6, 10) as u16 + 1,
             segment: field(16, 7) as u8,
             fresh: field(23, 1) == 1,
@@ -243,6 +275,14 @@ mod tests {
         }
     }
 
+    properties! {
+        #[test]
+        fn the_header_of_a_signature_comes_back(check in 0_u16..1024, fresh: bool, crc: u32) {
+            let told = Announcement::Signature(SignatureHeader { check, fresh, crc });
+            prop_assert_eq!(Announcement::from_bytes(told.to_bytes()), Ok(told));
+        }
+    }
+
     #[test]
     fn a_size_that_cannot_be_is_refused() {
         for diameter_um in [0, 99, 1_000_001, 0xf_ffff] {
@@ -256,7 +296,10 @@ mod tests {
     #[test]
     fn what_this_version_does_not_define_is_refused_by_name() {
         assert_eq!(Announcement::from_bytes(with_fields(2)), Err(HeaderError::Version(2)));
-        assert_eq!(Announcement::from_bytes(with_fields(1 | 5 << 3)), Err(HeaderError::Code(5)));
+        assert_eq!(
+            Announcement::from_bytes(with_fields(1 | 5 << 3 | 1 << 16)),
+            Err(HeaderError::SignatureScheme(1))
+        );
         let beyond = Announcement::from_bytes(with_fields(1 | 1 << 16));
         assert_eq!(beyond, Err(HeaderError::Segment { segment: 1, segments: 1 }));
     }

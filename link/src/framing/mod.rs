@@ -37,7 +37,8 @@
 //!   header alone, which an idle transmitter shows, with all fields after it zero. 6 is a **size**: sync and header alone, too, which a
 //!   transmitter that was told its panel's size shows after the first of every 16 repeats: 20 bits (6 to 25) of an LED's diameter in
 //!   µm, 16 bits (26 to 41) of the interval in 1/4096, the gap between LEDs over their diameter, then zeros. Every second one is in
-//!   complement. It costs 3 panels in 16 repeats; those of a transmitter that was told nothing are as they were. 5 is reserved.
+//!   complement. It costs 3 panels in 16 repeats; those of a transmitter that was told nothing are as they were. 5 is a **signature**,
+//!   below.
 //! * *length* of the message in bytes, *segment* number from 0.
 //! * *fresh* toggles with each new message: the same text sent anew is told from a repeat.
 //! * *CRC-32C* (CRC-32/ISCSI) of the message's bytes and then its length as 2 bytes, little-endian: what
@@ -47,6 +48,24 @@
 //! **Payload.** A segment carries as many bytes of the message as its code has information, the last segment
 //! those that are left. They are coded and shortened as [`fec`](crate::fec) says: ⌈bytes/8⌉ panels of
 //! information, then 1, 2, 4, 4 or 8 panels of parity. There is nothing else in a panel.
+//!
+//! **Signature.** A transmitter that signs shows one after each repeat of its message; where it does not, panels are as above. Sync,
+//! header, and 72 bytes under the code for that length: [`SIGNATURE_PANELS`] in all, with the polarity of the repeat.
+//!
+//! ```text
+//!  bit 0    3      6             16         23     24                                    56       63
+//!   ┌───────┬──────┬─────────────┬──────────┬──────┬─────────────────────────────────────┬─────────┐
+//!   │version│  5   │    check    │  scheme  │fresh │     CRC-32C of the message          │  CRC-8  │
+//!   └───────┴──────┴─────────────┴──────────┴──────┴─────────────────────────────────────┴─────────┘
+//!   payload:  key, 4 bytes │ counter, 4 bytes, little-endian │ Ed25519 signature (RFC 8032), 64 bytes
+//! ```
+//!
+//! * *check*: the low 10 bits of the CRC-32C of the payload; *scheme*: 0, others are for formats to come.
+//! * *fresh* and *CRC-32C* are those of the message, and name it.
+//! * *key*: the first 4 bytes of the public key; *counter* rises with each signature of a key.
+//!
+//! The message comes first: it is delivered when it is whole, and proven when its signature is. What is signed and who is trusted is
+//! the business of `link::signing`. Receivers of releases before signatures report a header that they do not know, and read the message.
 //!
 //! **Bits to LEDs.** Byte r of the 8 of a panel is row r; its bit c, from the least significant, is column c.
 //!
@@ -83,11 +102,13 @@ mod code_choice;
 mod header;
 mod layout;
 mod receive;
+mod signature;
 mod transmit;
 
-pub use header::{Announcement, HEADER_BYTES, Header, HeaderError, VERSION, message_crc};
+pub use header::{Announcement, HEADER_BYTES, Header, HeaderError, SignatureHeader, VERSION, message_crc};
 pub use layout::{Layout, OVERHEAD_PANELS};
-pub use receive::{Deframer, Delivery, Event, Rejection, SYNC_SEEN, SegmentOutcome};
+pub use receive::{Deframer, Delivery, Event, Rejection, SYNC_SEEN, SegmentOutcome, Signed};
+pub use signature::{KeyId, SIGNATURE_BYTES, SIGNATURE_PANELS, Signature, SignedFramer};
 pub use transmit::Framer;
 
 use crate::panel::PanelFrame;

@@ -1,9 +1,10 @@
 //! From panels, as a camera read them, to messages.
 
-use super::assembly::{Added, Assembly, Payload};
-use super::header::{Announcement, HEADER_BLOCK, Header, HeaderError};
+use super::assembly::{Added, AddedSignature, Assembly, Payload};
+use super::header::{Announcement, HEADER_BLOCK, Header, HeaderError, SignatureHeader};
+use super::signature::{SIGNATURE_BLOCK, Signature};
 use super::{Layout, OVERHEAD_PANELS, SYNC};
-use crate::fec::{CODEWORD_PANELS_MAX, Decoder, Undecodable};
+use crate::fec::{Block, CODEWORD_PANELS_MAX, Decoder, Undecodable};
 use crate::geometry::Geometry;
 use crate::orientation::Orientation;
 use crate::panel::{PanelFrame, SoftPanel};
@@ -63,6 +64,9 @@ pub const SYNC_SEEN: [PanelFrame; 8] = {
 /// not delivered again until another message or a beacon has come between. Where decoding errs, the CRC-32
 /// lets one wrong message in 2³² pass.
 ///
+/// **A signature** is decoded once the message before it is whole, alone, then summed with its earlier repeats, and told once; one with
+/// another counter is told anew. Where it belongs to no message that is known, it is passed over.
+///
 /// **A header of another message** than that in progress replaces it when its segment decodes, or when it is
 /// seen twice with no header of the message in progress between. So a false header, which passes the CRC-8 by
 /// chance, costs at most the segment during which it turned up, and a new message loses nothing but, where
@@ -103,6 +107,8 @@ pub enum Event<'a> {
         inverted: bool,
         /// Whether the header could not be read, and was recognised as the one to be expected.
         expected: bool,
+        /// Whether the message is whole and begins anew where its signature would have been: it is not signed.
+        unsigned: bool,
     },
     /// A segment has ended.
     Segment {
@@ -122,6 +128,8 @@ pub enum Event<'a> {
     Geometry(Geometry),
     /// A whole message, checked.
     Delivered(Delivery<'a>),
+    /// The signature of the message that was delivered last, not checked.
+    Signed(Signed<'a>),
 }
 
 /// What became of a segment.
@@ -157,6 +165,17 @@ pub enum Rejection {
         /// The segment that was expected.
         segment: u8,
     },
+    /// There was nothing like a header where a signature was to be expected.
+    #[error(
+        "no header was seen where the message's signature was to begin: its panels were lost, or the transmitter does not sign any more"
+    )]
+    SignatureMissed,
+    /// A signature could not be decoded.
+    #[error("the message's signature could not be decoded ({0}); waiting for it to be shown again")]
+    SignatureUndecodable(Undecodable),
+    /// A signature was decoded, and is not the one that its header announces.
+    #[error("the message's signature is not the one that its header announces: it was decoded wrongly; waiting for it to be shown again")]
+    SignatureCorrupt,
     /// All segments were decoded, and they are not the message that their headers announce.
     #[error("the message's CRC-32 is {computed:#010x}, its headers announce {announced:#010x}: it was decoded wrongly and is dropped")]
     MessageCorrupt {
@@ -182,6 +201,17 @@ pub struct Delivery<'a> {
     pub coded_bits: u32,
 }
 
+/// A signature, and the message that it is of. Whether it is genuine is for `link::signing` to tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Signed<'a> {
+    /// The message's bytes.
+    pub message: &'a [u8],
+    /// Its signature, as it was read.
+    pub signature: Signature,
+    /// The stamp of the panel with which it was whole.
+    pub last_stamp: u64,
+}
+
 /// A panel as it was read, and its stamp; none where it was lost.
 #[derive(Clone, Copy)]
 struct StampedPanel {
@@ -200,6 +230,10 @@ impl StampedPanel {
 #[derive(Clone, Copy)]
 struct Track {
     header: Header,
+    /// The signature that follows each repeat, once it was seen.
+    signature: Option<SignatureHeader>,
+    /// Whether the panel belongs to the signature, not to the segment of `header`.
+    at_signature: bool,
     inverted: bool,
     /// The panel's number within its segment; the sync panel is 0.
     position: usize,
@@ -214,24 +248,49 @@ impl Track {
     /// The place of the next panel.
     fn next(self) -> Self {
         let position = self.position + 1;
-        if position < OVERHEAD_PANELS + self.header.block().panels() {
+        if position < OVERHEAD_PANELS + self.block().panels() {
             return Self { position, ..self };
         }
         let segments = Layout::segments(self.header.layout());
         let segment = usize::from(self.header.segment) + 1;
-        let (segment, inverted) = if segment < segments {
-            (segment, !self.inverted)
+        // Polarity is that of segment + repeat, a signature's that of the repeat.
+        let (at_signature, segment, inverted) = if self.at_signature {
+            (false, 0, !self.inverted)
+        } else if segment < segments {
+            (false, segment, !self.inverted)
+        } else if self.signature.is_some() {
+            (true, 0, self.inverted != segments.is_multiple_of(2))
         } else {
-            // Polarity is that of segment + repeat: the sum falls by segments − 2.
-            (0, self.inverted != (segments % 2 == 1))
+            // The sum falls by segments − 2.
+            (false, 0, self.inverted != (segments % 2 == 1))
         };
         Self {
             header: self.header.of_segment(segment as u8),
+            at_signature,
             inverted,
             position: 0,
             confirmed: false,
             ..self
         }
+    }
+
+    /// The code word that the panel belongs to.
+    fn block(self) -> Block {
+        if self.at_signature { SIGNATURE_BLOCK } else { self.header.block() }
+    }
+
+    /// What its header announces.
+    fn announcement(self) -> Announcement {
+        match self.signature.filter(|_| self.at_signature) {
+            Some(signature) => Announcement::Signature(signature),
+            None => Announcement::Segment(self.header),
+        }
+    }
+
+    /// Whether the next segment's first panel, as it was to be expected, is that of the message begun anew.
+    fn begins_repeat(self, header: Header) -> bool {
+        let is_here = self.ends_header() && !self.confirmed && self.missed == 0 && !self.at_signature;
+        is_here && header.segment == 0 && self.header == header
     }
 
     /// Whether the panel is the last one of its header.
@@ -245,7 +304,7 @@ impl Track {
     }
 
     fn ends_segment(self) -> bool {
-        self.position + 1 == OVERHEAD_PANELS + self.header.block().panels()
+        self.position + 1 == OVERHEAD_PANELS + self.block().panels()
     }
 }
 
@@ -254,6 +313,7 @@ impl Track {
 enum Outcome {
     Other(Event<'static>),
     Delivered,
+    Signed(Signature),
 }
 
 impl Outcome {
@@ -267,7 +327,8 @@ impl Outcome {
             Self::Other(Event::Header { .. }) => 3,
             Self::Other(Event::Segment { .. }) => 4,
             Self::Other(Event::Beacon { .. } | Event::Geometry(_)) => 5,
-            Self::Other(Event::Delivered(_)) | Self::Delivered => 6,
+            Self::Other(Event::Signed(_)) | Self::Signed(_) => 6,
+            Self::Other(Event::Delivered(_)) | Self::Delivered => 7,
         }
     }
 
@@ -326,6 +387,11 @@ impl Deframer {
         })) {
             Outcome::Other(event) => event,
             Outcome::Delivered => Event::Delivered(self.delivery(stamp)),
+            Outcome::Signed(signature) => Event::Signed(Signed {
+                message: self.assembly.message(),
+                signature,
+                last_stamp: stamp,
+            }),
         }
     }
 
@@ -400,14 +466,39 @@ impl Deframer {
                 self.track = None;
                 Outcome::Other(Event::Geometry(geometry))
             }
+            Announcement::Signature(signature) => {
+                self.begin_signature(signature, inverted);
+                Outcome::NOTHING
+            }
             Announcement::Segment(header) => self.begin_segment(header, inverted, false),
         }
     }
 
+    /// Follows the signature of a message that is known; of another it is passed over, as a size is.
+    fn begin_signature(&mut self, signature: SignatureHeader, inverted: bool) {
+        let header = self.assembly.signed_by(signature);
+        self.track = header.map(|header| Track {
+            header,
+            signature: Some(signature),
+            at_signature: true,
+            inverted,
+            position: OVERHEAD_PANELS - 1,
+            confirmed: true,
+            missed: 0,
+            first_stamp: 0,
+        });
+        self.payload = [SoftPanel::ERASED; CODEWORD_PANELS_MAX];
+    }
+
     fn begin_segment(&mut self, header: Header, inverted: bool, expected: bool) -> Outcome {
         let first_stamp = self.recent.iter().find_map(|reading| reading.stamp).unwrap_or(0);
+        let before = self.track.filter(|track| track.header.same_message(header));
+        let signature = before.and_then(|track| track.signature);
+        let unsigned = before.is_some_and(|track| track.begins_repeat(header)) && signature.is_none() && self.assembly.is_complete();
         self.track = Some(Track {
             header,
+            signature,
+            at_signature: false,
             inverted,
             position: OVERHEAD_PANELS - 1,
             confirmed: true,
@@ -426,6 +517,7 @@ impl Deframer {
             header,
             inverted,
             expected,
+            unsigned,
         })
     }
 
@@ -444,12 +536,18 @@ impl Deframer {
                 return Outcome::Other(refused);
             }
             if self.is_as_expected(track) {
-                return self.begin_segment(track.header, track.inverted, true);
+                return match track.announcement() {
+                    Announcement::Segment(header) => self.begin_segment(header, track.inverted, true),
+                    signature => self.begin(signature, track.inverted),
+                };
             }
             let missed = track.missed + 1;
             self.track = (missed < HEADERS_MISSED_MAX).then_some(Track { missed, ..track });
             let segment = track.header.segment;
-            let missed = Event::Rejected(Rejection::HeaderMissed { segment });
+            let missed = Event::Rejected(match track.at_signature {
+                true => Rejection::SignatureMissed,
+                false => Rejection::HeaderMissed { segment },
+            });
             return Outcome::Other(refused).or(Outcome::Other(missed));
         }
         let Some(position) = track.payload_position() else {
@@ -475,7 +573,7 @@ impl Deframer {
             self.recent[n].panel.correlation(seen)
         };
         let sync = correlation(0, SYNC);
-        let header = Announcement::Segment(track.header).to_panels().zip(1..OVERHEAD_PANELS);
+        let header = track.announcement().to_panels().zip(1..OVERHEAD_PANELS);
         let header = header.map(|(coded, n)| correlation(n, coded)).fold((0, 0), add);
         let all = add(sync, header);
         exceeds(all.0, all.1, EXPECTED_DEVIATIONS) && exceeds(header.0, header.1, EXPECTED_HEADER_DEVIATIONS)
@@ -483,6 +581,14 @@ impl Deframer {
 
     /// The payload of `track`'s segment is there, as far as it was received.
     fn end_segment(&mut self, track: Track) -> Outcome {
+        if let Announcement::Signature(signature) = track.announcement() {
+            return match self.assembly.add_signature(signature, &self.payload, &mut self.decoder) {
+                AddedSignature::Unused => Outcome::NOTHING,
+                AddedSignature::Kept(why) => Outcome::Other(Event::Rejected(Rejection::SignatureUndecodable(why))),
+                AddedSignature::Corrupt => Outcome::Other(Event::Rejected(Rejection::SignatureCorrupt)),
+                AddedSignature::Read(signature) => Outcome::Signed(signature),
+            };
+        }
         let header = track.header;
         if !self.assembly.is_of(header) {
             if let Err(why) = self.decoder.decode(header.block(), &self.payload) {

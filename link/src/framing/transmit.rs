@@ -124,13 +124,21 @@ impl Framer {
     pub fn panels_per_repeat(&self) -> u32 {
         match self.content {
             Announcement::Segment(header) => header.layout().panels() as u32,
-            Announcement::Beacon | Announcement::Geometry(_) => OVERHEAD_PANELS as u32,
+            Announcement::Beacon | Announcement::Geometry(_) | Announcement::Signature(_) => OVERHEAD_PANELS as u32,
         }
     }
 
     /// Whole repeats given out so far; begins again from 0 after 2³².
     pub fn repeats(&self) -> u32 {
         self.repeats
+    }
+
+    /// What the headers of its message name it by: `fresh` and the CRC-32C.
+    pub(super) fn message_name(&self) -> (bool, u32) {
+        match self.content {
+            Announcement::Segment(header) => (header.fresh, header.crc),
+            Announcement::Beacon | Announcement::Geometry(_) | Announcement::Signature(_) => (false, 0),
+        }
     }
 
     fn code_segment(&mut self, geometry: Option<Geometry>) {
@@ -179,13 +187,13 @@ impl Framer {
     fn segments(&self) -> usize {
         match self.content {
             Announcement::Segment(header) => Layout::segments(header.layout()),
-            Announcement::Beacon | Announcement::Geometry(_) => 1,
+            Announcement::Beacon | Announcement::Geometry(_) | Announcement::Signature(_) => 1,
         }
     }
 }
 
 /// The complement of every LED for odd numbers, nothing for even ones.
-fn polarity_mask(number: u32) -> u64 {
+pub fn polarity_mask(number: u32) -> u64 {
     if number & 1 == 1 { u64::MAX } else { 0 }
 }
 

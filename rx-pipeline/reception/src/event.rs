@@ -63,7 +63,7 @@ impl PanelEvent {
                 segment: header.segment,
                 why: *why,
             },
-            Event::Nothing | Event::Header { .. } | Event::Segment { .. } | Event::Beacon { .. } => return None,
+            Event::Nothing | Event::Header { .. } | Event::Segment { .. } | Event::Beacon { .. } | Event::Signed(_) => return None,
         })
     }
 }

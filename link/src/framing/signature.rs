@@ -1,0 +1,196 @@
+//! The signature that follows a message, on the panel: which bytes it is, and when it is shown.
+
+use super::header::{Announcement, SignatureHeader};
+use super::transmit::polarity_mask;
+use super::{Framer, FramingError, OVERHEAD_PANELS, SYNC};
+use crate::checksum::crc32c;
+use crate::fec::{Block, Code};
+use crate::geometry::Geometry;
+use crate::panel::PanelFrame;
+use crate::scramble;
+
+/// Bytes of a signature's payload.
+pub const SIGNATURE_BYTES: usize = 72;
+/// The code word of a signature's payload.
+pub const SIGNATURE_BLOCK: Block = Block::new(Code::for_length(SIGNATURE_BYTES), SIGNATURE_BYTES);
+/// Panels that a signature adds to each repeat of its message.
+pub const SIGNATURE_PANELS: usize = OVERHEAD_PANELS + SIGNATURE_BLOCK.panels();
+
+/// What names a key: the first four bytes of the public one. Others may have the same; which of them has signed, only the signature tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct KeyId(pub [u8; 4]);
+
+impl core::fmt::Display for KeyId {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{:08x}", u32::from_be_bytes(self.0))
+    }
+}
+
+/// The signature of a message, as it stands on the panel: the key it claims, its counter, and the proof.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Signature {
+    /// The key by which it was made, if it is genuine.
+    pub key: KeyId,
+    /// Rises with each signature that a key makes.
+    pub counter: u32,
+    /// Ed25519 of message, length and counter.
+    pub proof: [u8; 64],
+}
+
+impl Signature {
+    /// The bytes that are shown.
+    pub fn to_bytes(&self) -> [u8; SIGNATURE_BYTES] {
+        let mut bytes = [0; SIGNATURE_BYTES];
+        let parts = self.key.0.into_iter().chain(self.counter.to_le_bytes()).chain(self.proof);
+        bytes.iter_mut().zip(parts).for_each(|(to, from)| *to = from);
+        bytes
+    }
+
+    /// The signature of the bytes that were shown.
+    pub fn from_bytes(bytes: &[u8; SIGNATURE_BYTES]) -> Self {
+        let (mut key, mut counter, mut proof) = ([0; 4], [0; 4], [0; 64]);
+        let places = key.iter_mut().chain(&mut counter).chain(&mut proof);
+        places.zip(bytes).for_each(|(to, &from)| *to = from);
+        Self {
+            key: KeyId(key),
+            counter: u32::from_le_bytes(counter),
+            proof,
+        }
+    }
+
+    /// The 10 bits by which its header names it.
+    pub fn check(&self) -> u16 {
+        (crc32c(&[&self.to_bytes()]) & 0x3ff) as u16
+    }
+}
+
+/// A [`Framer`] that shows a signature after each repeat of its message.
+///
+/// ```
+/// use link::fec::Code;
+/// use link::framing::{Deframer, Event, KeyId, Signature, SignedFramer};
+/// use link::panel::SoftPanel;
+///
+/// let signature = Signature { key: KeyId([1; 4]), counter: 7, proof: [9; 64] };
+/// let mut framer = SignedFramer::new(b"ice", Code::for_length(3), false, signature)?;
+/// let (mut deframer, mut signed) = (Deframer::new(), None);
+/// for index in 0..framer.panels_per_repeat() {
+///     let seen = SoftPanel::certain(framer.next_panel(), 12);
+///     if let Event::Signed(read) = deframer.push(index, 0, &seen) {
+///         signed = Some((read.message.to_vec(), read.signature));
+///     }
+/// }
+/// assert_eq!(signed, Some((b"ice".to_vec(), signature)));
+/// # Ok::<(), link::framing::FramingError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SignedFramer {
+    framer: Framer,
+    signature: Signature,
+    /// The panels of the signature that is being shown, the next one last.
+    shown: heapless::Vec<PanelFrame, SIGNATURE_PANELS>,
+}
+
+impl SignedFramer {
+    /// The panels of a message, as of [`Framer::new`], and of its signature.
+    ///
+    /// # Errors
+    /// [`FramingError`] when the message is empty or too long.
+    pub fn new(message: &[u8], code: Code, fresh: bool, signature: Signature) -> Result<Self, FramingError> {
+        Ok(Self {
+            framer: Framer::new(message, code, fresh)?,
+            signature,
+            shown: heapless::Vec::new(),
+        })
+    }
+
+    /// Signs the message anew from the next repeat on. A greater counter tells receivers that the message is not a film of an earlier one.
+    pub fn sign_anew(&mut self, signature: Signature) {
+        self.signature = signature;
+    }
+
+    /// The panel to show next; there is always one.
+    pub fn next_panel(&mut self) -> PanelFrame {
+        self.next_panel_of(None)
+    }
+
+    /// The same of a panel that says how large it is: see [`Framer::next_panel_of`].
+    pub fn next_panel_of(&mut self, geometry: Option<Geometry>) -> PanelFrame {
+        if let Some(panel) = self.shown.pop() {
+            return panel;
+        }
+        let repeat = self.framer.repeats();
+        let panel = self.framer.next_panel_of(geometry);
+        if self.framer.repeats() != repeat {
+            self.code_signature(repeat);
+        }
+        panel
+    }
+
+    /// Panels that show message and signature once.
+    pub fn panels_per_repeat(&self) -> u32 {
+        self.framer.panels_per_repeat() + SIGNATURE_PANELS as u32
+    }
+
+    fn code_signature(&mut self, repeat: u32) {
+        let (fresh, crc) = self.framer.message_name();
+        let header = SignatureHeader {
+            check: self.signature.check(),
+            fresh,
+            crc,
+        };
+        let payload = SIGNATURE_BLOCK.encode(&self.signature.to_bytes());
+        let coded = core::iter::once(SYNC)
+            .chain(Announcement::Signature(header).to_panels())
+            .chain(payload);
+        let polarity = polarity_mask(repeat);
+        let shown = coded
+            .enumerate()
+            .map(|(n, panel)| PanelFrame::from_bits(panel.bits() ^ scramble::word(n) ^ polarity));
+        self.shown.extend(shown);
+        self.shown.reverse();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use properties::prelude::*;
+
+    fn signature(counter: u32) -> Signature {
+        Signature {
+            key: KeyId([0xa1, 0xb2, 0xc3, 0xd4]),
+            counter,
+            proof: core::array::from_fn(|byte| (byte as u8).wrapping_mul(37) ^ counter as u8),
+        }
+    }
+
+    properties! {
+        #[test]
+        fn signed_panels_are_the_messages_with_a_signature_after_each_repeat_and_light_leds_half_of_the_time(
+            code in 0_u8..5, message in prop::collection::vec(any::<u8>(), 1..=200), counter: u32,
+        ) {
+            let code = Code::from_value(code).unwrap();
+            let mut plain = Framer::new(&message, code, true).unwrap();
+            let mut signed = SignedFramer::new(&message, code, true, signature(counter)).unwrap();
+            let (repeat, round) = (plain.panels_per_repeat() as usize, signed.panels_per_repeat() as usize);
+            let shown: Vec<_> = (0..2 * round).map(|_| signed.next_panel()).collect();
+            for round in shown.chunks(round) {
+                prop_assert!(round[..repeat].iter().all(|&panel| panel == plain.next_panel()));
+            }
+            for led in 0..64 {
+                prop_assert_eq!(shown.iter().filter(|panel| panel.led(led)).count(), round);
+            }
+        }
+
+        #[test]
+        fn a_signature_comes_back(counter: u32) {
+            prop_assert_eq!(Signature::from_bytes(&signature(counter).to_bytes()), signature(counter));
+        }
+    }
+
+    #[test]
+    fn a_key_is_named_by_its_first_bytes() {
+        assert_eq!(signature(0).key.to_string(), "a1b2c3d4");
+    }
+}
