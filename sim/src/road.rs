@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use fixed::types::{I32F32, U1F31, U12F20, U32F32};
 use link::camera::Camera;
 use link::fec::Code;
-use link::framing::{Event, FramingError};
+use link::framing::{Event, FramingError, Signature, SignedFramer};
 use link::intensity::{IntensityLimit, IntensityLimitError};
 use link::l2a_table::{Illuminance, Interval};
 use link::orientation::Orientation;
@@ -116,6 +116,15 @@ pub struct Received {
     pub corrected_bits: u32,
 }
 
+/// A message received, and the signature that was shown with it: not checked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReceivedSignature {
+    /// The message's bytes.
+    pub message: Vec<u8>,
+    /// The signature, as it was read.
+    pub signature: Signature,
+}
+
 /// One link: transmitter, road and receiver.
 pub struct Road {
     scene: Scene,
@@ -127,6 +136,7 @@ pub struct Road {
     reread: Option<Box<MessageDecoder>>,
     true_corners: bool,
     symbols: Symbols,
+    received_signature: Option<ReceivedSignature>,
     canvas: Canvas<f32>,
     grey: Vec<u8>,
 }
@@ -136,6 +146,8 @@ pub struct Road {
 struct Symbols {
     first: u64,
     shown: VecDeque<PanelFrame>,
+    /// Shows message and signature, where the message is signed.
+    signed: Option<SignedFramer>,
 }
 
 impl Road {
@@ -168,10 +180,27 @@ impl Road {
             reread: None,
             true_corners: settings.true_corners,
             symbols: Symbols::default(),
+            received_signature: None,
             canvas,
             grey: vec![0; sensor.width * sensor.height],
             renderer,
         })
+    }
+
+    /// Shows a signature with the message of the settings, from the first frame on.
+    ///
+    /// # Errors
+    /// When the message is empty or too long.
+    pub fn sign(&mut self, settings: &LinkSettings, signature: Signature) -> Result<(), RoadError> {
+        let (message, code) = (&settings.message, code(settings));
+        // As the transmitter shows its first message.
+        self.symbols.signed = Some(SignedFramer::new(message, code, true, signature)?);
+        Ok(())
+    }
+
+    /// The last signature that has become whole.
+    pub fn received_signature(&self) -> Option<&ReceivedSignature> {
+        self.received_signature.as_ref()
     }
 
     /// The renderer of the frames.
@@ -203,8 +232,11 @@ impl Road {
         let outcome = self.receiver.frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
         let detection = outcome.reading.as_ref().ok().map(|reading| &reading.detection);
         let later = match (&outcome.reread, &mut self.reread, detection) {
-            (Some(frames), decoder, _) => read_again(frames, symbols_per_frame(&self.scene), decoder),
-            (None, Some(decoder), Some(detection)) => received(&decoder.push(frame, &detection.soft, detection.mixed.as_ref()).event),
+            (Some(frames), decoder, _) => read_again(frames, symbols_per_frame(&self.scene), decoder, &mut self.received_signature),
+            (None, Some(decoder), Some(detection)) => {
+                let decoded = decoder.push(frame, &detection.soft, detection.mixed.as_ref());
+                received(&decoded.event, &mut self.received_signature)
+            }
             _ => None,
         };
         let read = outcome.reading.map(|reading| {
@@ -219,15 +251,16 @@ impl Road {
             bit_errors: read_bits.distance(sent),
             corners: read.as_ref().ok().map(|read| read.1),
             read: read.map(|read| read.0),
-            delivered: received(&outcome.event).or(later),
+            delivered: received(&outcome.event, &mut self.received_signature).or(later),
             straddled,
         })
     }
 
     /// Ends the reception: the message that the last frame may have made whole.
     pub fn finish(&mut self) -> Option<Received> {
-        let later = self.reread.as_mut().and_then(|decoder| received(&decoder.finish()));
-        received(&self.receiver.finish()).or(later)
+        let signature = &mut self.received_signature;
+        let later = self.reread.as_mut().and_then(|decoder| received(&decoder.finish(), signature));
+        received(&self.receiver.finish(), signature).or(later)
     }
 
     /// Tells the receiver where the panel is, unless it follows it there. Where that is no place to read, the receiver will say so.
@@ -300,7 +333,9 @@ impl Symbols {
     fn get(&mut self, index: u64, transmitter: &mut Transmitter<RecordingMatrix>) -> PanelFrame {
         while index >= self.first + self.shown.len() as u64 {
             let Ok(panel) = transmitter.tick();
-            self.shown.push_back(panel);
+            let signed = self.signed.as_mut();
+            let signed = signed.map(|framer| framer.next_panel_of(transmitter.calibration().geometry()));
+            self.shown.push_back(signed.unwrap_or(panel));
         }
         while self.shown.len() > 2 * WINDOW {
             self.shown.pop_front();
@@ -365,15 +400,18 @@ pub fn dimming(scene: &Scene) -> Result<Dimming, RoadError> {
 fn transmitter(scene: &Scene, settings: &LinkSettings) -> Result<Transmitter<RecordingMatrix>, RoadError> {
     let calibration = calibration(scene)?;
     let mut transmitter = Transmitter::new(RecordingMatrix::default(), calibration, l2a::table_of(scene)?, Smoothing::default());
-    let message = &settings.message;
-    let code = settings.code.unwrap_or(Code::for_length(message.len()));
-    transmitter.send(message, code, Repeats::Forever)?;
+    transmitter.send(&settings.message, code(settings), Repeats::Forever)?;
     let light = LightSample::Light {
         lux: I32F32::saturating_from_num(scene.ambient.illuminance_lx),
         word: 0,
     };
     let Ok(_) = transmitter.sense(0, SensorRange::Operating, light);
     Ok(transmitter)
+}
+
+/// The code of the message.
+fn code(settings: &LinkSettings) -> Code {
+    settings.code.unwrap_or(Code::for_length(settings.message.len()))
 }
 
 /// What a bench would measure of the scene's first panel. A panel without limits gets as much light as the highest ratio asks
@@ -407,20 +445,33 @@ fn symbols_per_frame(scene: &Scene) -> f32 {
 }
 
 /// The last message of frames that are read again, by each carrier that may be the panel's. The decoder of the right one goes on from there.
-fn read_again(frames: &Reread<'_>, symbols_per_frame: f32, reading_on: &mut Option<Box<MessageDecoder>>) -> Option<Received> {
+fn read_again(
+    frames: &Reread<'_>,
+    symbols_per_frame: f32,
+    reading_on: &mut Option<Box<MessageDecoder>>,
+    signature: &mut Option<ReceivedSignature>,
+) -> Option<Received> {
     let mut last = None;
     for readings in frames.each() {
         let mut decoder = Box::new(MessageDecoder::new(symbols_per_frame).ok()?);
         for (number, _, soft) in readings {
-            last = received(&decoder.push(number, &soft, None).event).or(last);
+            last = received(&decoder.push(number, &soft, None).event, signature).or(last);
         }
         *reading_on = frames.is_known().then_some(decoder);
     }
     last
 }
 
-fn received(event: &Event<'_>) -> Option<Received> {
+/// The message that has become whole; a signature that has takes the place of the last one.
+fn received(event: &Event<'_>, signature: &mut Option<ReceivedSignature>) -> Option<Received> {
     match event {
+        Event::Signed(signed) => {
+            *signature = Some(ReceivedSignature {
+                message: signed.message.to_vec(),
+                signature: signed.signature,
+            });
+            None
+        }
         Event::Delivered(delivery) => Some(Received {
             message: delivery.message.to_vec(),
             first_frame: delivery.first_stamp,

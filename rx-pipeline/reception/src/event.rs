@@ -1,7 +1,7 @@
 //! What is told of a panel beside its readings.
 
 use link::fec::Undecodable;
-use link::framing::{Event, Rejection, SegmentOutcome};
+use link::framing::{Event, Rejection, SegmentOutcome, Signature};
 use link::geometry::Geometry;
 use link::orientation::Orientation;
 
@@ -18,11 +18,26 @@ pub struct Message {
     pub corrected_bits: u32,
 }
 
+/// A message, and the signature that was shown with it: not checked.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SignedMessage {
+    /// The message's bytes.
+    pub data: Vec<u8>,
+    /// The signature, as it was read.
+    pub signature: Signature,
+    /// The number of the first frame that showed the end of it.
+    pub last_frame: u64,
+}
+
 /// What a panel's symbols brought.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PanelEvent {
     /// A message has become whole.
     Message(Message),
+    /// The signature of a message has become whole, too: told once, and anew when the message comes or is signed anew.
+    Signed(SignedMessage),
+    /// The last message is shown without a signature: told once, when it begins anew.
+    Unsigned,
     /// Something was seen and not used.
     Rejected(Rejection),
     /// A transmitter of a format version that is not read.
@@ -52,6 +67,12 @@ impl PanelEvent {
                 last_frame: delivery.last_stamp,
                 corrected_bits: delivery.corrected_bits,
             }),
+            Event::Signed(signed) => Self::Signed(SignedMessage {
+                data: signed.message.to_vec(),
+                signature: signed.signature,
+                last_frame: signed.last_stamp,
+            }),
+            Event::Header { unsigned: true, .. } => Self::Unsigned,
             Event::Rejected(why) => Self::Rejected(*why),
             Event::UnsupportedVersion(version) => Self::UnsupportedVersion(*version),
             Event::Geometry(geometry) => Self::Geometry(*geometry),
@@ -63,7 +84,16 @@ impl PanelEvent {
                 segment: header.segment,
                 why: *why,
             },
-            Event::Nothing | Event::Header { .. } | Event::Segment { .. } | Event::Beacon { .. } | Event::Signed(_) => return None,
+            Event::Nothing | Event::Header { .. } | Event::Segment { .. } | Event::Beacon { .. } => return None,
         })
+    }
+
+    /// Whether it is news of who says so, after what was told of that since the last message.
+    pub(crate) fn is_news_after(&self, told: Option<&Self>) -> bool {
+        match (told, self) {
+            (Some(Self::Signed(told)), Self::Signed(signed)) => (&told.data, told.signature) != (&signed.data, signed.signature),
+            (Some(_), Self::Unsigned) => false,
+            _ => true,
+        }
     }
 }

@@ -45,7 +45,7 @@ pub mod stream;
 mod symbol_rate;
 pub mod whereabouts;
 
-pub use event::{Message, PanelEvent};
+pub use event::{Message, PanelEvent, SignedMessage};
 pub use reception::{PanelReport, Reception, ReceptionError, ReceptionSettings, Stamp};
 
 /// The most panels followed at once.

@@ -139,6 +139,8 @@ struct Panel {
     rates: Option<RateSearch>,
     orientation: Option<Orientation>,
     whereabouts: Whereabouts,
+    /// What was told of who says so since the last message.
+    told: Option<PanelEvent>,
 }
 
 impl Reception {
@@ -171,6 +173,7 @@ impl Reception {
             rates: None,
             orientation: None,
             whereabouts: Whereabouts::UNKNOWN,
+            told: None,
         };
         Ok(Self {
             settings,
@@ -273,7 +276,8 @@ impl Reception {
         let panels = &mut self.panels;
         receiver.finish(&mut |panel, event| {
             if let Some(rates) = &mut panels[panel].rates {
-                let brought = rates.finish(PanelEvent::of(&event));
+                let mut brought = rates.finish(PanelEvent::of(&event));
+                panels[panel].vouch(&mut brought);
                 events.extend(brought.into_iter().map(|event| (panel, event)));
             }
         });
@@ -350,6 +354,18 @@ impl Panel {
         self.orientation.unwrap_or_default().turn()
     }
 
+    /// Adds to what symbols brought who says so, where that is news.
+    fn vouch(&mut self, events: &mut Vec<PanelEvent>) {
+        if events.iter().any(|event| matches!(event, PanelEvent::Message(_))) {
+            self.told = None;
+        }
+        let vouched = self.rates.as_mut().and_then(RateSearch::take_vouched);
+        if let Some(vouched) = vouched.filter(|vouched| vouched.is_news_after(self.told.as_ref())) {
+            self.told = Some(vouched.clone());
+            events.push(vouched);
+        }
+    }
+
     /// What a frame's outcome means for the panel; its pose is measured afterwards.
     fn report(&mut self, panel: usize, stamp: Stamp, outcome: &Outcome<'_>, settings: &ReceptionSettings) -> PanelReport {
         let rates = self.rates.get_or_insert_with(|| settings.rate_search());
@@ -366,6 +382,7 @@ impl Panel {
         }
         let symbol = rates.symbol().or(outcome.symbol);
         let orientation = rates.orientation().or(outcome.orientation);
+        self.vouch(&mut events);
         let before = core::mem::replace(&mut self.orientation, orientation);
         if orientation != before
             && let Some(orientation) = orientation
@@ -388,7 +405,7 @@ mod tests {
     use super::*;
     use crate::Message;
     use link::fec::Code;
-    use link::framing::Framer;
+    use link::framing::{Framer, KeyId, Signature, SignedFramer};
 
     const SIDE: usize = 96;
 
@@ -419,10 +436,15 @@ mod tests {
     /// shows.
     fn film(message: &[u8], held: Held) -> impl Iterator<Item = (PanelFrame, Vec<u8>)> {
         let mut framer = Framer::new(message, Code::for_length(message.len()), false).unwrap();
+        film_of(move || framer.next_panel(), held)
+    }
+
+    /// The same of panels.
+    fn film_of(mut next_panel: impl FnMut() -> PanelFrame, held: Held) -> impl Iterator<Item = (PanelFrame, Vec<u8>)> {
         let mut shown = PanelFrame::default();
         (0..).map(move |number: u32| {
             if number.is_multiple_of(2) {
-                shown = framer.next_panel();
+                shown = next_panel();
             }
             let mut light = vec![1.0; SIDE * SIDE];
             for led in (0..64).filter(|&led| shown.led(led)) {
@@ -435,6 +457,52 @@ mod tests {
             let grey = light.into_iter().map(|light: f64| (118.0 * light.powf(1.0 / 2.2)) as u8);
             (shown, grey.collect())
         })
+    }
+
+    #[test]
+    fn a_signature_is_told_once_and_again_where_the_message_is_shown_again() {
+        let signature = Signature {
+            key: KeyId([1; 4]),
+            counter: 5,
+            proof: [7; 64],
+        };
+        let signed = || SignedFramer::new(b"ice ahead", Code::Tc256, false, signature).unwrap();
+        let rounds = 2 * signed().panels_per_repeat();
+        let (mut first, mut idle, mut again) = (signed(), Framer::beacon(), signed());
+        let mut shown = (0..rounds).map(|_| first.next_panel()).collect::<Vec<_>>();
+        shown.extend((0..12).map(|_| idle.next_panel()));
+        shown.extend((0..rounds).map(|_| again.next_panel()));
+        for symbol_rate_hz in [Some(30.0), None] {
+            let settings = ReceptionSettings {
+                fps: 60.0,
+                symbol_rate_hz,
+                ..ReceptionSettings::default()
+            };
+            let mut reception = Reception::new(settings).unwrap();
+            let lens = Err(String::new());
+            let mut panels = shown.clone().into_iter();
+            let film = film_of(|| panels.next().unwrap_or_default(), Held::UPRIGHT);
+            let mut told = Vec::new();
+            for (number, (_, grey)) in (0..).zip(film.take(2 * shown.len())) {
+                let frame = Frame::new(&grey, SIDE, SIDE).unwrap();
+                let reports = reception.frame(Stamp::of(number), &frame, &lens, &mut ()).unwrap();
+                told.extend(reports.into_iter().flat_map(|report| report.events));
+            }
+            told.extend(reception.finish().into_iter().map(|(_, event)| event));
+            let told: Vec<&str> = told
+                .iter()
+                .filter_map(|event| match event {
+                    PanelEvent::Message(_) => Some("message"),
+                    PanelEvent::Signed(signed) => {
+                        assert_eq!((&signed.data[..], signed.signature), (&b"ice ahead"[..], signature));
+                        Some("signed")
+                    }
+                    PanelEvent::Unsigned => Some("unsigned"),
+                    _ => None,
+                })
+                .collect();
+            assert_eq!(told, ["message", "signed", "message", "signed"], "{symbol_rate_hz:?}");
+        }
     }
 
     #[test]
@@ -462,7 +530,7 @@ mod tests {
                 last_frame: 12,
                 corrected_bits: 0,
             };
-            assert_eq!(events, [PanelEvent::Message(message)]);
+            assert_eq!(events, [PanelEvent::Message(message), PanelEvent::Unsigned]);
             let range_m = reception.whereabouts(0).pose().unwrap().numbers().range_m.value;
             assert!((10.0..17.0).contains(&range_m), "{range_m} m");
             assert!(reception.learnt().is_some() && reception.learnt_each().len() == panels);

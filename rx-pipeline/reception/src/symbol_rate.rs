@@ -44,6 +44,8 @@ struct Trial {
     has_message: bool,
     /// What the panel has announced of its size.
     geometry: Option<Geometry>,
+    /// What was read of who says so.
+    vouched: Option<PanelEvent>,
 }
 
 /// The rates tried for one panel.
@@ -56,6 +58,8 @@ pub struct RateSearch {
     reread: Vec<Message>,
     /// What the panel has announced of its size by the receiver's own rate.
     geometry: Option<Geometry>,
+    /// What was read of who says so by the receiver's own rate.
+    vouched: Option<PanelEvent>,
     changes: Changes,
     fps: f32,
 }
@@ -67,6 +71,7 @@ impl Trial {
             decoder: Box::new(MessageDecoder::new(rate_hz / fps).ok()?),
             has_message: false,
             geometry: None,
+            vouched: None,
         })
     }
 
@@ -94,6 +99,10 @@ impl Trial {
             }
             PanelEvent::Geometry(geometry) => {
                 self.geometry = Some(geometry);
+                None
+            }
+            vouched @ (PanelEvent::Signed(_) | PanelEvent::Unsigned) => {
+                self.vouched = Some(vouched);
                 None
             }
             _ => None,
@@ -124,6 +133,7 @@ impl RateSearch {
             message: None,
             reread: Vec::new(),
             geometry: None,
+            vouched: None,
             changes: Changes::default(),
             fps,
         }
@@ -149,6 +159,13 @@ impl RateSearch {
         let trials = self.trials.iter_mut();
         let by_trial = trials.filter_map(|trial| trial.geometry.take()).last();
         self.geometry.take().or(by_trial)
+    }
+
+    /// What was read of who says so since this was last asked: by the receiver's own rate, or by one of the others.
+    pub fn take_vouched(&mut self) -> Option<PanelEvent> {
+        let trials = self.trials.iter_mut();
+        let by_trial = trials.filter_map(|trial| trial.vouched.take()).last();
+        self.vouched.take().or(by_trial)
     }
 
     /// How often the panel changes a second, by the frames so far; none where they are too few.
@@ -211,6 +228,7 @@ impl RateSearch {
         match own {
             // What a panel says of its size is told once, whichever rate it is read by.
             Some(PanelEvent::Geometry(geometry)) => self.geometry = Some(geometry),
+            Some(event @ (PanelEvent::Signed(_) | PanelEvent::Unsigned)) => self.vouched = Some(event),
             Some(event) if self.found_hz.is_none() && !self.repeats(&event) => events.push(event),
             _ => {}
         }

@@ -246,6 +246,8 @@ impl<'a> Report<'a> {
                 self.messages += 1;
                 self.new_messages.push((panel, message.clone()));
             }
+            // Nobody checks signatures yet.
+            PanelEvent::Signed(_) | PanelEvent::Unsigned => {}
             PanelEvent::Rejected(why) => self.say(&why.to_string()),
             PanelEvent::UnsupportedVersion(version) => self.say(&format!(
                 "a transmitter of format version {version} was seen; this receiver reads version {}",
