@@ -9,6 +9,7 @@
 //! - [`frames`] reads what cameras film, [`camera`] what is told of them, [`pictures`] writes frames, [`show`] draws what is seen in them;
 //! - [`results`] and [`checkpoint`] keep what long runs have finished, [`checksum`] tells whether it was changed since;
 //! - [`files`] are written whole or not at all, where [`outputs`] lets them;
+//! - [`keys`] sign messages, and tell who is trusted;
 //! - [`device`] talks to transmitters.
 
 // They end the program when nobody listens: `output` has what does not.
@@ -21,6 +22,7 @@ mod commands;
 mod device;
 mod files;
 mod frames;
+mod keys;
 mod numbers;
 mod options;
 mod output;
@@ -90,6 +92,8 @@ enum Command {
     Receive(commands::receive::Arguments),
     /// Transmitters at serial ports: list them, watch them, give them messages.
     Device(commands::device::Arguments),
+    /// Keys that sign messages: make one, show public ones.
+    Keys(commands::keys::Arguments),
     /// Print a preset as a scene file to start from.
     Scene(commands::scene::Arguments),
 }
@@ -155,6 +159,7 @@ fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Verdict> {
         Some(Command::Decode(arguments)) => commands::decode::run(&arguments, shared),
         Some(Command::Receive(arguments)) => commands::receive::run(&arguments, shared),
         Some(Command::Device(arguments)) => commands::device::run(&arguments, shared),
+        Some(Command::Keys(arguments)) => commands::keys::run(&arguments, shared),
         Some(Command::Scene(arguments)) => commands::scene::run(&arguments),
     }
 }

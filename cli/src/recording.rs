@@ -8,6 +8,7 @@
 //! | `/panel_0/pose` | `geometry_msgs/msg/PoseWithCovarianceStamped` | where it is before the camera, while that is known |
 //! | `/panel_0/message` | `std_msgs/msg/String` | each message, with the frame in which it became whole |
 //! | `/panel_0/message_bytes` | `std_msgs/msg/UInt8MultiArray` | its bytes, of which a text need not hold all |
+//! | `/panel_0/verdict` | `std_msgs/msg/String` | with `--trust`, who says so: of the message before it |
 //!
 //! Further panels are `/panel_1` and so on. Poses are in the frame `camera`, or as `--frame-id` has it: x right, y down, z forward, as ROS
 //! has it of cameras (REP 103); covariances of x, y, z in metres and of rotations about these axes in radians.
@@ -80,14 +81,16 @@ struct Panel {
     pose: u16,
     message: u16,
     bytes: u16,
+    /// There is none where nobody checks signatures.
+    verdict: Option<u16>,
 }
 
 impl Recording {
-    /// Begins a file for a number of panels; that of a live source can be read while it grows.
+    /// Begins a file for a number of panels, of messages with verdicts or without; that of a live source can be read while it grows.
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn create(path: &Path, panels: usize, arguments: &RecordingArguments, is_live: bool) -> anyhow::Result<Self> {
+    pub fn create(path: &Path, panels: usize, with_verdicts: bool, arguments: &RecordingArguments, is_live: bool) -> anyhow::Result<Self> {
         let file = match is_live {
             true => Growing::create_active(path)?,
             false => Growing::create(path)?,
@@ -100,6 +103,7 @@ impl Recording {
                 pose: channel_of::<ros::PoseWithCovarianceStamped>(&mut writer, &format!("/panel_{number}/pose")),
                 message: channel_of::<ros::Text>(&mut writer, &format!("/panel_{number}/message")),
                 bytes: channel_of::<ros::Bytes>(&mut writer, &format!("/panel_{number}/message_bytes")),
+                verdict: with_verdicts.then(|| channel_of::<ros::Text>(&mut writer, &format!("/panel_{number}/verdict"))),
             })
             .collect();
         Ok(Self {
@@ -197,6 +201,17 @@ impl Recording {
         let data = &String::from_utf8_lossy(message);
         self.write(text, &ros::Text { data })?;
         self.write(bytes, &ros::Bytes::of(message))
+    }
+
+    /// Takes who says so, of the last message of a panel.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn verdict(&mut self, panel: usize, verdict: &str) -> anyhow::Result<()> {
+        match self.panels.get(panel).and_then(|panel| panel.verdict) {
+            Some(channel) => self.write(channel, &ros::Text { data: verdict }),
+            None => Ok(()),
+        }
     }
 
     /// Puts the file into its place.

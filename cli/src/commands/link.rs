@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use link::camera::Camera;
 use link::fec::Code;
-use link::framing::Framer;
+use link::framing::{Framer, SIGNATURE_PANELS};
+use link::signing::{self, TrustedKey};
 use serde::Serialize;
 use sim::accuracy::Level;
 use sim::plan::Plan;
@@ -16,6 +17,7 @@ use studies::monte_carlo::receiving_method;
 use studies::statistics::FrameErrors;
 
 use crate::camera::CameraArguments;
+use crate::keys::{OwnKey, SigningArguments};
 use crate::options::{Message, Shared};
 use crate::output::{self, Hex, Verdict, line, quoted};
 use crate::outputs;
@@ -47,6 +49,8 @@ pub struct Arguments {
     hex: Hex,
     #[command(flatten)]
     camera: CameraArguments,
+    #[command(flatten)]
+    signing: SigningArguments,
 }
 
 /// The message of a run that is given none.
@@ -69,6 +73,13 @@ struct Report<'a> {
     first_frame: Option<u64>,
     last_frame: Option<u64>,
     corrected_bits: Option<u32>,
+    /// Who says so, where the message is signed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    verdict: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    signer: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    counter: Option<u32>,
     unread_frames: u64,
     straddled_frames: u64,
     l2a: f64,
@@ -78,6 +89,28 @@ struct Report<'a> {
     iso: f64,
     seed: u64,
     plan: &'a Plan,
+}
+
+/// How a message is sent, beside the settings of the link.
+#[derive(Default)]
+struct Sending<'a> {
+    frames: Option<u64>,
+    save: Option<&'a Path>,
+    hex: Hex,
+    /// The key and the counter to sign with.
+    signing: Option<(OwnKey, u32)>,
+}
+
+impl Sending<'_> {
+    /// Who says so, by what the receiver has read: it trusts the key, and no other.
+    fn verdict(&self, road: &Road) -> Option<signing::Verdict> {
+        let (key, _) = self.signing.as_ref()?;
+        let mut trusted = [TrustedKey::new(key.public.key, None)];
+        Some(match road.received_signature() {
+            Some(read) => signing::verdict(&mut trusted, &read.message, &read.signature),
+            None => signing::Verdict::Unproven,
+        })
+    }
 }
 
 /// What happened to the frames so far.
@@ -92,7 +125,7 @@ struct FrameCounts {
 pub fn demonstrate(shared: &Shared) -> anyhow::Result<Verdict> {
     let scene = shared.scene("paper")?;
     let settings = settings(&scene, MESSAGE.into(), DetectorChoice::Best, Level::Fine, shared)?;
-    send(&scene, &settings, None, None, Hex::default(), shared)
+    send(&scene, &settings, &Sending::default(), shared)
 }
 
 /// Sends, films, receives and reports.
@@ -103,8 +136,13 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         camera: arguments.camera.camera_if_any()?.unwrap_or_default(),
         ..settings(&scene, message, arguments.detector, arguments.level, shared)?
     };
-    let (frames, save) = (arguments.frames, arguments.save.as_deref());
-    send(&scene, &settings, frames, save, arguments.hex, shared)
+    let sending = Sending {
+        frames: arguments.frames,
+        save: arguments.save.as_deref(),
+        hex: arguments.hex,
+        signing: arguments.signing.key()?,
+    };
+    send(&scene, &settings, &sending, shared)
 }
 
 fn settings(scene: &Scene, message: Vec<u8>, detector: DetectorChoice, level: Level, shared: &Shared) -> anyhow::Result<LinkSettings> {
@@ -119,19 +157,16 @@ fn settings(scene: &Scene, message: Vec<u8>, detector: DetectorChoice, level: Le
     })
 }
 
-fn send(
-    scene: &Scene,
-    settings: &LinkSettings,
-    frames: Option<u64>,
-    save: Option<&Path>,
-    hex: Hex,
-    shared: &Shared,
-) -> anyhow::Result<Verdict> {
+fn send(scene: &Scene, settings: &LinkSettings, sending: &Sending, shared: &Shared) -> anyhow::Result<Verdict> {
     let mut road = Road::new(scene, settings)?;
-    let frames = match frames {
+    if let Some((key, counter)) = &sending.signing {
+        road.sign(settings, key.sign(&settings.message, *counter))?;
+    }
+    let frames = match sending.frames {
         Some(frames) => frames,
-        None => frames_for(scene, &settings.message)?,
+        None => frames_for(scene, &settings.message, sending.signing.is_some())?,
     };
+    let save = sending.save;
     let _held = match save {
         Some(folder) => {
             std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
@@ -183,7 +218,7 @@ fn send(
     }
     drop(progress);
     let received = received.or_else(|| road.finish());
-    report(&road, settings, received.as_ref(), &counts, hex, shared)?;
+    report(&road, settings, received.as_ref(), &counts, sending, shared)?;
     if let Some(why) = ended {
         output::tell(format_args!("the run ended early, {why}"));
     }
@@ -205,9 +240,10 @@ fn send(
     })
 }
 
-/// Frames that film two repeats of the message, and one more for the last symbol's end.
-fn frames_for(scene: &Scene, message: &[u8]) -> anyhow::Result<u64> {
-    let panels = Framer::new(message, Code::for_length(message.len()), false)?.panels_per_repeat();
+/// Frames that film two repeats of the message, with its signatures, and one more for the last symbol's end.
+fn frames_for(scene: &Scene, message: &[u8], is_signed: bool) -> anyhow::Result<u64> {
+    let signature = if is_signed { SIGNATURE_PANELS as u32 } else { 0 };
+    let panels = Framer::new(message, Code::for_length(message.len()), false)?.panels_per_repeat() + signature;
     Ok((2.0 * f64::from(panels) * scene.camera.frame_rate_hz / scene.link.symbol_rate_hz).ceil() as u64 + 1)
 }
 
@@ -216,12 +252,14 @@ fn report(
     settings: &LinkSettings,
     received: Option<&Received>,
     counts: &FrameCounts,
-    hex: Hex,
+    sending: &Sending,
     shared: &Shared,
 ) -> anyhow::Result<()> {
     let errors = &counts.errors;
     let dimming = road.transmitter().dimming().context("the transmitter has seen light")?;
     let exposure = road.renderer().view().exposure;
+    let (hex, verdict) = (sending.hex, sending.verdict(road));
+    let claim = verdict.and_then(|verdict| verdict.claim());
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     let report = Report {
         delivered: received.is_some_and(|received| received.message == settings.message),
@@ -237,6 +275,9 @@ fn report(
         first_frame: received.map(|received| received.first_frame),
         last_frame: received.map(|received| received.last_frame),
         corrected_bits: received.map(|received| received.corrected_bits),
+        verdict: verdict.map(|verdict| verdict.name()),
+        signer: claim.map(|(signer, _)| signer.to_string()),
+        counter: claim.map(|(_, counter)| counter),
         unread_frames: counts.unread,
         straddled_frames: counts.straddled,
         l2a: dimming.l2a.to_num(),
@@ -270,6 +311,9 @@ fn report(
             received.corrected_bits
         ))?,
         None => line("received      nothing: film longer (--frames), come nearer, or change the L2A")?,
+    }
+    if let Some(verdict) = verdict {
+        line(&format!("signature     {verdict}"))?;
     }
     line(&format!(
         "bit errors    {} of {} raw bits in {} frames ({} unread, {} across a symbol change)",

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use link::fec::Code;
-use link::framing::Framer;
+use link::framing::{Framer, SignedFramer};
 use link::geometry::Geometry;
 use link::l2a_table::Interval;
 use link::panel::PanelFrame;
@@ -15,6 +15,7 @@ use link::raw;
 use link::waveform::Waveform;
 
 use crate::files;
+use crate::keys::SigningArguments;
 use crate::options::{Message, Shared};
 use crate::output::{self, Verdict, line};
 use crate::outputs;
@@ -43,6 +44,8 @@ pub struct Arguments {
     #[arg(long, value_name = "N")]
     carrier_cycles: Option<u32>,
     #[command(flatten)]
+    signing: SigningArguments,
+    #[command(flatten)]
     flickering: flicker::Options,
 }
 
@@ -64,12 +67,20 @@ impl Arguments {
 /// cycle.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let message = arguments.message.bytes()?;
+    let is_framed = !arguments.raw && !arguments.flickering.flicker;
+    anyhow::ensure!(
+        is_framed || arguments.signing.file().is_none(),
+        "--sign goes with neither --raw, which has no room for a signature, nor --flicker, which is of unsigned panels"
+    );
     if arguments.flickering.flicker {
         let file = arguments.message.file();
         return flicker::run(&arguments.flickering, arguments.carrier_cycles, message.as_deref(), file, shared);
     }
     let message = message.context("give a message with --message or --message-file")?;
-    outputs::check(arguments.symbols.clone(), arguments.message.file())?;
+    outputs::check(
+        arguments.symbols.clone(),
+        arguments.message.file().into_iter().chain(arguments.signing.file()),
+    )?;
     let rate = arguments.flickering.one_rate()?;
     let waveform = Waveform::new(arguments.carrier_cycles.unwrap_or(0))?;
     waveform.carrier_hz(rate.hz())?;
@@ -108,8 +119,14 @@ fn panels(message: &[u8], arguments: &Arguments) -> anyhow::Result<Box<dyn Itera
         let count = arguments.count.map_or(once.len(), |count| count as usize);
         return Ok(Box::new(once.into_iter().cycle().take(count)));
     }
-    let mut framer = Framer::new(message, Code::for_length(message.len()), false)?;
-    let count = arguments.count.unwrap_or_else(|| framer.panels_per_repeat());
+    let code = Code::for_length(message.len());
+    let mut framer = Framer::new(message, code, false)?;
     let geometry = arguments.geometry()?;
+    if let Some((key, counter)) = arguments.signing.key()? {
+        let mut framer = SignedFramer::new(message, code, false, key.sign(message, counter))?;
+        let count = arguments.count.unwrap_or_else(|| framer.panels_per_repeat());
+        return Ok(Box::new((0..count).map(move |_| framer.next_panel_of(geometry))));
+    }
+    let count = arguments.count.unwrap_or_else(|| framer.panels_per_repeat());
     Ok(Box::new((0..count).map(move |_| framer.next_panel_of(geometry))))
 }

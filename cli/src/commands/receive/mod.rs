@@ -26,6 +26,7 @@ use crate::frames::foreign;
 use crate::frames::live::Live;
 use crate::frames::picture::{GreyPicture, PictureReader};
 use crate::frames::waiting::Moment;
+use crate::keys::TrustArguments;
 use crate::options::Shared;
 use crate::output::{self, Hex, Verdict};
 use crate::outputs;
@@ -102,6 +103,8 @@ pub struct Arguments {
     out: Option<PathBuf>,
     #[command(flatten)]
     hex: Hex,
+    #[command(flatten)]
+    trusting: TrustArguments,
     /// Write what was learnt of the camera into this file, for --camera.
     #[arg(long, value_name = "FILE")]
     save_camera: Option<PathBuf>,
@@ -114,7 +117,7 @@ impl Arguments {
     /// Whether anything is kept of what is received, beside what is printed.
     fn keeps(&self) -> bool {
         let kept = [&self.show, &self.mcap, &self.save_camera, &self.out];
-        kept.iter().any(|path| path.is_some())
+        kept.iter().any(|path| path.is_some()) || self.trusting.counters().is_some()
     }
 
     /// How a stream is opened.
@@ -211,8 +214,9 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         [&arguments.save_camera, &arguments.mcap, &arguments.out]
             .into_iter()
             .flatten()
-            .cloned(),
-        read.into_iter().chain(arguments.camera.file()),
+            .cloned()
+            .chain(arguments.trusting.counters()),
+        read.into_iter().chain(arguments.camera.file()).chain(arguments.trusting.file()),
     )?;
     let hints = arguments.camera.hints(arguments.pixels)?;
     let session = Session::new(arguments, hints, shared, source.frames(), matches!(source, Source::Live(_)))?;

@@ -4,8 +4,9 @@ use std::io::Write;
 
 use anyhow::Context;
 use link::orientation::Orientation;
+use link::signing::Verdict as Proof;
 use reception::whereabouts::Whereabouts;
-use reception::{Message, PanelEvent, PanelReport, Reception, learnt};
+use reception::{Message, PanelEvent, PanelReport, Reception, SignedMessage, learnt};
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading;
@@ -15,11 +16,20 @@ use super::latency::Latency;
 use super::places::Places;
 use crate::files::Growing;
 use crate::frames::waiting::Moment;
+use crate::keys::Trust;
 use crate::output::{self, Verdict, line};
 use crate::pose;
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::show;
+
+/// What becomes known of a panel's messages with a frame.
+enum News {
+    /// A message, and who says so, where that is checked.
+    Message(Message, Option<Proof>),
+    /// Who says so, of a message that was told before.
+    Proof(Vec<u8>, Proof),
+}
 
 /// What has been told, and how it is to be.
 pub struct Report<'a> {
@@ -30,8 +40,14 @@ pub struct Report<'a> {
     messages: u64,
     /// A frame is told of by its place among all so far.
     places: Places,
-    /// Messages that have become whole in the frame at hand, with the numbers of their panels.
-    new_messages: Vec<(usize, Message)>,
+    /// What has become known in the frame at hand, with the numbers of the panels.
+    news: Vec<(usize, News)>,
+    /// Who is trusted, if signatures are checked.
+    trust: Option<Trust>,
+    /// The last message of each panel, if signatures are checked, until it is told as proven where only such ones are.
+    latest: Vec<Option<Message>>,
+    /// Messages that were not told, as they were not proven.
+    withheld: u64,
     progress: Progress,
     /// Where it is kept, too, if that is asked for.
     recording: Option<Recording>,
@@ -51,17 +67,21 @@ impl<'a> Report<'a> {
     pub fn new(arguments: &'a Arguments, as_json: bool, with_pose: bool, total: Option<u64>, is_live: bool) -> anyhow::Result<Self> {
         let progress = total.map_or_else(|| Progress::endless("frames"), |total| Progress::new(total, "frames"));
         let recording = arguments.mcap.as_deref();
+        let trust = arguments.trusting.trust()?;
         Ok(Self {
             arguments,
             as_json,
             with_pose,
             messages: 0,
             places: Places::default(),
-            new_messages: Vec::new(),
+            news: Vec::new(),
+            latest: vec![None; arguments.panels.into()],
+            withheld: 0,
             progress,
             recording: recording
-                .map(|path| Recording::create(path, arguments.panels.into(), &arguments.recorded, is_live))
+                .map(|path| Recording::create(path, arguments.panels.into(), trust.is_some(), &arguments.recorded, is_live))
                 .transpose()?,
+            trust,
             bytes: arguments.out.as_deref().map(Growing::create).transpose()?,
             undrawn: None,
             unrecorded: None,
@@ -137,6 +157,13 @@ impl<'a> Report<'a> {
             return Ok(Verdict::Yes);
         }
         let frames = self.places.count();
+        if self.withheld > 0 {
+            self.say(&format!(
+                "no proven message in {frames} frames, and {} that were not",
+                self.withheld
+            ));
+            return Ok(Verdict::No);
+        }
         self.say(&format!("no message in {frames} frames"));
         for line in advice {
             self.say(line);
@@ -239,15 +266,79 @@ impl<'a> Report<'a> {
         )
     }
 
+    fn take_message(&mut self, panel: usize, message: &Message) {
+        let is_checked = self.trust.is_some();
+        if is_checked {
+            self.latest[panel] = Some(message.clone());
+        }
+        if self.arguments.trusting.only_trusted {
+            self.withheld += 1;
+        } else {
+            self.messages += 1;
+            let news = News::Message(message.clone(), is_checked.then_some(Proof::Unproven));
+            self.news.push((panel, news));
+        }
+    }
+
+    fn take_signature(&mut self, panel: usize, signed: &SignedMessage) {
+        let Some(trust) = &mut self.trust else {
+            let (key, counter) = (signed.signature.key, signed.signature.counter);
+            self.say(&format!(
+                "panel {panel} names key {key} as the message's signer, counter {counter}: --trust checks it"
+            ));
+            return;
+        };
+        let (proof, kept) = trust.verdict(&signed.data, &signed.signature);
+        if let (Err(error), None) = (kept, &self.unwritten) {
+            self.say(&format!("vocc: {error:#}; going on without keeping counters"));
+            self.unwritten = Some(error);
+        }
+        self.take_proof(panel, Some(&signed.data), proof);
+    }
+
+    /// Takes who says so, of a message or of the panel's last one.
+    fn take_proof(&mut self, panel: usize, message: Option<&[u8]>, proof: Proof) {
+        let latest = &mut self.latest[panel];
+        let Some(data) = message.or(latest.as_ref().map(|latest| &latest.data[..])) else {
+            return;
+        };
+        let data = data.to_vec();
+        if !self.arguments.trusting.only_trusted {
+            self.news.push((panel, News::Proof(data, proof)));
+        } else if !matches!(proof, Proof::Proven { .. }) {
+            let text = self.proof_text(&proof);
+            self.say(&format!("{} {text}", output::quoted(&data)));
+        } else if let Some(message) = latest.take_if(|latest| latest.data == data) {
+            self.withheld -= 1;
+            self.messages += 1;
+            self.news.push((panel, News::Message(message, Some(proof))));
+        }
+    }
+
+    /// Who says so, with the name of a trusted key.
+    fn proof_text(&self, proof: &Proof) -> String {
+        let signer = proof.claim().map(|(signer, _)| signer);
+        match signer.and_then(|signer| Some((signer.to_string(), self.trust.as_ref()?.name(signer)?))) {
+            Some((signer, name)) => proof.to_string().replacen(&signer, &format!("{name} ({signer})"), 1),
+            None => proof.to_string(),
+        }
+    }
+
+    fn add_proof(&self, told: &mut serde_json::Value, proof: &Proof) {
+        told["verdict"] = proof.name().into();
+        if let Some((signer, counter)) = proof.claim() {
+            told["signer"] = signer.to_string().into();
+            told["signer_name"] = self.trust.as_ref().and_then(|trust| trust.name(signer)).into();
+            told["counter"] = counter.into();
+        }
+    }
+
     /// Keeps a message for [`Report::deliver`], and tells the rest of what a panel's symbols brought.
     pub fn event(&mut self, panel: usize, event: &PanelEvent) {
         match event {
-            PanelEvent::Message(message) => {
-                self.messages += 1;
-                self.new_messages.push((panel, message.clone()));
-            }
-            // Nobody checks signatures yet.
-            PanelEvent::Signed(_) | PanelEvent::Unsigned => {}
+            PanelEvent::Message(message) => self.take_message(panel, message),
+            PanelEvent::Signed(signed) => self.take_signature(panel, signed),
+            PanelEvent::Unsigned => self.take_proof(panel, None, Proof::Unsigned),
             PanelEvent::Rejected(why) => self.say(&why.to_string()),
             PanelEvent::UnsupportedVersion(version) => self.say(&format!(
                 "a transmitter of format version {version} was seen; this receiver reads version {}",
@@ -271,24 +362,59 @@ impl<'a> Report<'a> {
     /// Prints the messages that have become whole with a frame of that moment, with what is learnt of each panel's camera, and where the panel
     /// is.
     pub fn deliver(&mut self, reception: &Reception, moment: &Moment) -> anyhow::Result<()> {
-        for (panel, message) in std::mem::take(&mut self.new_messages) {
-            self.record(|recording| recording.message(panel, &message.data));
-            self.write(&message.data);
-            self.message(panel, &message, reception, moment)?;
+        for (panel, news) in std::mem::take(&mut self.news) {
+            let (data, proof) = match &news {
+                News::Message(message, proof) => (&message.data, proof.as_ref()),
+                News::Proof(data, proof) => (data, Some(proof)),
+            };
+            if let News::Message(message, _) = &news {
+                self.record(|recording| recording.message(panel, &message.data));
+                self.write(&message.data);
+            }
+            if let Some(proof) = proof {
+                let text = format!("{} {}", output::quoted(data), self.proof_text(proof));
+                self.record(|recording| recording.verdict(panel, &text));
+            }
+            match &news {
+                News::Message(message, proof) => self.message(panel, message, proof.as_ref(), reception, moment)?,
+                News::Proof(data, proof) => self.proof(panel, data, proof)?,
+            }
         }
         Ok(())
     }
 
-    fn message(&self, panel: usize, message: &Message, reception: &Reception, moment: &Moment) -> anyhow::Result<()> {
+    /// What a line begins with where several panels are followed.
+    fn of_panel(&self, panel: usize) -> String {
+        if self.arguments.panels > 1 {
+            format!("panel {panel}: ")
+        } else {
+            String::new()
+        }
+    }
+
+    fn proof(&self, panel: usize, data: &[u8], proof: &Proof) -> anyhow::Result<()> {
+        let mut told = serde_json::json!({ "message": String::from_utf8_lossy(data), "panel": panel });
+        if let Some(hex) = self.arguments.hex.of(data) {
+            told["message_hex"] = hex.into();
+        }
+        self.add_proof(&mut told, proof);
+        let text = format!("{}{} {}", self.of_panel(panel), output::quoted(data), self.proof_text(proof));
+        self.print(&text, &told)
+    }
+
+    fn message(
+        &self,
+        panel: usize,
+        message: &Message,
+        proof: Option<&Proof>,
+        reception: &Reception,
+        moment: &Moment,
+    ) -> anyhow::Result<()> {
         let [first, last] = [message.first_frame, message.last_frame].map(|number| self.places.of(number));
         let (corrected, whereabouts) = (message.corrected_bits, reception.whereabouts(panel));
         let learnt = reception.learnt_each().get(panel).and_then(Option::as_ref);
         let (turned_deg, is_mirrored) = turned(reception.orientation(panel));
-        let of_panel = if self.arguments.panels > 1 {
-            format!("panel {panel}: ")
-        } else {
-            String::new()
-        };
+        let of_panel = self.of_panel(panel);
         let mut told = serde_json::json!({
             "message": String::from_utf8_lossy(&message.data), "panel": panel, "first_frame": first, "last_frame": last,
             "corrected_bits": corrected, "turned_deg": turned_deg, "is_mirrored": is_mirrored,
@@ -300,9 +426,13 @@ impl<'a> Report<'a> {
         if let Some(latency) = Latency::since(moment) {
             told["latency_s"] = latency.as_secs_f64().into();
         }
+        let proof_text = proof.map_or_else(String::new, |proof| {
+            self.add_proof(&mut told, proof);
+            format!(", {}", self.proof_text(proof))
+        });
         self.print(
             &format!(
-                "{of_panel}{} in frames {first} to {last}, {corrected} bits corrected{}",
+                "{of_panel}{} in frames {first} to {last}, {corrected} bits corrected{}{proof_text}",
                 output::quoted(&message.data),
                 pose::whereabouts_text(whereabouts, self.with_pose)
             ),

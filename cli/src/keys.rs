@@ -1,0 +1,413 @@
+//! Keys in files: private ones that sign, public ones that are trusted, and the counters that were seen of these.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use anyhow::{Context, bail, ensure};
+use link::framing::{KeyId, Signature};
+use link::signing::{KEY_BYTES, KeyError, PublicKey, SecretKey, TrustedKey, Verdict, verdict};
+use reception::bytes::hex;
+use serde::{Deserialize, Serialize};
+
+use crate::files;
+use crate::output::is_control;
+
+/// The longest name of a key, in characters.
+const NAME_MAX: usize = 64;
+
+/// Why a file holds no keys that can be used.
+#[derive(Debug, thiserror::Error)]
+pub enum KeyFileError {
+    /// Nothing can be read.
+    #[error("cannot read {}", .0.display())]
+    Unreadable(PathBuf, #[source] std::io::Error),
+    /// It is something else.
+    #[error("{} holds no private key such as `vocc keys new` makes", .0.display())]
+    NoSecret(PathBuf, #[source] toml::de::Error),
+    /// It is something else.
+    #[error("{} holds no public keys such as `vocc keys show KEY.toml >> keys.toml` collects", .0.display())]
+    NoPublic(PathBuf, #[source] toml::de::Error),
+    /// The private key is in the wrong place.
+    #[error("{} holds a private key, which nobody but its owner needs: `vocc keys show` prints the public one", .0.display())]
+    Secret(PathBuf),
+    /// Nothing would be trusted.
+    #[error("{} holds no key: add some with `vocc keys show KEY.toml >> keys.toml`", .0.display())]
+    Empty(PathBuf),
+    /// Others on this computer can sign, too.
+    #[error("{} can be read by other users, who could sign with it: `chmod 600` it, and if they may have, make a new key", .0.display())]
+    Open(PathBuf),
+    /// These are no keys.
+    #[error("{}: the key {name:?} is not {} hexadecimal digits: take the file from a backup, or make a new key", .path.display(), 2 * KEY_BYTES)]
+    Digits {
+        /// The file.
+        path: PathBuf,
+        /// The key's name.
+        name: String,
+    },
+    /// These are no keys.
+    #[error("{}: the key {name:?}: {why}", .path.display())]
+    Key {
+        /// The file.
+        path: PathBuf,
+        /// The key's name.
+        name: String,
+        /// Why.
+        why: KeyError,
+    },
+    /// The two halves do not belong together.
+    #[error("{}: the public key is not that of the private one: take the file from a backup, or make a new key", .0.display())]
+    Halves(PathBuf),
+    /// No telling who has signed.
+    #[error("{}: the keys {first:?} and {second:?} have one name, {id}: leave out one of them, or make it anew", .path.display())]
+    Twice {
+        /// The file.
+        path: PathBuf,
+        /// One key's name.
+        first: String,
+        /// The other's.
+        second: String,
+        /// The first digits of both.
+        id: KeyId,
+    },
+    /// It is there already.
+    #[error("{} is there already, and may be a key that is in use: name another file", .0.display())]
+    Exists(PathBuf),
+    /// Not to be printed well.
+    #[error("{0:?} is no name for a key: give 1 to {NAME_MAX} characters without control characters")]
+    Name(String),
+    /// No randomness.
+    #[error("this system gives no random numbers for a key: {0}")]
+    Random(getrandom::Error),
+    /// Nothing is known of what was seen.
+    #[error("{} holds no counters such as `vocc receive --counters` writes: name another file, or remove it, and films shown again will not be \
+             noticed until it has grown", .0.display())]
+    NoCounters(PathBuf, #[source] toml::de::Error),
+}
+
+/// A file with a private key.
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct SecretFile {
+    name: String,
+    public: String,
+    secret: String,
+}
+
+/// A file with public keys.
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct PublicFile {
+    #[serde(default)]
+    key: Vec<PublicEntry>,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct PublicEntry {
+    name: String,
+    public: String,
+}
+
+/// A file with the greatest counters seen, by public key.
+#[derive(Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct CountersFile {
+    #[serde(default)]
+    last: BTreeMap<String, u32>,
+}
+
+/// A public key, and whose it is.
+#[derive(Clone, Debug)]
+pub struct NamedKey {
+    /// Whose it is.
+    pub name: String,
+    /// The key.
+    pub key: PublicKey,
+}
+
+impl NamedKey {
+    /// An entry of a file of trusted keys.
+    pub fn to_toml(&self) -> anyhow::Result<String> {
+        let entry = PublicEntry {
+            name: self.name.clone(),
+            public: hex(&self.key.to_bytes()),
+        };
+        let text = toml::to_string(&PublicFile { key: vec![entry] })?;
+        Ok(format!("# {}\n{text}", self.key.id()))
+    }
+
+    fn of(path: &Path, name: String, digits: &str) -> Result<Self, KeyFileError> {
+        let key = PublicKey::from_bytes(key_bytes(path, &name, digits)?).map_err(|why| KeyFileError::Key {
+            path: path.into(),
+            name: name.clone(),
+            why,
+        })?;
+        Ok(Self { name, key })
+    }
+}
+
+/// A private key, and whose it is.
+#[derive(Debug)]
+pub struct OwnKey {
+    /// The public half, and whose it is.
+    pub public: NamedKey,
+    key: SecretKey,
+}
+
+impl OwnKey {
+    /// Makes a key and writes it into a new file, which nobody else can read.
+    pub fn create(path: &Path, name: &str) -> anyhow::Result<NamedKey> {
+        let is_fit = (1..=NAME_MAX).contains(&name.chars().count()) && !name.chars().any(is_control);
+        ensure!(is_fit, KeyFileError::Name(name.into()));
+        let mut seed = [0; KEY_BYTES];
+        getrandom::fill(&mut seed).map_err(KeyFileError::Random)?;
+        let key = SecretKey::from_seed(seed)?.public();
+        let text = toml::to_string(&SecretFile {
+            name: name.into(),
+            public: hex(&key.to_bytes()),
+            secret: hex(&seed),
+        })?;
+        let text = format!("# A private key: whoever has it signs as its owner. `vocc keys show` prints the public one.\n{text}");
+        match write_secret(path, &text) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!(KeyFileError::Exists(path.into())),
+            written => written.with_context(|| format!("cannot write {}", path.display()))?,
+        }
+        let name = name.into();
+        Ok(NamedKey { name, key })
+    }
+
+    /// The key in a file.
+    pub fn read(path: &Path) -> Result<Self, KeyFileError> {
+        let text = read(path)?;
+        let file: SecretFile = toml::from_str(&text).map_err(|error| KeyFileError::NoSecret(path.into(), without_secrets(error)))?;
+        if is_open(path) {
+            return Err(KeyFileError::Open(path.into()));
+        }
+        let public = NamedKey::of(path, file.name, &file.public)?;
+        let key = SecretKey::from_seed(key_bytes(path, &public.name, &file.secret)?).map_err(|why| KeyFileError::Key {
+            path: path.into(),
+            name: public.name.clone(),
+            why,
+        })?;
+        if key.public() == public.key {
+            Ok(Self { public, key })
+        } else {
+            Err(KeyFileError::Halves(path.into()))
+        }
+    }
+
+    /// Signs a message.
+    pub fn sign(&self, message: &[u8], counter: u32) -> Signature {
+        self.key.sign(message, counter)
+    }
+}
+
+/// How a message is signed.
+#[derive(Clone, Debug, clap::Args)]
+pub struct SigningArguments {
+    /// Sign the message with this private key, which `vocc keys new` makes; the signature is shown after each repeat.
+    #[arg(long, value_name = "KEY.toml")]
+    sign: Option<PathBuf>,
+    /// The signature's counter, which has to rise with each message of a key: receivers know a film shown again by it. Without it, the
+    /// seconds since 1970.
+    #[arg(long, value_name = "N", requires = "sign")]
+    counter: Option<u32>,
+}
+
+impl SigningArguments {
+    /// The file of the key, if one is given.
+    pub fn file(&self) -> Option<PathBuf> {
+        self.sign.clone()
+    }
+
+    /// The key, and the counter to sign with, if a key is given.
+    pub fn key(&self) -> anyhow::Result<Option<(OwnKey, u32)>> {
+        let Some(path) = &self.sign else {
+            return Ok(None);
+        };
+        let key = OwnKey::read(path)?;
+        let counter = match self.counter {
+            Some(counter) => counter,
+            None => seconds_since_1970().context("this computer's clock is not set: give the signature's counter with --counter")?,
+        };
+        Ok(Some((key, counter)))
+    }
+}
+
+fn seconds_since_1970() -> Option<u32> {
+    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).ok()?;
+    u32::try_from(now.as_secs()).ok()
+}
+
+/// Whom a receiver trusts.
+#[derive(Clone, Debug, clap::Args)]
+pub struct TrustArguments {
+    /// Check signatures by the public keys in this file, and say of each message whether it is proven, unproven, forged, replayed, signed by
+    /// an unknown key, or unsigned. `vocc keys show KEY.toml >> keys.toml` adds a key.
+    #[arg(long, value_name = "KEYS.toml")]
+    trust: Option<PathBuf>,
+    /// Print, write and record proven messages alone; what becomes of others is said on standard error.
+    #[arg(long, requires = "trust")]
+    pub only_trusted: bool,
+    /// Keep the greatest counter seen of each key in this file: a film from before this run is known by it, too.
+    #[arg(long, value_name = "FILE", requires = "trust")]
+    counters: Option<PathBuf>,
+}
+
+impl TrustArguments {
+    /// The file of the counters, if one is given.
+    pub fn counters(&self) -> Option<PathBuf> {
+        self.counters.clone()
+    }
+
+    /// The file of the keys, if one is given.
+    pub fn file(&self) -> Option<PathBuf> {
+        self.trust.clone()
+    }
+
+    /// Whoever is trusted; none where nobody checks.
+    pub fn trust(&self) -> Result<Option<Trust>, KeyFileError> {
+        self.trust.as_ref().map(|path| Trust::read(path, self.counters.clone())).transpose()
+    }
+}
+
+/// The keys that are trusted, and what was seen of them.
+pub struct Trust {
+    names: Vec<String>,
+    keys: Vec<TrustedKey>,
+    counters: Option<PathBuf>,
+    /// What the file of counters holds, of other keys, too.
+    seen: CountersFile,
+}
+
+impl Trust {
+    /// Of a file of public keys, and one of counters, which need not be there yet.
+    pub fn read(path: &Path, counters: Option<PathBuf>) -> Result<Self, KeyFileError> {
+        let keys = public_keys(path)?;
+        let seen = match &counters {
+            Some(path) if path.exists() => toml::from_str(&read(path)?).map_err(|error| KeyFileError::NoCounters(path.clone(), error))?,
+            _ => CountersFile::default(),
+        };
+        let trusted = |named: &NamedKey| TrustedKey::new(named.key, seen.last.get(&hex(&named.key.to_bytes())).copied());
+        Ok(Self {
+            keys: keys.iter().map(trusted).collect(),
+            names: keys.into_iter().map(|named| named.name).collect(),
+            counters,
+            seen,
+        })
+    }
+
+    /// Who says so. A proven counter is remembered; that of this run even where it cannot be written, and why not comes with the verdict.
+    pub fn verdict(&mut self, message: &[u8], signature: &Signature) -> (Verdict, anyhow::Result<()>) {
+        let verdict = verdict(&mut self.keys, message, signature);
+        let kept = match verdict {
+            Verdict::Proven { .. } => self.keep(),
+            _ => Ok(()),
+        };
+        (verdict, kept)
+    }
+
+    /// Whose a key is.
+    pub fn name(&self, id: KeyId) -> Option<&str> {
+        let place = self.keys.iter().position(|trusted| trusted.key().id() == id)?;
+        self.names.get(place).map(String::as_str)
+    }
+
+    fn keep(&mut self) -> anyhow::Result<()> {
+        let Some(path) = &self.counters else {
+            return Ok(());
+        };
+        let last = self
+            .keys
+            .iter()
+            .filter_map(|trusted| Some((hex(&trusted.key().to_bytes()), trusted.last()?)));
+        self.seen.last.extend(last);
+        let text = toml::to_string(&self.seen)?;
+        files::write(
+            path,
+            format!("# The greatest counter that was seen of each key, by `vocc receive`.\n{text}"),
+        )
+    }
+}
+
+/// The public keys in a file: those that are trusted, or that of a private one.
+pub fn public_keys(path: &Path) -> Result<Vec<NamedKey>, KeyFileError> {
+    let text = read(path)?;
+    let file: PublicFile = toml::from_str(&text).map_err(|error| match toml::from_str::<SecretFile>(&text) {
+        Ok(_) => KeyFileError::Secret(path.into()),
+        Err(_) => KeyFileError::NoPublic(path.into(), error),
+    })?;
+    let entries = file.key.into_iter();
+    let keys: Vec<NamedKey> = entries
+        .map(|entry| NamedKey::of(path, entry.name, &entry.public))
+        .collect::<Result<_, _>>()?;
+    if keys.is_empty() {
+        return Err(KeyFileError::Empty(path.into()));
+    }
+    for (place, second) in keys.iter().enumerate() {
+        if let Some(first) = keys[..place].iter().find(|first| first.key.id() == second.key.id()) {
+            return Err(KeyFileError::Twice {
+                path: path.into(),
+                first: first.name.clone(),
+                second: second.name.clone(),
+                id: second.key.id(),
+            });
+        }
+    }
+    Ok(keys)
+}
+
+fn read(path: &Path) -> Result<String, KeyFileError> {
+    std::fs::read_to_string(path).map_err(|error| KeyFileError::Unreadable(path.into(), error))
+}
+
+/// An error that shows no line of the file: it may hold the secret.
+fn without_secrets(mut error: toml::de::Error) -> toml::de::Error {
+    error.set_input(None);
+    error
+}
+
+fn key_bytes(path: &Path, name: &str, digits: &str) -> Result<[u8; KEY_BYTES], KeyFileError> {
+    let byte = |place: usize| u8::from_str_radix(digits.get(2 * place..2 * place + 2)?, 16).ok();
+    let bytes: Option<Vec<u8>> = (0..KEY_BYTES).map(byte).collect();
+    let is_hex = digits.len() == 2 * KEY_BYTES && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+    bytes
+        .filter(|_| is_hex)
+        .and_then(|bytes| bytes.try_into().ok())
+        .ok_or_else(|| KeyFileError::Digits {
+            path: path.into(),
+            name: name.into(),
+        })
+}
+
+/// Writes a new file that nobody else can read.
+fn write_secret(path: &Path, text: &str) -> std::io::Result<()> {
+    let mut options = File::options();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let mut file = options.open(path)?;
+    let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
+    if written.is_err() {
+        // Half a key is none.
+        let _ = std::fs::remove_file(path);
+    }
+    written
+}
+
+/// Whether others than its owner can read a file, where systems tell.
+fn is_open(path: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        std::fs::metadata(path).is_ok_and(|metadata| metadata.permissions().mode() & 0o077 != 0)
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = path;
+        false
+    }
+}
