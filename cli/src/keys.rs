@@ -338,7 +338,7 @@ pub fn public_keys(path: &Path) -> Result<Vec<NamedKey>, KeyFileError> {
     let text = read(path)?;
     let file: PublicFile = toml::from_str(&text).map_err(|error| match toml::from_str::<SecretFile>(&text) {
         Ok(_) => KeyFileError::Secret(path.into()),
-        Err(_) => KeyFileError::NoPublic(path.into(), error),
+        Err(_) => KeyFileError::NoPublic(path.into(), without_secrets(error)),
     })?;
     let entries = file.key.into_iter();
     let keys: Vec<NamedKey> = entries

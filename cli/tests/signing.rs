@@ -203,13 +203,18 @@ fn files_that_hold_no_keys_are_refused_with_a_way_out_and_no_secret() {
     );
     refused(&["receive", &film_of_it, "--only-trusted"], &["--trust"]);
 
-    let sign = |words: &[&str]| {
-        let refusal = vocc(&["transmit", "--message", "hi", "--sign", &bad]);
+    let refused_in_secret = |arguments: &[&str], words: &[&str]| {
+        let refusal = vocc(arguments);
         says(&refusal, 2, words);
         let secret = text_of(&key);
         let secret = secret.lines().find_map(|line| line.strip_prefix("secret = \"")).expect("a secret");
         assert!(!text(&refusal.stderr).contains(&secret[..32]), "{}", text(&refusal.stderr));
     };
+    // A private key without its last quotation mark, where public ones are read.
+    write(text_of(&key).trim_end_matches(['"', '\n']));
+    refused_in_secret(&["keys", "show", &bad], &["holds no public keys"]);
+    refused_in_secret(&["receive", &film_of_it, "--trust", &bad], &["holds no public keys"]);
+    let sign = |words: &[&str]| refused_in_secret(&["transmit", "--message", "hi", "--sign", &bad], words);
     write(&text_of(&key).replace("secret = \"", "secret = 7 # \""));
     sign(&["holds no private key"]);
     write(&text_of(&key).replace("secret = \"", "secret = \"0"));
