@@ -75,7 +75,7 @@ fn only_what_is_proven_is_told_where_that_is_asked_for() {
     assert_eq!(std::fs::read(&bytes).expect("bytes"), b"hi");
     for (film, trusted, word) in [(&signed, &others, "unknown"), (&unsigned, &trusted, "unsigned")] {
         let received = vocc(&[&["receive", film], &only[..], &[trusted]].concat());
-        says(&received, 1, &[word, "no proven message"]);
+        says(&received, 1, &[word, "not proven: 1", "no proven message"]);
         assert_eq!(text(&received.stdout), "");
     }
     let all = verdicts(&[&unsigned, "--trust", &trusted], 0);
@@ -84,6 +84,22 @@ fn only_what_is_proven_is_told_where_that_is_asked_for() {
     let received = vocc(&["receive", &signed]);
     says(&received, 0, &["counter 1", "--trust"]);
     assert!(!text(&received.stdout).contains("proven"));
+}
+
+#[test]
+fn a_message_signed_anew_is_proven_anew() {
+    let path = paths("signing-anew");
+    let [key, trusted, first, second] = ["key.toml", "keys.toml", "first", "second"].map(&path);
+    make_key(&key, &trusted);
+    film("hi", &first, &["--sign", &key, "--counter", "41"]);
+    film("hi", &second, &["--sign", &key, "--counter", "42"]);
+    let frames = |film: &str| std::fs::read_dir(film).expect("a folder").count();
+    for number in 0..frames(&second) {
+        let frame = |film: &str, number| format!("{film}/frame-{number:06}.png");
+        let _ = std::fs::rename(frame(&second, number), frame(&first, 1000 + number));
+    }
+    let expected = [told("hi", "proven", 41), told("hi", "proven", 42)];
+    assert_eq!(verdicts(&[&first, "--trust", &trusted, "--only-trusted"], 0), expected);
 }
 
 #[test]

@@ -153,15 +153,15 @@ impl<'a> Report<'a> {
         if let Some(error) = self.undrawn.take().or(self.unrecorded.take()).or(self.unwritten.take()) {
             return Err(error);
         }
+        if self.withheld > 0 {
+            self.say(&format!("messages that were not proven: {}", self.withheld));
+        }
         if self.messages > 0 {
             return Ok(Verdict::Yes);
         }
         let frames = self.places.count();
         if self.withheld > 0 {
-            self.say(&format!(
-                "no proven message in {frames} frames, and {} that were not",
-                self.withheld
-            ));
+            self.say(&format!("no proven message in {frames} frames"));
             return Ok(Verdict::No);
         }
         self.say(&format!("no message in {frames} frames"));
@@ -312,6 +312,9 @@ impl<'a> Report<'a> {
             self.withheld -= 1;
             self.messages += 1;
             self.news.push((panel, News::Message(message, Some(proof))));
+        } else {
+            // It was told before, and is signed anew.
+            self.news.push((panel, News::Proof(data, proof)));
         }
     }
 
