@@ -6,7 +6,7 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, bail};
 use link::framing::{KeyId, Signature};
 use link::signing::{KEY_BYTES, KeyError, PublicKey, SecretKey, TrustedKey, Verdict, verdict};
 use reception::bytes::hex;
@@ -115,7 +115,7 @@ struct PublicEntry {
 #[derive(Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct CountersFile {
-    #[serde(default)]
+    /// There even where nothing was seen: a damaged file is none of these.
     last: BTreeMap<String, u32>,
 }
 
@@ -140,6 +140,7 @@ impl NamedKey {
     }
 
     fn of(path: &Path, name: String, digits: &str) -> Result<Self, KeyFileError> {
+        check_name(&name)?;
         let key = PublicKey::from_bytes(key_bytes(path, &name, digits)?).map_err(|why| KeyFileError::Key {
             path: path.into(),
             name: name.clone(),
@@ -160,8 +161,7 @@ pub struct OwnKey {
 impl OwnKey {
     /// Makes a key and writes it into a new file, which nobody else can read.
     pub fn create(path: &Path, name: &str) -> anyhow::Result<NamedKey> {
-        let is_fit = (1..=NAME_MAX).contains(&name.chars().count()) && !name.chars().any(is_control);
-        ensure!(is_fit, KeyFileError::Name(name.into()));
+        check_name(name)?;
         let mut seed = [0; KEY_BYTES];
         getrandom::fill(&mut seed).map_err(KeyFileError::Random)?;
         let key = SecretKey::from_seed(seed)?.public();
@@ -358,6 +358,12 @@ pub fn public_keys(path: &Path) -> Result<Vec<NamedKey>, KeyFileError> {
         }
     }
     Ok(keys)
+}
+
+/// Looks whether a name can be told on one line.
+fn check_name(name: &str) -> Result<(), KeyFileError> {
+    let is_fit = (1..=NAME_MAX).contains(&name.chars().count()) && !name.chars().any(is_control);
+    if is_fit { Ok(()) } else { Err(KeyFileError::Name(name.into())) }
 }
 
 fn read(path: &Path) -> Result<String, KeyFileError> {

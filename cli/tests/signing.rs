@@ -206,13 +206,19 @@ fn files_that_hold_no_keys_are_refused_with_a_way_out_and_no_secret() {
     receive(&bad, &["none of Ed25519"]);
     write(&text_of(&trusted).repeat(2));
     receive(&bad, &["have one name"]);
+    let named = |name: &str| text_of(&trusted).replace("truck 12", name);
+    write(&named("a\\nb"));
+    receive(&bad, &["is no name"]);
     write("[[key]]\nnane = 3\n");
     receive(&bad, &["holds no public keys"]);
-    write("[last]\nx = \"y\"\n");
-    refused(
-        &["receive", &film_of_it, "--trust", &trusted, "--counters", &bad],
-        &["holds no counters"],
-    );
+    // A file that has lost its end has lost what was seen.
+    for damaged in ["[last]\nx = \"y\"\n", "", "# The greatest counter"] {
+        write(damaged);
+        refused(
+            &["receive", &film_of_it, "--trust", &trusted, "--counters", &bad],
+            &["holds no counters"],
+        );
+    }
     refused(
         &["receive", &film_of_it, "--trust", &trusted, "--counters", &trusted],
         &["would be overwritten"],
