@@ -119,6 +119,17 @@ struct CountersFile {
     last: BTreeMap<String, u32>,
 }
 
+impl CountersFile {
+    /// What a file holds, which need not be there yet.
+    fn read(path: &Path) -> Result<Self, KeyFileError> {
+        match read(path) {
+            Ok(text) => toml::from_str(&text).map_err(|error| KeyFileError::NoCounters(path.into(), error)),
+            Err(KeyFileError::Unreadable(_, error)) if error.kind() == ErrorKind::NotFound => Ok(Self::default()),
+            Err(error) => Err(error),
+        }
+    }
+}
+
 /// A public key, and whose it is.
 #[derive(Clone, Debug)]
 pub struct NamedKey {
@@ -279,24 +290,18 @@ pub struct Trust {
     names: Vec<String>,
     keys: Vec<TrustedKey>,
     counters: Option<PathBuf>,
-    /// What the file of counters holds, of other keys, too.
-    seen: CountersFile,
 }
 
 impl Trust {
     /// Of a file of public keys, and one of counters, which need not be there yet.
     pub fn read(path: &Path, counters: Option<PathBuf>) -> Result<Self, KeyFileError> {
         let keys = public_keys(path)?;
-        let seen = match &counters {
-            Some(path) if path.exists() => toml::from_str(&read(path)?).map_err(|error| KeyFileError::NoCounters(path.clone(), error))?,
-            _ => CountersFile::default(),
-        };
+        let seen = counters.as_deref().map(CountersFile::read).transpose()?.unwrap_or_default();
         let trusted = |named: &NamedKey| TrustedKey::new(named.key, seen.last.get(&hex(&named.key.to_bytes())).copied());
         Ok(Self {
             keys: keys.iter().map(trusted).collect(),
             names: keys.into_iter().map(|named| named.name).collect(),
             counters,
-            seen,
         })
     }
 
@@ -316,16 +321,17 @@ impl Trust {
         self.names.get(place).map(String::as_str)
     }
 
-    fn keep(&mut self) -> anyhow::Result<()> {
+    fn keep(&self) -> anyhow::Result<()> {
         let Some(path) = &self.counters else {
             return Ok(());
         };
-        let last = self
-            .keys
-            .iter()
-            .filter_map(|trusted| Some((hex(&trusted.key().to_bytes()), trusted.last()?)));
-        self.seen.last.extend(last);
-        let text = toml::to_string(&self.seen)?;
+        // Another receiver may have written it meanwhile.
+        let mut seen = CountersFile::read(path)?;
+        for (key, last) in self.keys.iter().filter_map(|trusted| Some((trusted.key(), trusted.last()?))) {
+            let kept = seen.last.entry(hex(&key.to_bytes())).or_default();
+            *kept = last.max(*kept);
+        }
+        let text = toml::to_string(&seen)?;
         files::write(
             path,
             format!("# The greatest counter that was seen of each key, by `vocc receive`.\n{text}"),
@@ -415,5 +421,26 @@ fn is_open(path: &Path) -> bool {
     {
         let _ = path;
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_counter_that_another_receiver_has_written_meanwhile_is_not_lowered() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [key, trusted, counters] = ["key.toml", "keys.toml", "seen.toml"].map(|name| folder.path().join(name));
+        let public = OwnKey::create(&key, "truck").expect("a key").to_toml().expect("text");
+        std::fs::write(&trusted, public).expect("a file");
+        let key = OwnKey::read(&key).expect("a key");
+        let trust = || Trust::read(&trusted, Some(counters.clone())).expect("keys");
+        for (mut receiver, counter) in [trust(), trust()].into_iter().zip([9, 5]) {
+            let (verdict, kept) = receiver.verdict(b"ice", &key.sign(b"ice", counter));
+            assert!(matches!(verdict, Verdict::Proven { .. }) && kept.is_ok(), "{verdict}");
+        }
+        let (verdict, _) = trust().verdict(b"ice", &key.sign(b"ice", 9));
+        assert_eq!(verdict.name(), "replayed");
     }
 }
