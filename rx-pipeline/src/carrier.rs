@@ -10,7 +10,8 @@
 //! the waveform that explain both, follows them, and gives each reading the sign that it has. One sign is common to all, and is told by the
 //! sync panel: [`Deframer`](link::framing::Deframer) reads messages in complement, too.
 //!
-//! Where no frame shows the complement of another, as those of still panels never do, it does nothing.
+//! Where no frame shows the complement of another, as those of still panels never do, it does nothing, but for rows that sync panels show
+//! inverted.
 
 mod fit;
 mod history;
@@ -251,8 +252,9 @@ impl Carrier {
             }
             (Some(found), Some(fit)) if found.score > fit.score + CLEARLY => self.fit = Some(found),
             (found, Some(fit)) => {
-                // Another may be as good now.
-                let sure = found.map_or(CLEARLY, |found| found.sure);
+                // Another may be as good now, or better: its certainty is not this one's.
+                let same = found.filter(|found| fit.differs(found, self.history.sightings()) <= OTHER);
+                let sure = same.map_or(CLEARLY, |found| found.sure);
                 self.fit = Some(Fit { sure, ..*fit });
             }
         }

@@ -223,8 +223,10 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         if let Some((index, reader, decoder, again, memory, mut reading)) = doubtful {
             let place = reader.corners();
             let is_here = |location: &Location| place.is_some_and(|place| overlap(&place, &location.corners));
+            // One that is followed a line off is near.
+            let may_be_anywhere = vacant.is_none() && !decoder.misses_a_line();
             if let Ok(location) = &found
-                && (vacant.is_none() || is_here(location))
+                && (may_be_anywhere || is_here(location))
             {
                 let tools = &mut memory.tools(residuals, tiles, decoder.before(number));
                 if let Some(elsewhere) = reader.find_again(number, frame, location, tools, canvas, profile) {

@@ -10,7 +10,7 @@ use super::fit::step;
 use super::history::{FRAMES, is_steady};
 use super::turn::{Sum, frac};
 use super::waveform::{SHAPES, WAVEFORMS};
-use super::{CYCLES_MAX, GAP_MAX};
+use super::{CYCLES_MAX, GAP_MAX, MEMORY_PERIODS};
 use crate::corners::Corners;
 use crate::detect::{Detection, soft_panel};
 use link::framing::SYNC_SEEN;
@@ -64,10 +64,10 @@ const RECENT_FRAMES: usize = 16;
 const DARK: f32 = 0.3;
 /// where as much of it should be seen (mean square of the contrast, of which the greatest is 1).
 const SEEN_MIN: f32 = 0.1;
-/// What was seen longer ago says nothing of a wave (frame periods).
-const MEMORY_PERIODS: f64 = 256.0;
 /// What is left of how sure the signs were, from one look at a wave to the next, if nothing confirms it (share).
 const STILL_SURE: f32 = 0.97;
+/// A wave of which the signs are less sure is looked for anew (nats).
+const UNSURE: f32 = 1.0;
 /// A panel of which lines and rows grow so differently from one frame to the next is another (share).
 const OTHER_PLACE: f32 = 0.15;
 /// Frames from one search to the next, at least and at most, while none is found, and between two looks at a wave that is (count).
@@ -272,7 +272,8 @@ impl Lines {
         }
         let is_dark = |(first, step): (usize, usize)| {
             let sum = |of: &[f32; LEDS]| of.iter().skip(first).step_by(step).take(SIDE).sum::<f32>();
-            sum(&squares) > SEEN_MIN * (SIDE * RECENT_FRAMES) as f32 && sum(&cross) < DARK * wave.amplitude * sum(&squares)
+            let all = |of: &[f32; LEDS]| of.iter().sum::<f32>();
+            sum(&squares) > SEEN_MIN * (SIDE * RECENT_FRAMES) as f32 && sum(&cross) * all(&squares) < DARK * all(&cross) * sum(&squares)
         };
         [(0, 1), (LEDS - SIDE, 1), (0, SIDE), (SIDE - 1, SIDE)].into_iter().any(is_dark)
     }
@@ -591,7 +592,7 @@ impl Lines {
             sure: sure.max(STILL_SURE * before.sure),
             ..wave
         };
-        self.wave = (wave.explained > LOST && sure > -CLEARLY).then_some(wave);
+        self.wave = (wave.explained > LOST && sure > -CLEARLY && wave.sure > UNSURE).then_some(wave);
     }
 }
 

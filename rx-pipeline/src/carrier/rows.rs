@@ -17,11 +17,13 @@ const SIGHTINGS: u8 = 3;
 /// The rows that are inverted, but for one sign common to all.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rows {
-    /// A bit for each row, none for the first.
+    /// A bit for each row.
     inverted: u8,
     /// When a sync panel showed that last (frame periods), and how many have.
     time: f64,
     sightings: u8,
+    /// Whether a frame since then showed none.
+    is_over: bool,
 }
 
 impl Rows {
@@ -29,26 +31,33 @@ impl Rows {
         inverted: 0,
         time: f64::NEG_INFINITY,
         sightings: 0,
+        is_over: true,
     };
 
     /// Takes in what a frame showed.
     pub fn see(&mut self, time: f64, soft: &SoftPanel) {
-        let Some(inverted) = SYNC_SEEN.iter().find_map(|sync| inverted(sync, soft)) else {
+        let Some((inverted, seen)) = SYNC_SEEN.iter().find_map(|sync| inverted(sync, soft)) else {
+            self.is_over = true;
             return;
         };
         if time - self.time < NEAR {
             return;
         }
-        let differing = (inverted ^ self.inverted).count_ones();
-        let is_slow = differing <= 1 && self.sightings >= SIGHTINGS;
+        // A row that is not seen keeps its sign, and one sign is common to all.
+        let differing = (inverted ^ self.inverted) & seen;
+        let is_complement = 2 * differing.count_ones() > seen.count_ones();
+        let differing = if is_complement { !differing & seen } else { differing };
+        let is_slow = differing.count_ones() <= 1 && self.sightings >= SIGHTINGS;
         *self = Self {
-            inverted,
+            inverted: self.inverted ^ differing,
             time,
             sightings: if differing == 0 || is_slow {
-                self.sightings.saturating_add(1)
+                // The same sync panel in a further frame says nothing new.
+                self.sightings.saturating_add(u8::from(self.is_over))
             } else {
                 1
             },
+            is_over: false,
         };
     }
 
@@ -59,9 +68,9 @@ impl Rows {
     }
 }
 
-/// The rows that show the complement of a sync panel, but for one sign common to all, if the others show it.
-fn inverted(sync: &PanelFrame, soft: &SoftPanel) -> Option<u8> {
-    let (mut inverted, mut unseen) = (0u8, 0);
+/// The rows that show the complement of a sync panel, and those that show either, if nearly all do.
+fn inverted(sync: &PanelFrame, soft: &SoftPanel) -> Option<(u8, u8)> {
+    let (mut inverted, mut seen) = (0u8, 0u8);
     for row in 0..SIDE {
         let leds = SIDE * row..SIDE * (row + 1);
         let all: i32 = leds.clone().map(|led| i32::from(soft.0[led]).abs()).sum();
@@ -74,10 +83,10 @@ fn inverted(sync: &PanelFrame, soft: &SoftPanel) -> Option<u8> {
                 }
             })
             .sum();
-        unseen += u32::from(agreeing.abs() as f32 <= SEEN_BY * all as f32);
+        seen |= u8::from(agreeing.abs() as f32 > SEEN_BY * all as f32) << row;
         inverted |= u8::from(agreeing < 0) << row;
     }
-    (unseen <= UNSEEN).then_some(if inverted & 1 == 1 { !inverted } else { inverted })
+    (seen.count_zeros() <= UNSEEN).then_some((inverted, seen))
 }
 
 #[cfg(test)]
@@ -89,8 +98,47 @@ mod tests {
     fn sync_panels_have_no_rows_inverted() {
         for sync in SYNC_SEEN {
             let soft = SoftPanel::certain(sync, 40);
-            let seen: std::vec::Vec<u8> = SYNC_SEEN.iter().filter_map(|other| inverted(other, &soft)).collect();
-            assert!(seen.iter().all(|&rows| rows == 0) && !seen.is_empty(), "{seen:?}");
+            let seen: std::vec::Vec<_> = SYNC_SEEN.iter().filter_map(|other| inverted(other, &soft)).collect();
+            assert!(
+                seen.iter().all(|&(rows, _)| [0, 0xff].contains(&rows)) && !seen.is_empty(),
+                "{seen:?}"
+            );
         }
+    }
+
+    /// A sync panel of which some rows are inverted, and one LED after another of the last row shows something else.
+    fn sync_panel(inverted: u8, other: u64) -> SoftPanel {
+        let leds = (0..SIDE).fold(0, |leds, row| {
+            leds | if inverted >> row & 1 == 1 { 0xff << (SIDE * row) } else { 0 }
+        });
+        let bits = SYNC_SEEN[0].bits() ^ leds ^ other << (SIDE * (SIDE - 1));
+        SoftPanel::certain(PanelFrame::from_bits(bits), 40)
+    }
+
+    const ANOTHER: SoftPanel = SoftPanel::ERASED;
+
+    #[test]
+    fn a_row_that_already_shows_the_next_symbol_keeps_its_sign() {
+        let mut rows = Rows::NONE;
+        for number in 0..5 {
+            let other = if number == 3 { 0x3f } else { 0 };
+            rows.see(f64::from(20 * number), &sync_panel(0, other));
+            assert_eq!(rows.leds(), 0, "sync panel {number}");
+            rows.see(f64::from(20 * number + 10), &ANOTHER);
+        }
+    }
+
+    #[test]
+    fn rows_are_told_by_sync_panels_and_not_by_frames_of_one() {
+        let mut rows = Rows::NONE;
+        for frame in (0..50).step_by(4) {
+            rows.see(f64::from(frame), &sync_panel(0b110, 0));
+        }
+        assert_eq!(rows.leds(), 0);
+        for number in 1..3 {
+            rows.see(f64::from(100 * number), &ANOTHER);
+            rows.see(f64::from(100 * number + 10), &sync_panel(0b110, 0));
+        }
+        assert_eq!(rows.leds(), 0x00ff_ff00);
     }
 }

@@ -165,23 +165,6 @@ fn no_bit_is_surer_than_the_sign() {
     assert!(!is_first && next_to_blind > 0);
 }
 
-/// A doubted frame settles nothing.
-#[test]
-fn doubted_frames_stay_unsure_before_lines() {
-    let mut detection = Detection {
-        lights: Some(Lights {
-            above_mean: [0.3; 64],
-            mean: 0.5,
-        }),
-        ..seen(7, 1.0)
-    }
-    .doubted(0.8);
-    let unsure = detection.confidence;
-    let mut carrier = std::boxed::Box::new(Carrier::NONE);
-    carrier.resolve(0, 0.0, &corners(), &mut detection);
-    assert!(detection.confidence == unsure && unsure < 0.95, "{unsure}");
-}
-
 /// Rows that a carrier in step with the frames inverts.
 #[test]
 fn rows_in_step_are_told_by_sync_panels() {

@@ -12,6 +12,9 @@ const EVEN_MEAN: f32 = 0.1;
 /// and alike if they differ by less (share of their mean, root mean square).
 #[cfg(feature = "carrier")]
 const EVEN: f32 = 0.1;
+/// Light is a panel's that is there so surely, at least (probability).
+#[cfg(feature = "carrier")]
+const SURE_PLACE: f32 = 0.999;
 
 /// The bits of one panel, and how sure they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +75,7 @@ impl Detection {
         let most = libm::logf((1.0 + probability) / (1.0 - probability).max(f32::MIN_POSITIVE));
         Self {
             #[cfg(feature = "carrier")]
-            lights: self.lights.filter(|_| probability >= 1.0),
+            lights: self.lights.filter(|_| probability >= SURE_PLACE),
             soft: no_surer_than(&self.soft, most),
             confidence: 0.5 + probability * (self.confidence - 0.5),
             mixed: self.mixed.map(|mixture| Mixture {
@@ -201,10 +204,11 @@ pub(crate) fn bits_where(on: impl Fn(usize) -> bool) -> PanelFrame {
     PanelFrame::from_bits((0..LEDS).fold(0, |bits, cell| bits | u64::from(on(cell)) << cell))
 }
 
-#[cfg(all(test, feature = "carrier"))]
+#[cfg(all(test, any(feature = "carrier", feature = "read-lines")))]
 mod tests {
     use super::*;
 
+    #[cfg(feature = "carrier")]
     #[test]
     fn a_doubted_reading_says_nothing_of_the_light() {
         let lights = Some(Lights {
