@@ -210,6 +210,12 @@ pub const WORKS: &[Work] = &[
         repeats: false,
         ..work("device simulate", &["--symbols", "@shown.txt"])
     },
+    Work {
+        again: Again::Clears,
+        repeats: false,
+        ..work("keys new", &["@key.toml"])
+    },
+    work("keys show", &["<key.toml"]),
     work("scene", &["night"]),
 ];
 
@@ -304,6 +310,12 @@ pub const LARGEST: &[Work] = &[
         input: Some("/dev/zero"),
         ..work("device simulate", &["--symbols", "@shown.txt", "--film", "/dev/null"])
     },
+    Work {
+        again: Again::Clears,
+        repeats: false,
+        ..work("keys new", &["@key.toml"])
+    },
+    work("keys show", &["<key.toml"]),
     work("scene", &["night"]),
 ];
 

@@ -66,6 +66,7 @@ impl Workshop {
             "table.toml",
         ]);
         write("scene.toml", &workshop.make(&["scene", "night"]));
+        workshop.make(&["keys", "new", "key.toml"]);
         workshop.make(&["sweep", "plan.toml", "--out", "half", "--shard", "0/2"]);
         let film = [
             "link",
