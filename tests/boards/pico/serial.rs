@@ -36,7 +36,8 @@ fn crc(table: &L2aTable) -> Value {
 pub fn boots_and_says_how_it_is(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up(programs, folder, &[]);
     board.light(1000.0, Fault::None);
-    board.run_ms(1000);
+    // A second of the firmware's own, which begins when it has started.
+    board.run_ms(1100);
     board.real_time(true);
     let terminal = Terminal::open(board.socket());
     let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
