@@ -208,8 +208,6 @@ pub struct Signed<'a> {
     pub message: &'a [u8],
     /// Its signature, as it was read.
     pub signature: Signature,
-    /// The stamp of the panel with which it was whole.
-    pub last_stamp: u64,
 }
 
 /// A panel as it was read, and its stamp; none where it was lost.
@@ -390,7 +388,6 @@ impl Deframer {
             Outcome::Signed(signature) => Event::Signed(Signed {
                 message: self.assembly.message(),
                 signature,
-                last_stamp: stamp,
             }),
         }
     }

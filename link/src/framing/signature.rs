@@ -1,13 +1,12 @@
 //! The signature that follows a message, on the panel: which bytes it is, and when it is shown.
 
 use super::header::{Announcement, SignatureHeader};
-use super::transmit::polarity_mask;
-use super::{Framer, FramingError, OVERHEAD_PANELS, SYNC};
+use super::transmit::coded;
+use super::{Framer, FramingError, OVERHEAD_PANELS};
 use crate::checksum::crc32c;
 use crate::fec::{Block, Code};
 use crate::geometry::Geometry;
 use crate::panel::PanelFrame;
-use crate::scramble;
 
 /// Bytes of a signature's payload.
 pub const SIGNATURE_BYTES: usize = 72;
@@ -140,14 +139,7 @@ impl SignedFramer {
             crc,
         };
         let payload = SIGNATURE_BLOCK.encode(&self.signature.to_bytes());
-        let coded = core::iter::once(SYNC)
-            .chain(Announcement::Signature(header).to_panels())
-            .chain(payload);
-        let polarity = polarity_mask(repeat);
-        let shown = coded
-            .enumerate()
-            .map(|(n, panel)| PanelFrame::from_bits(panel.bits() ^ scramble::word(n) ^ polarity));
-        self.shown.extend(shown);
+        self.shown.extend(coded(Announcement::Signature(header), payload, repeat));
         self.shown.reverse();
     }
 }

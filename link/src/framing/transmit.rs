@@ -157,13 +157,7 @@ impl Framer {
             }
             (None, content) => (content, None, self.repeats),
         };
-        let polarity = polarity_mask(number);
-        let coded = core::iter::once(SYNC)
-            .chain(content.to_panels())
-            .chain(payload.into_iter().flatten());
-        let shown = coded
-            .enumerate()
-            .map(|(n, panel)| PanelFrame::from_bits(panel.bits() ^ scramble::word(n) ^ polarity));
+        let shown = coded(content, payload.into_iter().flatten(), number);
         self.shown.clear();
         self.shown.extend(shown.take(SEGMENT_PANELS_MAX));
     }
@@ -192,8 +186,17 @@ impl Framer {
     }
 }
 
+/// The panels that show sync, header and payload, scrambled: for odd numbers in complement.
+pub(super) fn coded(content: Announcement, payload: impl Iterator<Item = PanelFrame>, number: u32) -> impl Iterator<Item = PanelFrame> {
+    let polarity = polarity_mask(number);
+    let panels = core::iter::once(SYNC).chain(content.to_panels()).chain(payload);
+    panels
+        .enumerate()
+        .map(move |(n, panel)| PanelFrame::from_bits(panel.bits() ^ scramble::word(n) ^ polarity))
+}
+
 /// The complement of every LED for odd numbers, nothing for even ones.
-pub fn polarity_mask(number: u32) -> u64 {
+fn polarity_mask(number: u32) -> u64 {
     if number & 1 == 1 { u64::MAX } else { 0 }
 }
 

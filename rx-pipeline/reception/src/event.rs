@@ -25,8 +25,6 @@ pub struct SignedMessage {
     pub data: Vec<u8>,
     /// The signature, as it was read.
     pub signature: Signature,
-    /// The number of the first frame that showed the end of it.
-    pub last_frame: u64,
 }
 
 /// What a panel's symbols brought.
@@ -70,7 +68,6 @@ impl PanelEvent {
             Event::Signed(signed) => Self::Signed(SignedMessage {
                 data: signed.message.to_vec(),
                 signature: signed.signature,
-                last_frame: signed.last_stamp,
             }),
             Event::Header { unsigned: true, .. } => Self::Unsigned,
             Event::Rejected(why) => Self::Rejected(*why),
@@ -91,9 +88,8 @@ impl PanelEvent {
     /// Whether it is news of who says so, after what was told of that since the last message.
     pub(crate) fn is_news_after(&self, told: Option<&Self>) -> bool {
         match (told, self) {
-            (Some(Self::Signed(told)), Self::Signed(signed)) => (&told.data, told.signature) != (&signed.data, signed.signature),
             (Some(_), Self::Unsigned) => false,
-            _ => true,
+            (told, _) => told != Some(self),
         }
     }
 }
