@@ -195,7 +195,7 @@ impl Effort {
     }
 
     /// Which busy places are looked at, by their ranks, and against which grounds.
-    fn busy(self) -> (impl Fn(usize) -> bool, &'static [Ground]) {
+    fn busy(self) -> (impl Fn(usize, Ground) -> bool, &'static [Ground]) {
         let another = |number: u64| ALWAYS + (number % (BUSY_PEAKS - ALWAYS) as u64) as usize;
         let grounds = match self {
             Self::Spots => &[][..],
@@ -209,8 +209,9 @@ impl Effort {
             },
             Self::Level(_) => &[Ground::Around],
         };
-        let chosen = move |rank: usize| match self {
-            Self::Spots | Self::Full => true,
+        let chosen = move |rank: usize, ground: Ground| match self {
+            Self::Spots => true,
+            Self::Full => rank < ground.places(),
             Self::Share(number) | Self::Level(number) => rank < ALWAYS || rank == another(number),
             // In eight frames each of the most striking is compared with each ground.
             Self::Spare(number) => rank == ((number / 2 + number / 4) % ALWAYS as u64) as usize || rank == another(number / 4),
@@ -389,12 +390,8 @@ impl Locator {
         // Each has its own, as it is right of other panels.
         let mut budgets = [effort.budget(self.settings.busy_poses, SPARE_POSES[1]); 4];
         attempt.turn = None;
-        let ranked = survey.busy.iter().filter(unknown).enumerate();
-        for (rank, peak) in ranked.filter(|&(rank, _)| chosen(rank)) {
-            for (&ground, left) in grounds.iter().zip(&mut budgets) {
-                if effort == Effort::Full && rank >= ground.places() {
-                    continue;
-                }
+        for (rank, peak) in survey.busy.iter().filter(unknown).enumerate() {
+            for (&ground, left) in grounds.iter().zip(&mut budgets).filter(|(ground, _)| chosen(rank, **ground)) {
                 let view = View {
                     ground,
                     ..self.view(frame, None, survey.noise_grey)

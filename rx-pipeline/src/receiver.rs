@@ -190,7 +190,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
                 if known.iter().any(|other| overlap(other, corners)));
             match followed {
                 Some(reading) if !twice && doubtful.is_none() && is_doubtful && again.is_due() => {
-                    doubtful = Some((index, reader, decoder, again, memory, reading));
+                    doubtful = Some((index, reader, decoder, again, memory, reading, misses_a_line));
                 }
                 Some(reading) if !twice => {
                     known.extend(reader.corners());
@@ -220,11 +220,11 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             residuals,
         };
         let mut found = self.search.find(query, profile);
-        if let Some((index, reader, decoder, again, memory, mut reading)) = doubtful {
+        if let Some((index, reader, decoder, again, memory, mut reading, misses_a_line)) = doubtful {
             let place = reader.corners();
             let is_here = |location: &Location| place.is_some_and(|place| overlap(&place, &location.corners));
             // One that is followed a line off is near.
-            let may_be_anywhere = vacant.is_none() && !decoder.misses_a_line();
+            let may_be_anywhere = vacant.is_none() && !misses_a_line;
             if let Ok(location) = &found
                 && (may_be_anywhere || is_here(location))
             {

@@ -32,19 +32,18 @@ impl History {
     };
 
     pub fn push(&mut self, sighting: Sighting) {
-        if self.len == FRAMES {
-            self.sightings.copy_within(1.., 0);
-            self.len -= 1;
-        }
+        self.keep_last(FRAMES - 1);
         self.sightings[self.len] = sighting;
         self.len += 1;
     }
 
     /// Forgets all but the last of them.
-    pub fn keep_last(&mut self, count: usize) {
+    fn keep_last(&mut self, count: usize) {
         let dropped = self.len.saturating_sub(count);
-        self.sightings.copy_within(dropped..self.len, 0);
-        self.len -= dropped;
+        if dropped > 0 {
+            self.sightings.copy_within(dropped..self.len, 0);
+            self.len -= dropped;
+        }
     }
 
     /// Forgets those before that time.

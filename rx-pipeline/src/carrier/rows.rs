@@ -63,26 +63,22 @@ impl Rows {
 
     /// The LEDs that are inverted; none as long as that is not known.
     pub fn leds(&self) -> u64 {
-        let is_inverted = |row: usize| self.sightings >= SIGHTINGS && self.inverted >> row & 1 == 1;
-        (0..SIDE).fold(0, |leds, row| leds | if is_inverted(row) { 0xff << (SIDE * row) } else { 0 })
+        if self.sightings >= SIGHTINGS { leds_of(self.inverted) } else { 0 }
     }
+}
+
+/// The LEDs of rows, a bit for each.
+fn leds_of(rows: u8) -> u64 {
+    (0..SIDE).fold(0, |leds, row| leds | (u64::from(rows >> row & 1) * 0xff) << (SIDE * row))
 }
 
 /// The rows that show the complement of a sync panel, and those that show either, if nearly all do.
 fn inverted(sync: &PanelFrame, soft: &SoftPanel) -> Option<(u8, u8)> {
     let (mut inverted, mut seen) = (0u8, 0u8);
-    for row in 0..SIDE {
-        let leds = SIDE * row..SIDE * (row + 1);
-        let all: i32 = leds.clone().map(|led| i32::from(soft.0[led]).abs()).sum();
-        let agreeing: i32 = leds
-            .map(|led| {
-                if sync.led(led) {
-                    i32::from(soft.0[led])
-                } else {
-                    -i32::from(soft.0[led])
-                }
-            })
-            .sum();
+    // Positive where it agrees.
+    let agreement = soft.flipped(!sync.bits()).0.map(i32::from);
+    for (row, leds) in agreement.chunks_exact(SIDE).enumerate() {
+        let (agreeing, all) = leds.iter().fold((0, 0), |(agreeing, all), led| (agreeing + led, all + led.abs()));
         seen |= u8::from(agreeing.abs() as f32 > SEEN_BY * all as f32) << row;
         inverted |= u8::from(agreeing < 0) << row;
     }
@@ -108,10 +104,7 @@ mod tests {
 
     /// A sync panel of which some rows are inverted, and one LED after another of the last row shows something else.
     fn sync_panel(inverted: u8, other: u64) -> SoftPanel {
-        let leds = (0..SIDE).fold(0, |leds, row| {
-            leds | if inverted >> row & 1 == 1 { 0xff << (SIDE * row) } else { 0 }
-        });
-        let bits = SYNC_SEEN[0].bits() ^ leds ^ other << (SIDE * (SIDE - 1));
+        let bits = SYNC_SEEN[0].bits() ^ leds_of(inverted) ^ other << (SIDE * (SIDE - 1));
         SoftPanel::certain(PanelFrame::from_bits(bits), 40)
     }
 

@@ -335,18 +335,7 @@ impl Sharpened {
         if self.spot_sigma_px > TOLD_APART * across.min(down) {
             return true;
         }
-        let states = two_states(&self.brightness);
-        let of = |state: i8| {
-            self.brightness
-                .iter()
-                .zip(states)
-                .filter(move |&(_, s)| s == state)
-                .map(|(b, _)| *b)
-        };
-        let [off, on] = [0, 1].map(|state| of(state).sum::<f32>() / (of(state).count() as f32).max(1.0));
-        let squares = |state: i8, mean: f32| of(state).map(|b| (b - mean) * (b - mean)).sum::<f32>();
-        let variance = (squares(0, off) + squares(1, on)) / LEDS as f32;
-        on - off > LEAST_DISTINCT * libm::sqrtf(variance)
+        distinctness(&self.brightness, &two_states(&self.brightness)) > LEAST_DISTINCT
     }
 }
 
@@ -424,6 +413,26 @@ pub(super) fn three_states(change: &[f32; LEDS]) -> [i8; LEDS] {
         level = sum / count.max(1.0);
     }
     change.map(|c| i8::from(c > 0.5 * level) - i8::from(c < -0.5 * level))
+}
+
+/// How far apart LEDs of different states are in brightness, or in how they changed: the least step from one state to the next over the
+/// standard deviation within states.
+pub(super) fn distinctness(brightness: &[f32; LEDS], states: &[i8; LEDS]) -> f32 {
+    let (mut squares, mut least, mut below) = (0.0, f32::INFINITY, None);
+    for state in [-1, 0, 1] {
+        let members = || brightness.iter().zip(states).filter(|&(_, &of)| of == state).map(|(b, _)| *b);
+        let count = members().count() as f32;
+        if count == 0.0 {
+            continue;
+        }
+        let mean = members().sum::<f32>() / count;
+        squares += members().map(|b| (b - mean) * (b - mean)).sum::<f32>();
+        least = below.map_or(least, |below| least.min(mean - below));
+        below = Some(mean);
+    }
+    let distinctness = least / libm::sqrtf(squares / LEDS as f32 + 1e-6);
+    // No number where there is nothing to tell apart.
+    distinctness.max(0.0)
 }
 
 /// Rounds in which 64 values in two groups settle.

@@ -15,7 +15,6 @@ use crate::spots::{LatticeModel, Observation, Residuals};
 pub use criteria::LEAST_PITCH_PX;
 use criteria::{DISTINCT, Passed, examine};
 use led_likeness::LedLikeness;
-use link::panel::LEDS;
 use settling::Settling;
 
 /// Room around the lattice where two lines more could lie, and where none (pitches). More: clutter around the panel
@@ -189,29 +188,11 @@ fn may_be_no_panel(fitted: &Fit, scope: Scope) -> bool {
     fitted.spots.apart() < 1.0 || scope == Scope::Board && distinctness(fitted) < DISTINCT
 }
 
-/// How far apart LEDs of different states are in brightness, or in how they changed: the least step from one state to the next over the
-/// standard deviation within states.
-fn distinctness(fitted: &Fit) -> f32 {
-    let Fit { spots, slope } = fitted;
-    let off_by: [f32; LEDS] =
-        core::array::from_fn(|led| slope.led_agreement(led) / (slope.led_weight(led) * spots.contrast).max(f32::MIN_POSITIVE));
-    let (mut squares, mut least, mut before) = (0.0, f32::INFINITY, None);
-    for state in [-1.0, 0.0, 1.0] {
-        let members = || (0..LEDS).filter(|&led| spots.state[led] == state).map(|led| off_by[led]);
-        let count = members().count() as f32;
-        if count == 0.0 {
-            continue;
-        }
-        let mean = members().sum::<f32>() / count;
-        squares += members().map(|value| (value - mean) * (value - mean)).sum::<f32>();
-        if let Some((last, below)) = before {
-            least = least.min(state - last + mean - below);
-        }
-        before = Some((state, mean));
-    }
-    let distinctness = least / libm::sqrtf(squares / LEDS as f32 + 1e-6);
-    // No number where there is nothing to tell apart.
-    distinctness.max(0.0)
+/// How far apart LEDs of different states are in brightness, or in how they changed, by what the fit leaves of each.
+fn distinctness(Fit { spots, slope }: &Fit) -> f32 {
+    let off_by = |led: usize| slope.led_agreement(led) / (slope.led_weight(led) * spots.contrast).max(f32::MIN_POSITIVE);
+    let brightness = core::array::from_fn(|led| spots.state[led] + off_by(led));
+    pose_candidates::distinctness(&brightness, &spots.state.map(|state| state as i8))
 }
 
 /// Whether LEDs that are Off stand out from the ground more than those that are On: a bright board, on which they are dark. Spots that
