@@ -69,14 +69,23 @@ impl Document {
         links.filter(|to| !to.contains("://") && !to.starts_with("mailto:")).collect()
     }
 
+    /// The same, and whether each stands in a block of code.
+    fn events_by_place(&self) -> impl Iterator<Item = (Event<'_>, bool)> {
+        self.events().scan(false, |inside, event| {
+            match event {
+                Event::Start(Tag::CodeBlock(_)) => *inside = true,
+                Event::End(TagEnd::CodeBlock) => *inside = false,
+                _ => {}
+            }
+            Some((event, *inside))
+        })
+    }
+
     /// What stands between backticks and in blocks of code.
     fn code(&self) -> Vec<String> {
-        let mut inside = false;
         let mut code = Vec::new();
-        for event in self.events() {
+        for (event, inside) in self.events_by_place() {
             match event {
-                Event::Start(Tag::CodeBlock(_)) => inside = true,
-                Event::End(TagEnd::CodeBlock) => inside = false,
                 Event::Text(text) if inside => code.extend(text.lines().map(str::to_owned)),
                 Event::Code(text) => code.push(text.into_string()),
                 _ => {}
@@ -87,12 +96,9 @@ impl Document {
 
     /// All text outside of code. A word, 0, parts what no sentence spans.
     fn prose(&self) -> String {
-        let mut inside = false;
         let mut prose = String::new();
-        for event in self.events() {
+        for (event, inside) in self.events_by_place() {
             match event {
-                Event::Start(Tag::CodeBlock(_)) => inside = true,
-                Event::End(TagEnd::CodeBlock) => inside = false,
                 Event::Text(text) if !inside => prose += &text,
                 Event::Code(_) => prose += " 0 ",
                 Event::SoftBreak | Event::HardBreak => prose.push(' '),
