@@ -159,10 +159,11 @@ impl Evidence {
     }
 }
 
-/// The sample before a place within the patch, and how far beyond it the place is. A number of 2²³ has no room for parts of one, so that
-/// the sum is rounded, and its last bits are the sample's number: no number can lead beyond the patch, nor has that to be checked.
+/// The sample before a place within the patch, and how far beyond it the place is. Between 2²³ and 2²⁴ a number has no room for parts of
+/// one, so that the sum is rounded, and its last bits are the sample's number: no number can lead beyond the patch, nor has that to be
+/// checked.
 fn whole_and_rest(c: f32) -> (usize, f32) {
-    const NO_PARTS: f32 = (1 << 23) as f32;
+    const NO_PARTS: f32 = (3 << 22) as f32;
     const { assert!(PATCH_SIDE.is_power_of_two()) }
     let rounded = c - 0.5 + NO_PARTS;
     (rounded.to_bits() as usize % PATCH_SIDE, c - (rounded - NO_PARTS))
@@ -259,6 +260,23 @@ impl Factor {
         for i in (0..SIDE).rev() {
             let dot: f32 = (i + 1..SIDE).map(|k| self.lower[k][i] * line[k]).sum();
             line[i] = (line[i] - dot) * self.inverse_diagonal[i];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_lie_between_their_sample_and_the_next() {
+        for quarter in 0..=4 * (PATCH_SIDE as u16 - 2) {
+            for beyond in [0.0, 0.1, 0.249] {
+                let place = f32::from(quarter) / 4.0 + beyond;
+                let (sample, rest) = whole_and_rest(place);
+                assert!((0.0..=1.0).contains(&rest) && sample < PATCH_SIDE, "{place}: {sample} and {rest}");
+                assert_eq!(sample as f32 + rest, place);
+            }
         }
     }
 }
