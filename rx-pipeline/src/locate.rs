@@ -51,6 +51,7 @@ use suspects::Suspect;
 pub(crate) use suspects::Suspects;
 pub use verification::LEAST_PITCH_PX;
 use verification::Verified;
+pub(crate) use verification::is_random;
 
 /// Peaks of change looked at in a frame, at most (count). More: slower, and panels among much that moves are found.
 const CHANGED_PEAKS: usize = 4;

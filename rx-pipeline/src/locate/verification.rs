@@ -13,6 +13,7 @@ use crate::corners::Corners;
 use crate::fit::Fit;
 use crate::spots::{LatticeModel, Observation, Residuals};
 pub use criteria::LEAST_PITCH_PX;
+pub(crate) use criteria::is_random;
 use criteria::{DISTINCT, Passed, examine};
 use led_likeness::LedLikeness;
 use settling::Settling;

@@ -9,13 +9,13 @@ use super::view::View;
 use crate::cells::{CellMap, CellsError};
 use crate::coarse::Grid;
 use crate::corners::Corners;
-use crate::detect::{Detection, Detector, Method, Mixture, check_white};
+use crate::detect::{DetectError, Detection, Detector, Method, Mixture, check_white};
 use crate::features::Features;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 #[cfg(feature = "maximum-likelihood")]
 pub(crate) use crate::likelihood::MaximumLikelihood;
-use crate::locate::{Location, Locator};
+use crate::locate::{Location, Locator, is_random};
 use crate::profile::{Profile, Stage};
 use crate::settings::TrackingSettings;
 use crate::spots::{LatticeModel, Observation, Residuals};
@@ -50,11 +50,12 @@ const TOO_FINE_FRAMES: u8 = 4;
 /// A track corrected by a frame, what the frame shows, and how much of the light there that explains.
 type Followed = (Track, Reading, f32);
 
-/// The attempt that explains clearly more; the first if neither does.
+/// The attempt that explains clearly more; the first if neither does. Elsewhere, edges and walls explain as much: only bits as random as a
+/// message's tell a panel from them.
 fn better(here: Result<Followed, Loss>, elsewhere: Result<Followed, Loss>) -> Result<Followed, Loss> {
     match (here, elsewhere) {
-        (Ok(here), Ok(elsewhere)) if elsewhere.2 > here.2 + CLEARLY || 1.0 - elsewhere.2 < CLEARLY_LEFT * (1.0 - here.2) => Ok(elsewhere),
-        (Err(_), Ok(elsewhere)) => Ok(elsewhere),
+        (Ok(here), Ok(elsewhere)) if elsewhere.2 <= here.2 + CLEARLY && 1.0 - elsewhere.2 >= CLEARLY_LEFT * (1.0 - here.2) => Ok(here),
+        (_, Ok(elsewhere)) if is_random(elsewhere.1.detection.bits.bits()) => Ok(elsewhere),
         (here, _) => here,
     }
 }
@@ -584,15 +585,21 @@ impl Reader {
         tools: &mut Tools<'_, N>,
         profile: &mut impl Profile,
     ) -> Result<Reading, Loss> {
-        if self.method != Method::MaximumLikelihood {
-            return Ok(fast);
+        let reading = if self.method == Method::MaximumLikelihood {
+            let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
+            let detection = profile.timed(Stage::Detect, || {
+                let Tools { likelihood, before, .. } = &mut *tools;
+                likelihood.detect_after(before, frame, &corners, Some(spots.sigma))
+            })?;
+            Reading { corners, detection }
+        } else {
+            fast
+        };
+        match reading.detection.bits.count_on() {
+            // No symbol of a message leaves all LEDs Off, and a place that shows none On may be any.
+            0 => Err(DetectError::Covered { percent: 0 }.into()),
+            _ => Ok(reading),
         }
-        let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
-        let detection = profile.timed(Stage::Detect, || {
-            let Tools { likelihood, before, .. } = &mut *tools;
-            likelihood.detect_after(before, frame, &corners, Some(spots.sigma))
-        })?;
-        Ok(Reading { corners, detection })
     }
 
     /// Reads at a given place from now on.

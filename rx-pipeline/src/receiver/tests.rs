@@ -241,6 +241,30 @@ fn a_short_occlusion_is_coasted_through_and_a_long_one_ends_openly() {
 }
 
 #[test]
+fn what_passes_before_a_panel_does_not_take_it_along() {
+    for speed in [23, 37, 51] {
+        // A dark post, 60 px wide, that covers the panel for two to four frames.
+        let passed = |number: usize| {
+            let from = (speed * number).saturating_sub(4 * speed);
+            Scene {
+                width: 320,
+                centre: [147.3, 48.6],
+                noise_grey: 1.0,
+                wiper: ([from, from + 60], 0.0, 0.05),
+                ..Scene::PLAIN
+            }
+        };
+        let covered = (0..20)
+            .filter(|&number| {
+                let ([from, to], ..) = passed(number).wiper;
+                to > 126 && from < 168
+            })
+            .count();
+        assert!(read(&mut receiver(1.0), 20, passed) + covered >= 19, "{speed} px a frame");
+    }
+}
+
+#[test]
 fn blinking_gives_a_panel_away_that_does_not_stand_out() {
     let settings = ReceiverSettings::default();
     let search = FrameSearch::with_history(Box::default(), std::vec![0u8; 2 * 96 * 96]);

@@ -155,6 +155,11 @@ fn clear(slope: &Slope, noise: f32, scope: Scope) -> Result<f32, LocateError> {
     Ok(libm::sqrtf(explained))
 }
 
+/// Whether a pattern may be a message's, by how many LEDs are On and how many neighbours differ.
+pub(crate) fn is_random(pattern: u64) -> bool {
+    LIT.contains(&pattern.count_ones()) && DIFFERENT.contains(&neighbours_that_differ(pattern))
+}
+
 fn random(spots: &LatticeModel, scope: Scope) -> Result<(), LocateError> {
     let states = spots.state.iter().enumerate();
     let pattern = states.fold(0u64, |bits, (led, &state)| bits | u64::from(state != 0.0) << led);
@@ -166,7 +171,7 @@ fn random(spots: &LatticeModel, scope: Scope) -> Result<(), LocateError> {
     };
     let stand_out = if shows_off(spots) { !pattern } else { pattern };
     let is_orderly = || repetition(pattern) > MOST_REPETITION || empty_edges(stand_out) > MOST_DARK_EDGES;
-    if !LIT.contains(&lit) || !DIFFERENT.contains(&different) || scope.is_single() && is_orderly() && !is_sync() {
+    if !is_random(pattern) || scope.is_single() && is_orderly() && !is_sync() {
         return Err(LocateError::NotRandom { lit, different });
     }
     Ok(())
