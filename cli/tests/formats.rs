@@ -1,5 +1,5 @@
 //! `vocc receive` and `vocc decode` on what cameras, recorders and other programs write: names, depths, damage, and advice.
-//! `tests/suites/formats.rs` has the films that ffmpeg decodes.
+//! `tests/suites/films.rs` has the films that ffmpeg decodes.
 
 mod common;
 

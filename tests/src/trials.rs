@@ -1,7 +1,9 @@
 //! Tests that need programs which a computer may lack: skipped where one is absent, failed where anything else is wrong.
 
+use std::borrow::Borrow;
 use std::fmt;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -29,19 +31,47 @@ impl From<std::io::Error> for Unready {
     }
 }
 
-/// Runs tests by name with what `provide` gives, which is asked once.
+/// Tests of the type `Test` that is in scope, each beside its function's name.
+#[macro_export]
+macro_rules! tests {
+    ($($test:path),* $(,)?) => {
+        [$(($crate::trials::last_word(stringify!($test)), $test as Test)),*]
+    };
+}
+
+/// The name of a function without its modules'.
+pub fn last_word(path: &'static str) -> &'static str {
+    path.rsplit([':', ' ']).next().unwrap_or(path)
+}
+
+/// [`run`] for tests that each need an empty folder, too.
+pub fn run_in_folders<T: Send + Sync + 'static>(
+    subject: &str,
+    tests: impl IntoIterator<Item = (&'static str, fn(&T, &Path))>,
+    provide: impl FnOnce() -> Result<T, Unready>,
+) -> ExitCode {
+    let in_a_folder = tests.into_iter().map(|(name, test)| {
+        let run = move |provided: &T| test(provided, tempfile::tempdir().expect("a folder").path());
+        (name, run)
+    });
+    run(subject, None, in_a_folder, provide)
+}
+
+/// Runs tests by name, on that many threads or as many as there are processors, with what `provide` gives, which is asked once.
 ///
 /// Where a program is absent, each test is shown as ignored and `SKIPPED subject: why` is printed, for `tests/run` to repeat at its end.
-pub fn run<T, F>(
-    arguments: &Arguments,
+pub fn run<T, B: ?Sized, F>(
     subject: &str,
+    threads: Option<usize>,
     tests: impl IntoIterator<Item = (&'static str, F)>,
     provide: impl FnOnce() -> Result<T, Unready>,
 ) -> ExitCode
 where
-    T: Send + Sync + 'static,
-    F: Fn(&T) + Send + 'static,
+    T: Borrow<B> + Send + Sync + 'static,
+    F: Fn(&B) + Send + 'static,
 {
+    let mut arguments = Arguments::from_args();
+    arguments.test_threads = threads.or(arguments.test_threads);
     let provided = (!arguments.list).then(|| provide().map(Arc::new));
     if let Some(Err(Unready::Absent(why))) = &provided {
         let _ = writeln!(std::io::stderr(), "SKIPPED {subject}: {why}");
@@ -51,7 +81,7 @@ where
         let is_skipped = matches!(provided, Some(Err(Unready::Absent(_))));
         let trial = Trial::test(name, move || match provided {
             Some(Ok(ready)) => {
-                test(&ready);
+                test((*ready).borrow());
                 Ok(())
             }
             Some(Err(unready)) => Err(unready.into()),
@@ -59,5 +89,5 @@ where
         });
         trial.with_ignored_flag(is_skipped)
     });
-    libtest_mimic::run(arguments, trials.collect()).exit_code()
+    libtest_mimic::run(&arguments, trials.collect()).exit_code()
 }

@@ -1,63 +1,204 @@
-//! Films as cameras keep them: `vocc receive` reads the message out of H.264 of common quality, decoded with ffmpeg.
+//! Films as cameras and recorders keep them: qualities, containers, bare streams, gaps, unsteady frames, covers and interlacing, decoded with
+//! ffmpeg.
 //!
-//! Where ffmpeg is absent (`tests/run` installs it), this is skipped.
+//! Where ffmpeg is absent (`tests/run` installs it), this is skipped. `cli/tests/films.rs` and `cli/tests/formats.rs` have what needs none.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output};
 
-use libtest_mimic::Arguments;
+use tempfile::TempDir;
 use vocc_tests::programs::{self, output};
+use vocc_tests::tests;
 use vocc_tests::trials::{self, Unready};
 
 const MESSAGE: &str = "bend ahead";
+const FRAMES: usize = 48;
+/// Encodes so well that nothing is lost by it.
+const X264: [&str; 6] = ["-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p"];
+/// Keeps the times of frames as a filter has set them, in milliseconds.
+const UNSTEADY: [&str; 4] = ["-vsync", "passthrough", "-enc_time_base", "1/1000"];
+
+/// `vocc`, and frames of a link at 100 a second.
+struct Ready {
+    vocc: PathBuf,
+    frames: TempDir,
+}
+
+type Test = fn(&Ready);
 
 fn main() -> ExitCode {
-    let tests = [("h264_of_common_quality_is_received", |vocc: &PathBuf| {
-        h264_of_common_quality_is_received(vocc)
-    })];
-    trials::run(&Arguments::from_args(), "films", tests, provide)
+    let tests = tests![
+        films_of_all_kinds_are_received,
+        a_gap_is_skipped_and_unsteady_frames_are_counted_by_their_times,
+        a_cover_is_no_film,
+        interlaced_films_are_named_or_let_in,
+        frames_that_are_too_wide_are_named,
+        h264_of_common_quality_is_received,
+    ];
+    trials::run("films", None, tests, provide)
 }
 
-/// ffmpeg, and `vocc`.
-fn provide() -> Result<PathBuf, Unready> {
+fn provide() -> Result<Ready, Unready> {
     programs::provide("ffmpeg")?;
-    programs::vocc()
+    let vocc = programs::vocc()?;
+    let frames = tempfile::tempdir()?;
+    output(&mut programs::link(&vocc, frames.path(), MESSAGE, FRAMES as u64))?;
+    Ok(Ready { vocc, frames })
 }
 
-fn h264_of_common_quality_is_received(vocc: &Path) {
-    let folder = tempfile::tempdir().expect("a folder");
-    let folder = folder.path();
-    film(vocc, folder);
-    for quality in ["18", "23", "28"] {
-        let film = folder.join(format!("film-{quality}.mp4"));
-        ffmpeg(
-            Command::new("ffmpeg")
-                .args(["-loglevel", "error", "-framerate", "100", "-i"])
-                .arg(folder.join("frame-%06d.png"))
-                .args(["-c:v", "libx264", "-crf", quality, "-pix_fmt", "yuv420p"])
-                .arg(&film),
-        );
-        let received = Command::new(vocc).arg("receive").arg(&film).output();
-        let received = received.expect("vocc runs");
+impl Ready {
+    /// Makes a film of the frames, at a number a second.
+    fn film(&self, name: &str, rate: &str, arguments: &[&str]) -> PathBuf {
+        let film = self.path(name);
+        let mut ffmpeg = Command::new("ffmpeg");
+        ffmpeg.args(["-y", "-loglevel", "error", "-framerate", rate, "-i"]);
+        ffmpeg.arg(self.frames.path().join("frame-%06d.png"));
+        made(ffmpeg.args(arguments).arg(&film));
+        film
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.frames.path().join(name)
+    }
+
+    fn receive(&self, film: &Path, arguments: &[&str]) -> Output {
+        let mut receive = Command::new(&self.vocc);
+        receive.arg("receive").arg(film).args(arguments);
+        receive.output().expect("vocc runs")
+    }
+
+    /// Receives what a file holds, on standard input.
+    fn receive_piped(&self, file: &Path, arguments: &[&str]) -> Output {
+        let mut receive = Command::new(&self.vocc);
+        receive.args(["receive", "-"]).args(arguments);
+        receive
+            .stdin(std::fs::File::open(file).expect("the stream"))
+            .output()
+            .expect("vocc runs")
+    }
+
+    /// Asserts that a film's message arrives, and returns how many frames are read.
+    fn delivers(&self, film: &Path, arguments: &[&str]) -> usize {
+        let received = self.receive(film, &[&["--bits"], arguments].concat());
+        let told = text(&received.stdout);
+        assert!(told.contains(MESSAGE), "{}: {}", film.display(), text(&received.stderr));
+        told.lines().filter(|line| line.starts_with("frame ")).count()
+    }
+}
+
+/// Runs ffmpeg.
+fn made(ffmpeg: &mut Command) {
+    if let Err(error) = output(ffmpeg) {
+        panic!("{error}");
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn films_of_all_kinds_are_received(ready: &Ready) {
+    for ending in ["mkv", "ts", "m2ts", "flv", "mov"] {
+        let film = ready.film(&format!("film.{ending}"), "100", &X264);
+        assert_eq!(ready.delivers(&film, &[]), FRAMES, "{ending}");
+    }
+    for (ending, codec) in [("h264", &X264[..]), ("mjpeg", &["-q:v", "2", "-pix_fmt", "yuvj420p"])] {
+        let film = ready.film(&format!("film.{ending}"), "100", codec);
+        // A bare stream tells no rate.
+        assert_eq!(ready.delivers(&film, &["--fps", "100"]), FRAMES, "{ending}");
+        let untold = ready.receive(&film, &[]);
         assert!(
-            text(&received.stdout).contains(MESSAGE),
-            "CRF {quality}: {}",
-            text(&received.stderr)
+            text(&untold.stderr).contains("does not tell its frames a second: --fps does"),
+            "{ending}"
         );
+    }
+}
+
+fn a_gap_is_skipped_and_unsteady_frames_are_counted_by_their_times(ready: &Ready) {
+    for (name, filter, frames) in [
+        ("gap.mkv", "setpts='PTS+if(gte(N,24),600/TB,0)'", FRAMES),
+        ("unsteady.mp4", "setpts='PTS+mod(7*N,5)*0.001/TB'", FRAMES),
+        ("lost.mp4", "select='mod(n,7)-4'", FRAMES - 7),
+    ] {
+        let film = ready.film(name, "100", &[&["-vf", filter], &UNSTEADY[..], &X264].concat());
+        assert_eq!(ready.delivers(&film, &[]), frames, "{name}");
+    }
+}
+
+fn a_cover_is_no_film(ready: &Ready) {
+    let film = ready.film("plain.mp4", "100", &X264);
+    let covered = ready.path("covered.mp4");
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-y", "-loglevel", "error", "-i"]).arg(ready.path("frame-000000.png"));
+    ffmpeg
+        .arg("-i")
+        .arg(&film)
+        .args(["-map", "0", "-map", "1", "-c", "copy", "-disposition:v:0", "attached_pic"]);
+    made(ffmpeg.arg(&covered));
+    assert_eq!(ready.delivers(&covered, &[]), FRAMES);
+    let sound = ready.path("sound.mp4");
+    made(
+        Command::new("ffmpeg")
+            .args(["-y", "-loglevel", "error", "-f", "lavfi", "-i", "sine", "-t", "1"])
+            .arg(&sound),
+    );
+    let refused = ready.receive(&sound, &[]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        text(&refused.stderr).contains("has no moving pictures"),
+        "{}",
+        text(&refused.stderr)
+    );
+}
+
+fn interlaced_films_are_named_or_let_in(ready: &Ready) {
+    let flagged = [
+        "-vf",
+        "setfield=tff",
+        "-c:v",
+        "mpeg2video",
+        "-q:v",
+        "1",
+        "-flags",
+        "+ildct+ilme",
+        "-pix_fmt",
+        "yuv420p",
+    ];
+    for name in ["flagged.mts", "flagged.mkv", "flagged.mpg"] {
+        let film = ready.film(name, "25", &flagged);
+        let refused = text(&ready.receive(&film, &[]).stderr);
+        assert!(
+            refused.contains("the film is interlaced") && refused.contains("--progressive"),
+            "{name}: {refused}"
+        );
+        assert!(!refused.contains("Broken pipe"), "{name}: {refused}");
+        ready.delivers(&film, &["--progressive", "--fps", "100"]);
+    }
+}
+
+fn frames_that_are_too_wide_are_named(ready: &Ready) {
+    let film = ready.film("wide.avi", "25", &["-vf", "scale=8200:64", "-c:v", "mjpeg", "-pix_fmt", "yuvj420p"]);
+    let refused = text(&ready.receive(&film, &[]).stderr);
+    assert!(
+        refused.contains("no W of 1 to 8192") && !refused.contains("Broken pipe"),
+        "{refused}"
+    );
+}
+
+fn h264_of_common_quality_is_received(ready: &Ready) {
+    for quality in ["18", "23", "28"] {
+        let codec = ["-frames:v", "24", "-c:v", "libx264", "-crf", quality, "-pix_fmt", "yuv420p"];
+        let film = ready.film(&format!("film-{quality}.mp4"), "100", &codec);
+        ready.delivers(&film, &[]);
         for (format, decoded_as, received_as) in [
             ("yuv4mpegpipe", &[][..], &[][..]),
             ("rawvideo", &["-pix_fmt", "gray"], &["--raw", "320x240"]),
         ] {
-            let stream = folder.join(format!("film-{quality}.{format}"));
-            ffmpeg(
-                Command::new("ffmpeg")
-                    .args(["-loglevel", "error", "-i"])
-                    .arg(&film)
-                    .args(["-f", format])
-                    .args(decoded_as)
-                    .arg(&stream),
-            );
-            let received = receive(vocc, &stream, received_as);
+            let stream = ready.path(&format!("film-{quality}.{format}"));
+            let mut ffmpeg = Command::new("ffmpeg");
+            ffmpeg.args(["-loglevel", "error", "-i"]).arg(&film);
+            made(ffmpeg.args(["-f", format]).args(decoded_as).arg(&stream));
+            let received = ready.receive_piped(&stream, received_as);
             assert!(
                 text(&received.stdout).contains(MESSAGE),
                 "CRF {quality}, {format}: {}",
@@ -65,30 +206,4 @@ fn h264_of_common_quality_is_received(vocc: &Path) {
             );
         }
     }
-}
-
-/// Writes 24 frames of a link on the day preset, in a smaller picture.
-fn film(vocc: &Path, folder: &Path) {
-    let output = programs::link(vocc, folder, MESSAGE, 24).output().expect("vocc runs");
-    assert!(output.status.code().is_some_and(|code| code < 2), "{}", text(&output.stderr));
-}
-
-fn ffmpeg(command: &mut Command) {
-    if let Err(error) = output(command) {
-        panic!("{error}");
-    }
-}
-
-/// Receives what a file holds, on standard input.
-fn receive(vocc: &Path, file: &Path, arguments: &[&str]) -> Output {
-    Command::new(vocc)
-        .args(["receive", "-"])
-        .args(arguments)
-        .stdin(std::fs::File::open(file).expect("the stream"))
-        .output()
-        .expect("vocc runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
 }

@@ -7,10 +7,10 @@ use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
 
-use libtest_mimic::Arguments;
 use serde_json::Value;
 use tempfile::TempDir;
 use vocc_tests::programs::{self, output, root};
+use vocc_tests::tests;
 use vocc_tests::trials::{self, Unready};
 
 const MESSAGE: &str = "bend ahead";
@@ -25,18 +25,12 @@ struct Ready {
 type Test = fn(&Ready);
 
 fn main() -> ExitCode {
-    let tests: [(_, Test); 3] = [
-        ("all_frames_of_a_named_pipe_are_received", all_frames_of_a_named_pipe_are_received),
-        (
-            "a_loopback_stream_is_received_until_ctrl_c",
-            a_loopback_stream_is_received_until_ctrl_c,
-        ),
-        (
-            "the_reader_in_the_documentation_has_each_message_at_once",
-            the_reader_in_the_documentation_has_each_message_at_once,
-        ),
+    let tests = tests![
+        all_frames_of_a_named_pipe_are_received,
+        a_loopback_stream_is_received_until_ctrl_c,
+        the_reader_in_the_documentation_has_each_message_at_once,
     ];
-    trials::run(&Arguments::from_args(), "live", tests, provide)
+    trials::run("live", None, tests, provide)
 }
 
 fn provide() -> Result<Ready, Unready> {

@@ -15,29 +15,21 @@ mod measure;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use libtest_mimic::Arguments;
 use vocc_tests::trials::{self, Unready};
-use vocc_tests::{firmware, programs};
+use vocc_tests::{firmware, programs, tests};
 
 type Test = fn(&Path);
 
-const TESTS: &[(&str, Test)] = &[
-    ("k_means_reads_as_on_this_computer", compare::k_means_reads_as_on_this_computer),
-    (
-        "maximum_likelihood_reads_as_on_this_computer",
-        compare::maximum_likelihood_reads_as_on_this_computer,
-    ),
-    ("the_largest_region_is_read", compare::the_largest_region_is_read),
-    ("a_lost_panel_is_reported", compare::a_lost_panel_is_reported),
-    ("the_detectors_take_what_is_on_file", counts::the_detectors_take_what_is_on_file),
-    ("it_is_small", measure::it_is_small),
-];
-
 fn main() -> ExitCode {
-    let arguments = Arguments::from_args();
-    let tests = TESTS.iter().copied();
-    let with_image = tests.map(|(name, test)| (name, move |image: &PathBuf| test(image)));
-    trials::run(&arguments, "the receiver's board", with_image, provide)
+    let tests = tests![
+        compare::k_means_reads_as_on_this_computer,
+        compare::maximum_likelihood_reads_as_on_this_computer,
+        compare::the_largest_region_is_read,
+        compare::a_lost_panel_is_reported,
+        counts::the_detectors_take_what_is_on_file,
+        measure::it_is_small,
+    ];
+    trials::run("the receiver's board", None, tests, provide)
 }
 
 /// The emulator, and the board's program, built as a user would.

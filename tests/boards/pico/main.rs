@@ -20,88 +20,35 @@ mod vocc;
 use std::path::Path;
 use std::process::ExitCode;
 
-use libtest_mimic::Arguments;
-use vocc_tests::{terminal, trials};
+use vocc_tests::{terminal, tests, trials};
 
 use crate::image::Programs;
 
 type Test = fn(&Programs, &Path);
 
-const TESTS: &[(&str, Test)] = &[
-    ("boots_and_says_how_it_is", serial::boots_and_says_how_it_is),
-    ("a_table_outlives_a_power_cut", serial::a_table_outlives_a_power_cut),
-    (
-        "a_flash_that_held_something_else_is_taken_over_while_symbols_go_on",
-        serial::a_flash_that_held_something_else_is_taken_over_while_symbols_go_on,
-    ),
-    (
-        "a_power_cut_in_an_update_leaves_one_table_whole",
-        serial::a_power_cut_in_an_update_leaves_one_table_whole,
-    ),
-    (
-        "a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart",
-        rate::a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart,
-    ),
-    (
-        "a_power_cut_in_a_change_leaves_one_rate",
-        rate::a_power_cut_in_a_change_leaves_one_rate,
-    ),
-    (
-        "a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart",
-        carrier::a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart,
-    ),
-    (
-        "a_carrier_stays_whole_when_the_ring_runs_empty",
-        carrier::a_carrier_stays_whole_when_the_ring_runs_empty,
-    ),
-    (
-        "a_message_by_a_carrier_is_received_by_a_camera",
-        carrier::a_message_by_a_carrier_is_received_by_a_camera,
-    ),
-    (
-        "the_luminance_follows_the_light_up_and_down",
-        light::the_luminance_follows_the_light_up_and_down,
-    ),
-    (
-        "a_failed_sensor_leads_to_a_safe_luminance",
-        light::a_failed_sensor_leads_to_a_safe_luminance,
-    ),
-    ("saturating_light_is_daylight", light::saturating_light_is_daylight),
-    (
-        "a_message_sent_to_the_board_is_received_by_a_camera",
-        closed_loop::a_message_sent_to_the_board_is_received_by_a_camera,
-    ),
-    ("a_program_that_hangs_is_restarted", restart::a_program_that_hangs_is_restarted),
-    ("it_is_dark_without_a_program", restart::it_is_dark_without_a_program),
-    ("a_panic_is_dark_and_restarts", restart::a_panic_is_dark_and_restarts),
-    (
-        "the_desk_kit_is_read_by_a_camera_on_the_desk",
-        desk_kit::the_desk_kit_is_read_by_a_camera_on_the_desk,
-    ),
-    (
-        "the_desk_kit_is_dark_when_it_cannot_go_on",
-        desk_kit::the_desk_kit_is_dark_when_it_cannot_go_on,
-    ),
-    ("it_is_small", measure::it_is_small),
-    (
-        "the_latch_keeps_time_under_serial_load",
-        measure::the_latch_keeps_time_under_serial_load,
-    ),
-    (
-        "the_duty_follows_a_step_of_the_light",
-        measure::the_duty_follows_a_step_of_the_light,
-    ),
-];
-
 fn main() -> ExitCode {
-    let arguments = Arguments::from_args();
-    let tests = TESTS.iter().copied();
-    let in_a_folder = tests.map(|(name, test)| {
-        let run = move |programs: &Programs| {
-            let folder = tempfile::tempdir().expect("a folder");
-            test(programs, folder.path());
-        };
-        (name, run)
-    });
-    trials::run(&arguments, "the Pico's image", in_a_folder, Programs::provide)
+    let tests = tests![
+        serial::boots_and_says_how_it_is,
+        serial::a_table_outlives_a_power_cut,
+        serial::a_flash_that_held_something_else_is_taken_over_while_symbols_go_on,
+        serial::a_power_cut_in_an_update_leaves_one_table_whole,
+        rate::a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart,
+        rate::a_power_cut_in_a_change_leaves_one_rate,
+        carrier::a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart,
+        carrier::a_carrier_stays_whole_when_the_ring_runs_empty,
+        carrier::a_message_by_a_carrier_is_received_by_a_camera,
+        light::the_luminance_follows_the_light_up_and_down,
+        light::a_failed_sensor_leads_to_a_safe_luminance,
+        light::saturating_light_is_daylight,
+        closed_loop::a_message_sent_to_the_board_is_received_by_a_camera,
+        restart::a_program_that_hangs_is_restarted,
+        restart::it_is_dark_without_a_program,
+        restart::a_panic_is_dark_and_restarts,
+        desk_kit::the_desk_kit_is_read_by_a_camera_on_the_desk,
+        desk_kit::the_desk_kit_is_dark_when_it_cannot_go_on,
+        measure::it_is_small,
+        measure::the_latch_keeps_time_under_serial_load,
+        measure::the_duty_follows_a_step_of_the_light,
+    ];
+    trials::run_in_folders("the Pico's image", tests, Programs::provide)
 }

@@ -23,11 +23,10 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
-use libtest_mimic::Arguments;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use vocc_tests::programs;
 use vocc_tests::trials::{self, Unready};
+use vocc_tests::{programs, tests};
 
 use commands::{LARGEST, REFUSING, WORKS, Work, listed};
 use fault::{Fault, Signal};
@@ -54,25 +53,14 @@ const AT_ONCE: usize = 2;
 type Test = fn(&Workshop);
 
 fn main() -> ExitCode {
-    let tests: [(&str, Test); 5] = [
-        ("every_command_is_disturbed", every_command_is_disturbed),
-        (
-            "a_reader_who_leaves_changes_only_what_he_reads",
-            a_reader_who_leaves_changes_only_what_he_reads,
-        ),
-        (
-            "every_command_ends_at_once_at_its_largest",
-            every_command_ends_at_once_at_its_largest,
-        ),
-        ("nothing_is_lost_whatever_goes_wrong", nothing_is_lost_whatever_goes_wrong),
-        (
-            "a_long_stream_takes_no_more_memory_and_is_told_of_at_once",
-            a_long_stream_takes_no_more_memory_and_is_told_of_at_once,
-        ),
+    let tests = tests![
+        every_command_is_disturbed,
+        a_reader_who_leaves_changes_only_what_he_reads,
+        every_command_ends_at_once_at_its_largest,
+        nothing_is_lost_whatever_goes_wrong,
+        a_long_stream_takes_no_more_memory_and_is_told_of_at_once,
     ];
-    let mut arguments = Arguments::from_args();
-    arguments.test_threads = Some(1);
-    trials::run(&arguments, "faults", tests, || program().map(Workshop::new))
+    trials::run("faults", Some(1), tests, || program().map(Workshop::new))
 }
 
 /// The program that is named, or the one that is built here.
