@@ -17,9 +17,6 @@ pub fn to_json(value: &impl Serialize) -> serde_json::Result<String> {
 }
 
 /// What the text says; one without a checksum is of an earlier version.
-///
-/// # Errors
-/// When it was changed, cut off, or never was such an object.
 pub fn from_json<T: DeserializeOwned>(text: &str) -> anyhow::Result<T> {
     let [before, after] = AROUND;
     let parts = text.trim_end().strip_suffix(after).and_then(|text| text.rsplit_once(before));

@@ -21,9 +21,6 @@ enum Place {
 }
 
 /// Writes a file.
-///
-/// # Errors
-/// As [`write_with`].
 pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
     write_with(path, |file| Ok(file.write_all(bytes.as_ref())?))
 }
@@ -38,9 +35,6 @@ pub fn write_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Res
 }
 
 /// Looks whether a file can be written, and leaves everything as it is. Returns whether it is one: a device or a pipe is not.
-///
-/// # Errors
-/// When it cannot.
 pub fn check(path: &Path) -> anyhow::Result<bool> {
     let aside = |place| match place {
         Place::File(file) => AtomicWriteFile::open(file)?.discard().map(|()| true),
@@ -52,9 +46,6 @@ pub fn check(path: &Path) -> anyhow::Result<bool> {
 }
 
 /// Looks whether a file can be written, and none is there: that may be what somebody has measured. A device or a pipe holds nothing.
-///
-/// # Errors
-/// When it cannot, or one is there.
 pub fn check_new(path: &Path) -> anyhow::Result<()> {
     ensure!(
         !check(path)? || !path.exists(),
@@ -103,9 +94,6 @@ impl Drop for Active {
 
 impl Growing {
     /// One that can be read while it grows, under its name and `.active`, and stays there where the program is ended in the middle.
-    ///
-    /// # Errors
-    /// When the file cannot be written, or one is left there.
     pub fn create_active(path: &Path) -> anyhow::Result<Self> {
         let Place::File(place) = place(path).with_context(|| format!("cannot write {}", path.display()))? else {
             return Self::create(path);
@@ -124,8 +112,6 @@ impl Growing {
         Ok(Self(Target::Active(Active { file, path, place, stays })))
     }
 
-    /// # Errors
-    /// When the file cannot be written.
     pub fn create(path: &Path) -> anyhow::Result<Self> {
         place(path)
             .and_then(|place| Ok(Self::open(place, path)?))

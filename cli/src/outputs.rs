@@ -11,9 +11,6 @@ use crate::files;
 use crate::frames::files::pictures_in;
 
 /// Looks at each file that is going to be written, where `read` are those that the command reads.
-///
-/// # Errors
-/// When one of them cannot be written, is read, or stands twice.
 pub fn check(written: impl IntoIterator<Item = PathBuf>, read: impl IntoIterator<Item = PathBuf>) -> anyhow::Result<()> {
     let mut taken: Vec<PathBuf> = read.into_iter().map(|path| real(&path)).collect();
     let inputs = taken.len();
@@ -32,9 +29,6 @@ pub fn check(written: impl IntoIterator<Item = PathBuf>, read: impl IntoIterator
 }
 
 /// Looks at files that go beside another: where that is not there yet, they are of something else.
-///
-/// # Errors
-/// When one of them is there alone.
 pub fn check_beside(file: &Path, beside: &[PathBuf]) -> anyhow::Result<()> {
     let foreign = beside.iter().find(|path| !file.exists() && path.exists());
     match foreign {
@@ -49,9 +43,6 @@ pub fn check_beside(file: &Path, beside: &[PathBuf]) -> anyhow::Result<()> {
 
 /// Looks at a folder for frames, which must not be mixed with others: not with those of an older run, nor with any other picture that
 /// `vocc receive` would take for one of them.
-///
-/// # Errors
-/// When there are some already, or none can be written there.
 pub fn check_recording(folder: &Path) -> anyhow::Result<()> {
     let pictures = pictures_in(folder).with_context(|| format!("cannot read the folder {}", folder.display()))?;
     if let Some(picture) = pictures.iter().min() {
@@ -74,9 +65,6 @@ pub fn frame_in(folder: &Path, number: u64) -> PathBuf {
 /// system gives it free however a run ends. Systems that lock no folders hold nothing.
 ///
 /// For the one file of a run there is [`crate::results::Place`]: it is replaced each time, and a lock of it with it.
-///
-/// # Errors
-/// When another run holds it.
 pub fn hold(folder: &Path) -> anyhow::Result<Option<File>> {
     let Ok(held) = File::open(folder) else {
         return Ok(None);
@@ -90,9 +78,6 @@ pub fn hold(folder: &Path) -> anyhow::Result<Option<File>> {
 }
 
 /// Locks what is open as long as the answer lives; none where it cannot be locked.
-///
-/// # Errors
-/// What `taken` says, when another run has locked it.
 pub fn lock(open: File, taken: impl FnOnce() -> String) -> anyhow::Result<Option<File>> {
     match open.try_lock() {
         Ok(()) => Ok(Some(open)),

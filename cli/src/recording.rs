@@ -87,9 +87,6 @@ struct Panel {
 
 impl Recording {
     /// Begins a file for a number of panels, of messages with verdicts or without; that of a live source can be read while it grows.
-    ///
-    /// # Errors
-    /// When it cannot be written.
     pub fn create(path: &Path, panels: usize, with_verdicts: bool, arguments: &RecordingArguments, is_live: bool) -> anyhow::Result<Self> {
         let file = match is_live {
             true => Growing::create_active(path)?,
@@ -119,9 +116,6 @@ impl Recording {
     }
 
     /// Takes a frame that was taken `time_s` after the first, or at a time since 1970, through a lens if that is known.
-    ///
-    /// # Errors
-    /// When it cannot be written.
     pub fn frame(&mut self, time_s: f64, unix: Option<Duration>, frame: &Frame, lens: Option<&Lens>) -> anyhow::Result<()> {
         self.keep_up()?;
         self.time_ns = match unix {
@@ -152,9 +146,6 @@ impl Recording {
     }
 
     /// Keeps what came of a live source, if it has waited for it long enough.
-    ///
-    /// # Errors
-    /// When it cannot be written.
     pub fn keep_up(&mut self) -> anyhow::Result<()> {
         if let Some(kept) = &mut self.kept
             // Before the first frame there is nothing to keep.
@@ -168,9 +159,6 @@ impl Recording {
     }
 
     /// Takes what the frame at hand shows of a panel.
-    ///
-    /// # Errors
-    /// When it cannot be written.
     pub fn reading(&mut self, panel: usize, reading: &Reading, pose: Option<&Pose>) -> anyhow::Result<()> {
         let Some(&Panel {
             outline, pose: channel, ..
@@ -191,9 +179,6 @@ impl Recording {
     }
 
     /// Takes a message that a panel's frame at hand has made whole.
-    ///
-    /// # Errors
-    /// When it cannot be written.
     pub fn message(&mut self, panel: usize, message: &[u8]) -> anyhow::Result<()> {
         let Some(&Panel { message: text, bytes, .. }) = self.panels.get(panel) else {
             return Ok(());
@@ -204,9 +189,6 @@ impl Recording {
     }
 
     /// Takes who says so, of the last message of a panel.
-    ///
-    /// # Errors
-    /// When it cannot be written.
     pub fn verdict(&mut self, panel: usize, verdict: &str) -> anyhow::Result<()> {
         match self.panels.get(panel).and_then(|panel| panel.verdict) {
             Some(channel) => self.write(channel, &ros::Text { data: verdict }),

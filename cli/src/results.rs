@@ -48,9 +48,6 @@ pub fn check(path: &Path, own: &str, beside: &[&str], read: impl IntoIterator<It
 }
 
 /// The results in a file.
-///
-/// # Errors
-/// When there is no such file, or it holds no whole results of this version.
 pub fn read(path: &Path) -> anyhow::Result<Results> {
     // Many cells have many sums.
     let text = input::read_text(path, input::RESULTS_MAX).with_context(|| format!("cannot read the results {}", path.display()))?;
@@ -58,9 +55,6 @@ pub fn read(path: &Path) -> anyhow::Result<Results> {
 }
 
 /// Adds the results of a file.
-///
-/// # Errors
-/// Those of [`read`], and when they are of another run or there already.
 pub fn merge(results: &mut Results, path: &Path) -> anyhow::Result<()> {
     let other = read(path)?;
     results.merge(&other).with_context(|| path.display().to_string())
@@ -127,9 +121,6 @@ pub fn write(results: &Results, path: &Path) -> anyhow::Result<()> {
 }
 
 /// Writes results, and a table beside them as comma-separated values.
-///
-/// # Errors
-/// As [`write()`].
 pub fn write_with_table(results: &Results, path: &Path) -> anyhow::Result<()> {
     write(results, path)?;
     let table = results.to_csv();
@@ -138,9 +129,6 @@ pub fn write_with_table(results: &Results, path: &Path) -> anyhow::Result<()> {
 
 /// Does what `results` lack of a run, while `tell` says that it may go on; `keep` is given them now and then and at the end, whatever
 /// ends it. Returns whether all is done.
-///
-/// # Errors
-/// When the work cannot be done, or the results not be kept at last.
 pub fn advance(
     run: &Run,
     results: &mut Results,

@@ -99,9 +99,6 @@ pub fn writing() -> MutexGuard<'static, ()> {
 }
 
 /// Refuses to write more once the program has to end: [`writing`] keeps it from that for as long as no file is half written.
-///
-/// # Errors
-/// Then.
 pub fn allow() -> std::io::Result<()> {
     match IS_OVERDUE.load(Ordering::Relaxed) {
         true => Err(std::io::Error::other("interrupted")),
@@ -156,9 +153,6 @@ pub struct Input {
 
 impl Input {
     /// Of a source that another thread reads from.
-    ///
-    /// # Errors
-    /// When there is no room for another thread.
     pub fn new(source: impl Read + Send + 'static, stop: Stop) -> std::io::Result<Self> {
         let (sender, pieces) = sync_channel(2);
         std::thread::Builder::new().spawn(move || read_all(source, &sender))?;

@@ -21,9 +21,6 @@ pub struct Arguments {
 
 impl Arguments {
     /// Those of this program.
-    ///
-    /// # Panics
-    /// When the folder holds what is no picture.
     pub fn read() -> Self {
         let mut arguments = std::env::args().skip(1);
         let count: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(100);

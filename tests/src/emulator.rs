@@ -21,9 +21,6 @@ const LOOKS: usize = 50;
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// Sees to it that the emulator can be run.
-///
-/// # Errors
-/// `Absent` where there is no Node; why the emulator cannot be fetched.
 pub fn provide() -> Result<(), Unready> {
     output(Command::new("node").arg("--version"))?;
     let folder = root().join(FOLDER);
@@ -42,9 +39,6 @@ pub struct Emulation<E> {
 
 impl<E: DeserializeOwned + Send + 'static> Emulation<E> {
     /// Starts one of the emulator's scripts.
-    ///
-    /// # Panics
-    /// When Node cannot be run.
     pub fn start<A: AsRef<OsStr>>(script: &str, arguments: impl IntoIterator<Item = A>) -> Self {
         let mut process = Command::new("node")
             .arg(root().join(FOLDER).join(script))
@@ -68,17 +62,11 @@ impl<E: DeserializeOwned + Send + 'static> Emulation<E> {
     }
 
     /// Gives a command: the script has their list.
-    ///
-    /// # Panics
-    /// When the emulator has ended.
     pub fn command(&mut self, command: &Value) {
         writeln!(self.commands, "{command}").expect("the emulator runs");
     }
 
     /// The next event.
-    ///
-    /// # Panics
-    /// When none comes.
     pub fn next_event(&mut self) -> E {
         self.events.recv_timeout(PATIENCE).expect("the emulator goes on")
     }

@@ -11,9 +11,6 @@ use crate::programs::output;
 use crate::trials::Unready;
 
 /// Builds the program in the folder `board` as a user would, with these arguments for Cargo; the folder that it then lies in.
-///
-/// # Errors
-/// Why it cannot be built; `Absent` where there is no compiler for the target.
 pub fn build(target: &str, board: &str, arguments: &[&str]) -> Result<PathBuf, Unready> {
     let built = output(
         Command::new("bash")
@@ -35,9 +32,6 @@ pub struct Size {
 }
 
 /// What an image takes of the flash, its boot loader included, and of the RAM before its stack.
-///
-/// # Panics
-/// When it is no ELF file of 32 bits.
 pub fn size(elf: &[u8]) -> Size {
     let file = ElfFile32::<LittleEndian>::parse(elf).expect("an ELF file of 32 bits");
     let mut size = Size { flash: 0, ram: 0 };

@@ -105,9 +105,6 @@ pub struct Eye {
 
 impl Eye {
     /// A camera in a scene, by its name or file, with these changes.
-    ///
-    /// # Errors
-    /// When there is no such scene.
     pub fn new(name: &str, changes: &[String]) -> Result<Self, EyeError> {
         Ok(Self {
             name: name.into(),
@@ -119,9 +116,6 @@ impl Eye {
     }
 
     /// Changes the scene from now on.
-    ///
-    /// # Errors
-    /// When there is no such key, or its value is out of range; the scene is then as it was.
     pub fn change(&mut self, changes: &[String]) -> Result<(), EyeError> {
         let all = [&self.changes, changes].concat();
         self.scene = Scene::load(&self.name, &all).map_err(EyeError::Scene)?;
@@ -130,9 +124,6 @@ impl Eye {
     }
 
     /// The pixels of a frame, `width` × `height`, line by line.
-    ///
-    /// # Errors
-    /// [`EyeError`].
     pub fn see(&mut self, request: &FrameRequest) -> Result<Vec<u8>, EyeError> {
         let (moment, symbols) = moment(request)?;
         let pulses = Pulses::from(request.pulse);

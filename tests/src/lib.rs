@@ -86,9 +86,6 @@ impl Truth {
 }
 
 /// The reference frames of a folder, `parallel` or `tilted`, in order.
-///
-/// # Panics
-/// When a frame is missing or damaged: then no test of it can pass.
 pub fn reference_frames(folder: &str) -> Vec<ReferenceFrame> {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/frames").join(folder);
     let entries = fs::read_dir(&directory).unwrap_or_else(|error| panic!("{}: {error}", directory.display()));

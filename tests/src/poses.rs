@@ -79,12 +79,6 @@ impl Trials {
     }
 
     /// Draws pose `seed`, films it and measures it, from corners that are up to 0.2 px off.
-    ///
-    /// # Errors
-    /// Why no pose is known; of panels that are too small or too much edge on, why they have no corners or are in no frame.
-    ///
-    /// # Panics
-    /// When there are no such scenes.
     pub fn draw(&mut self, seed: u64) -> Result<Trial, Unknown> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let Range {
@@ -109,9 +103,6 @@ impl Trials {
     }
 
     /// A panel that comes nearer at so many m/s, as it is measured while it is followed, with the time of each frame in seconds.
-    ///
-    /// # Errors
-    /// As of [`Trials::draw`].
     pub fn approach(&mut self, seed: u64, speed_m_s: f64, fps: f64, frames: u64) -> Result<Vec<(f64, Trial)>, Unknown> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut trials = Vec::new();
@@ -235,9 +226,6 @@ pub fn error((place, rotation): Truth, pose: &Pose) -> [f64; 6] {
 
 /// The normalised estimation error squared: error by inverse covariance by error (Bar-Shalom, Li & Kirubarajan 2001, section 5.4). On
 /// average 6 where the covariance is that of the errors.
-///
-/// # Panics
-/// When the covariance is none.
 pub fn nees(truth: Truth, pose: &Pose) -> f64 {
     let error = Vector6::from(error(truth, pose));
     error.dot(&solved(Matrix6::from(pose.covariance), &error))

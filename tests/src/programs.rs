@@ -18,9 +18,6 @@ pub fn root() -> &'static Path {
 ///
 /// As a part of the workspace's tests: `cargo build` would choose other features of the packages that they share, and so compile most of
 /// them, and all crates here, once more.
-///
-/// # Errors
-/// Why it cannot be built.
 pub fn vocc() -> Result<PathBuf, Unready> {
     let beside = beside_the_tests()?;
     let optimised = beside.ends_with("release").then_some("--release");
@@ -62,17 +59,11 @@ pub fn link(vocc: &Path, folder: &Path, message: &str, frames: u64) -> Command {
 }
 
 /// Sees to it that a program is installed.
-///
-/// # Errors
-/// That it is absent, and how it can be installed.
 pub fn provide(program: &str) -> Result<(), Unready> {
     output(Command::new("bash").args(["tests/tools/provide", program])).map(drop)
 }
 
 /// Runs a command in the repository's root and returns what it prints.
-///
-/// # Errors
-/// Why it failed, in words; `Absent` where there is no such program, or where a script says so of one that it needs.
 pub fn output(command: &mut Command) -> Result<String, Unready> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command

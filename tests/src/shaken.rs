@@ -511,9 +511,6 @@ impl Add for Fate {
 }
 
 /// Receives a film as `vocc receive` does, told its two rates; `verbose` tells of each frame.
-///
-/// # Panics
-/// When the film is refused, which none is.
 pub fn receive(film: Film, verbose: bool) -> Fate {
     let mut drawing = Drawing::new(film);
     let side = drawing.side();

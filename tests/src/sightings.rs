@@ -24,9 +24,6 @@ pub struct Tally {
 
 /// Looks for the panel of each scene, turned by so many degrees more, in up to three frames, as a receiver does; tells of each that is not
 /// found.
-///
-/// # Panics
-/// When a scene cannot be drawn.
 pub fn search_scenes(seeds: Range<u64>, turn_deg: f64, size: [usize; 2], photographs: &[GrayImage], mut tell: impl FnMut(&str)) -> Tally {
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());
@@ -67,9 +64,6 @@ pub fn search_scenes(seeds: Range<u64>, turn_deg: f64, size: [usize; 2], photogr
 
 /// Looks for panels where there are none: in photographs of any contrast and noise, alone and with one that the camera's shake has moved;
 /// how many were seen.
-///
-/// # Panics
-/// When a photograph is no picture.
 pub fn search_empty(seeds: Range<u64>, size: [usize; 2], photographs: &[GrayImage], mut tell: impl FnMut(&str)) -> usize {
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());

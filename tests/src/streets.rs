@@ -83,9 +83,6 @@ struct Panel {
 
 impl Drawing {
     /// Draws what stands there.
-    ///
-    /// # Panics
-    /// When the message is too long to be framed, which it is not.
     pub fn new(street: Street) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(street.seed);
         let [width, height] = street.size;

@@ -26,9 +26,6 @@ pub struct Terminal {
 
 impl Terminal {
     /// A terminal for the board that listens at `socket`.
-    ///
-    /// # Panics
-    /// When there is no such socket, or the system has no pseudo-terminals.
     pub fn open(socket: &Path) -> Self {
         let (mut master, slave) = TTYPort::pair().expect("the system has pseudo-terminals");
         master.set_timeout(TURN).expect("any time-out will do");

@@ -186,9 +186,6 @@ pub struct Drawn {
 
 impl Drawn {
     /// Draws the scene.
-    ///
-    /// # Panics
-    /// Of a message that is too long.
     pub fn new(film: Film, message: &[u8]) -> Self {
         let mut drawing = Drawing::new(shaken::Film {
             seed: film.seed,
@@ -331,9 +328,6 @@ fn positive_cosine(x: f64) -> f64 {
 }
 
 /// Receives a film, told the frames a second and nothing else; `tell` is told of each frame.
-///
-/// # Panics
-/// When the film is refused, which none is.
 pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, u64, &reception::PanelReport)) -> Fate {
     let mut drawn = Drawn::new(film, message);
     let centre_px = drawn.centre_px;
@@ -342,9 +336,6 @@ pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, u64, &recepti
 
 /// Receives a film of LEDs that are On for shares of each exposure, from a time on (s), which somebody else knows; what the film's
 /// transmitter would show does not count.
-///
-/// # Panics
-/// As [`receive`].
 pub fn receive_light(film: Film, message: &[u8], shares_from: impl Fn(f64) -> [f32; LEDS]) -> Fate {
     let mut drawn = Drawn::new(film, message);
     let drawn_at = drawn.centre_px;

@@ -18,9 +18,6 @@ pub struct Run {
 
 impl Run {
     /// The one JSON object that it printed.
-    ///
-    /// # Panics
-    /// When it failed, or printed none.
     pub fn json(&self) -> Value {
         let Self { status, output, errors } = self;
         assert_eq!(*status, 0, "{errors}");
@@ -29,9 +26,6 @@ impl Run {
 }
 
 /// Runs `vocc`, which is the file `program`, in `folder` with the words of `command` and `--json --port PORT`.
-///
-/// # Panics
-/// When it cannot be run.
 pub fn vocc(program: &Path, folder: &Path, command: &[&str], port: &str) -> Run {
     let output = at_port(program, folder, command, port).output().expect("vocc runs");
     let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
@@ -43,9 +37,6 @@ pub fn vocc(program: &Path, folder: &Path, command: &[&str], port: &str) -> Run 
 }
 
 /// Runs `vocc` like [`vocc`] until it has printed a JSON object that `is_last` takes, and ends it; all objects.
-///
-/// # Panics
-/// When it cannot be run, prints anything else, or ends before.
 pub fn vocc_until(program: &Path, folder: &Path, command: &[&str], port: &str, is_last: impl Fn(&Value) -> bool) -> Vec<Value> {
     let mut process = at_port(program, folder, command, port)
         .stdout(Stdio::piped())

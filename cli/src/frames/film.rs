@@ -106,9 +106,6 @@ pub struct Film {
 
 impl Film {
     /// Opens a film: what can be read is a y4m stream. `shows` tells the command by which ffmpeg is run.
-    ///
-    /// # Errors
-    /// When there is no such file, or no ffmpeg that could decode it.
     pub fn open(path: &Path, shows: bool) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         let name = path.display().to_string();
@@ -125,9 +122,6 @@ impl Film {
     }
 
     /// Opens a live source likewise, by further `options` of ffmpeg.
-    ///
-    /// # Errors
-    /// When there is no ffmpeg.
     pub fn open_live(source: &Live, options: &str, shows: bool) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
         let film = Self::of(source.name(), source.address().map(str::to_owned));
         film.decoded(decoder(&source.input(options)), shows, |name| {
@@ -185,9 +179,6 @@ impl Film {
     }
 
     /// Waits for the end of the decoder, once all frames are read; at once where the program is to stop.
-    ///
-    /// # Errors
-    /// When it could not decode the film, with what it says.
     pub fn end(mut self) -> anyhow::Result<()> {
         let Some(said) = self.said.take() else {
             return Ok(());

@@ -83,9 +83,6 @@ impl Live {
     }
 
     /// Looks whether it can be there.
-    ///
-    /// # Errors
-    /// When a camera is not, with those that are.
     pub fn check(&self) -> anyhow::Result<()> {
         if let Self::Camera(device) = self {
             ensure!(

@@ -27,9 +27,6 @@ impl Page {
     }
 
     /// The page as an SVG document.
-    ///
-    /// # Errors
-    /// When it cannot be drawn.
     pub fn draw(&self) -> anyhow::Result<Drawing> {
         let columns = self.columns.max(1);
         let rows = self.charts.len().div_ceil(columns).max(1);

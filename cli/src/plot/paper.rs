@@ -31,9 +31,6 @@ pub struct Drawing {
 }
 
 /// Draws a plot of that many pixels across and down.
-///
-/// # Errors
-/// Those of `draw`, and when it has no pixels or too many.
 pub fn draw(size_px: (u32, u32), draw: impl FnOnce(&Surface) -> anyhow::Result<()>) -> anyhow::Result<Drawing> {
     know_font()?;
     let raster = Raster::new(size_px, dejavu::sans::regular());
@@ -98,9 +95,6 @@ pub fn width_px(words: &str, size_px: i32) -> i32 {
 }
 
 /// Writes a plot as `stem`.svg and `stem`.png, each whole or not at all.
-///
-/// # Errors
-/// When a file cannot be written.
 pub fn save(stem: &Path, drawing: &Drawing) -> anyhow::Result<()> {
     let [svg, png] = files_of(stem);
     files::write(&svg, &drawing.svg)?;
@@ -113,9 +107,6 @@ pub fn files_of(stem: &Path) -> [PathBuf; 2] {
 }
 
 /// A drawing's name as an option gives it, without the ending of one of its files.
-///
-/// # Errors
-/// When it ends as pictures of another kind do.
 pub fn stem(name: &str) -> Result<PathBuf, String> {
     let name = Path::new(name);
     match name.extension().and_then(OsStr::to_str) {

@@ -20,9 +20,6 @@ const LINE_PX: i32 = 20;
 const TEXT_PX: i32 = 15;
 
 /// Pictures of the same width side by side, as an SVG document.
-///
-/// # Errors
-/// When it cannot be drawn.
 pub fn row(pictures: &[Picture], width_px: i32) -> anyhow::Result<Drawing> {
     let height_px = |picture: &Picture| picture.edge(picture.rows(), width_px);
     let tallest_px = pictures.iter().map(height_px).max().unwrap_or(0);

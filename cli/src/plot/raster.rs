@@ -28,9 +28,6 @@ impl<'a> Raster<'a> {
     }
 
     /// What has been drawn, as a PNG image.
-    ///
-    /// # Errors
-    /// When it is too large for one.
     pub fn png(&self) -> image::ImageResult<Vec<u8>> {
         let mut file = Vec::new();
         // Plots are drawn once and kept for long: small files are worth the time.

@@ -27,9 +27,6 @@ impl Figure {
 }
 
 /// A table as comma-separated values; cells that hold a comma are quoted.
-///
-/// # Errors
-/// When a row has not as many cells as the head.
 pub fn csv(head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> anyhow::Result<String> {
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(head)?;

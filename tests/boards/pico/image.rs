@@ -18,9 +18,6 @@ pub struct Programs {
 
 impl Programs {
     /// Builds the image and `vocc`, and fetches the emulator.
-    ///
-    /// # Errors
-    /// What is absent, or why something cannot be built.
     pub fn provide() -> Result<Self, Unready> {
         emulator::provide()?;
         Ok(Self {

@@ -24,9 +24,6 @@ const RECEIVER: [&str; 3] = ["--no-default-features", "--features", "rp2040"];
 
 impl Programs {
     /// Builds the images and `vocc`, and fetches the emulator.
-    ///
-    /// # Errors
-    /// What is absent, or why something cannot be built.
     pub fn provide() -> Result<Self, Unready> {
         emulator::provide()?;
         Ok(Self {

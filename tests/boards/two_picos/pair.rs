@@ -126,9 +126,6 @@ impl Pair {
     }
 
     /// Lets time pass until the receiver sends a line that begins so; the event.
-    ///
-    /// # Panics
-    /// When it does not in so much simulated time.
     pub fn wait_for(&mut self, beginning: &str, at_most_s: u32) -> Event {
         for _ in 0..at_most_s * 1000 / STEP_MS {
             let happened = self.run_ms(STEP_MS);
@@ -140,9 +137,6 @@ impl Pair {
     }
 
     /// The same where the line may have come already, since an event, by its number in the record.
-    ///
-    /// # Panics
-    /// When it has not, and does not.
     pub fn wait_since(&mut self, from: usize, beginning: &str, at_most_s: u32) -> Event {
         let already = self.record[from..].iter().find(|event| event.says(beginning));
         match already.cloned() {

@@ -42,9 +42,6 @@ struct Surroundings {
 }
 
 /// Runs a command in a folder, to its end.
-///
-/// # Panics
-/// When it does not end.
 pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool, folder: &Path) -> Outcome {
     let surroundings = surroundings(work, fault, resume, folder);
     let mut command = match fault {

@@ -88,9 +88,6 @@ impl Known {
     }
 
     /// Lets a fault happen and then goes on undisturbed.
-    ///
-    /// # Errors
-    /// What is not as it is promised. Otherwise: how long it took to end after a signal, if it got one.
     pub fn suffer(&self, workshop: &Workshop, fault: Fault, over_old: bool, patience: Duration) -> Result<Option<Duration>, String> {
         let folder = workshop.folder();
         let over_old = over_old && self.work.again == Again::Replaces;
@@ -121,9 +118,6 @@ impl Known {
     }
 
     /// Lets the reader of what is printed leave.
-    ///
-    /// # Errors
-    /// When anything else changes than what he would have read.
     pub fn go_unread(&self, workshop: &Workshop, patience: Duration) -> Result<(), String> {
         let folder = workshop.folder();
         let outcome = attempt::run(workshop, &self.work, Some(Fault::ClosedOutput), false, folder.path());

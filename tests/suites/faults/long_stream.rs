@@ -18,9 +18,6 @@ const PATIENCE: Duration = Duration::from_secs(30);
 const MORE_KB: u64 = 4096;
 
 /// Streams so many frames through `receive`.
-///
-/// # Panics
-/// When memory grows, or what is seen in a frame is told late.
 pub fn run(workshop: &Workshop, frames: u64) {
     let folder = workshop.folder();
     let film = std::fs::read(folder.path().join("film.raw")).expect("a film");

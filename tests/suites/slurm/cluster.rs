@@ -30,9 +30,6 @@ pub struct Cluster {
 
 impl Cluster {
     /// Starts Slurm, which must be installed.
-    ///
-    /// # Errors
-    /// That Slurm is absent, or why it does not start.
     pub fn provide() -> Result<Self, Unready> {
         if !PROGRAMS.iter().all(|program| is_installed(program)) {
             let why = format!("Slurm is missing: install it (Debian, Ubuntu: {PACKAGES})");
@@ -77,9 +74,6 @@ impl Cluster {
     }
 
     /// Waits until a condition holds.
-    ///
-    /// # Panics
-    /// When it does not within `patience`.
     pub fn wait(&self, what: &str, patience: Duration, mut holds: impl FnMut() -> bool) {
         let begun = Instant::now();
         while !holds() {

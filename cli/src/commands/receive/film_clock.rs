@@ -85,9 +85,6 @@ impl FilmClock {
     }
 
     /// Looks whether frames are of the size of those before.
-    ///
-    /// # Errors
-    /// When they are not.
     pub fn check_size(&self, size: (usize, usize)) -> Result<()> {
         let film = self.size;
         Ok((size == film).then_some(()).ok_or(ReceptionError::Size { size, film })?)

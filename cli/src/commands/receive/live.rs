@@ -195,9 +195,6 @@ impl Drop for Incoming<'_> {
 }
 
 /// What can be received with `--live`.
-///
-/// # Errors
-/// When it was all filmed before.
 pub fn of(sources: &[std::path::PathBuf]) -> anyhow::Result<Live> {
     let [source] = sources else {
         anyhow::bail!("--live is for one source: name a camera, an address, a named pipe, a film or -");

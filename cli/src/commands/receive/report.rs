@@ -61,9 +61,6 @@ pub struct Report<'a> {
 
 impl<'a> Report<'a> {
     /// Of `total` frames, if that is known, of a source that may be live.
-    ///
-    /// # Errors
-    /// When nothing can be recorded.
     pub fn new(arguments: &'a Arguments, as_json: bool, with_pose: bool, total: Option<u64>, is_live: bool) -> anyhow::Result<Self> {
         let progress = total.map_or_else(|| Progress::endless("frames"), |total| Progress::new(total, "frames"));
         let recording = arguments.mcap.as_deref();
@@ -137,9 +134,6 @@ impl<'a> Report<'a> {
     }
 
     /// Says why there was no message, if there was none, and what would help.
-    ///
-    /// # Errors
-    /// When a picture could not be drawn, or something not be recorded or written.
     pub fn end(mut self, advice: &[String]) -> anyhow::Result<Verdict> {
         // One that cannot be finished is no reason to lose the other.
         let recorded = self.recording.take().map_or(Ok(()), |recording| {

@@ -15,9 +15,6 @@ const LEAST: f64 = 1e-12;
 
 /// One chart a detector, one curve for each setting of the other keys; where no other key varies, one chart with a curve a detector.
 /// Nothing where no key has numbers.
-///
-/// # Errors
-/// When it cannot be drawn.
 pub fn draw(results: &Results) -> anyhow::Result<Option<Drawing>> {
     let sweep = results.sweep();
     let Some((key, places)) = abscissa(sweep) else {

@@ -29,9 +29,6 @@ pub fn failure(folder: &Path, of: Shard) -> PathBuf {
 }
 
 /// The files of all shards in a folder, in their order.
-///
-/// # Errors
-/// When the folder cannot be read.
 pub fn shards(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let unreadable = || format!("cannot read the folder {}", folder.display());
     let mut found = Vec::new();
@@ -48,9 +45,6 @@ pub fn shards(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
 
 /// Makes the folder of a sweep of so many shards, if it is not there, and puts the plan into it. Returns the plan that is there,
 /// with its division.
-///
-/// # Errors
-/// When another plan is there, or the folder cannot be written to.
 pub fn begin(folder: &Path, plan: &PlanFile, shards: u64) -> anyhow::Result<PlanFile> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let path = self::plan(folder);
@@ -82,9 +76,6 @@ pub fn begin(folder: &Path, plan: &PlanFile, shards: u64) -> anyhow::Result<Plan
 }
 
 /// The plan that a folder holds.
-///
-/// # Errors
-/// When there is none.
 pub fn kept_plan(folder: &Path) -> anyhow::Result<PlanFile> {
     let path = plan(folder);
     let text = input::read_text(&path, input::TABLE_MAX).with_context(|| {
@@ -98,9 +89,6 @@ pub fn kept_plan(folder: &Path) -> anyhow::Result<PlanFile> {
 }
 
 /// Leaves word of why a shard failed, or takes it away where it did not.
-///
-/// # Errors
-/// When old word cannot be taken away.
 pub fn note_failure(folder: &Path, shard: Shard, failed: Option<&anyhow::Error>) -> anyhow::Result<()> {
     let path = failure(folder, shard);
     match failed {
