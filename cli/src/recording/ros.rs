@@ -13,28 +13,13 @@ pub trait Ros: Serialize {
     const DEFINITION: &'static str;
 }
 
-/// The definition of a time, as it ends those of all types that have one.
-macro_rules! time {
-    () => {
-        "================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-"
-    };
-}
-
-/// That of a header, likewise.
-macro_rules! header {
-    () => {
-        concat!(
-            "================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-",
-            time!()
-        )
+/// What a type is called, and the file that defines it.
+macro_rules! ros {
+    ($message:ty, $package:literal, $name:literal) => {
+        impl Ros for $message {
+            const NAME: &'static str = concat!($package, "/msg/", $name);
+            const DEFINITION: &'static str = include_str!(concat!("ros/", $name, ".msg"));
+        }
     };
 }
 
@@ -71,16 +56,7 @@ pub struct CompressedImage<'a> {
     pub data: Vec<u8>,
 }
 
-impl Ros for CompressedImage<'_> {
-    const NAME: &'static str = "sensor_msgs/msg/CompressedImage";
-    const DEFINITION: &'static str = concat!(
-        "std_msgs/Header header
-string format
-uint8[] data
-",
-        header!()
-    );
-}
+ros!(CompressedImage<'_>, "sensor_msgs", "CompressedImage");
 
 #[derive(Serialize)]
 pub struct CameraInfo<'a> {
@@ -124,41 +100,14 @@ impl<'a> CameraInfo<'a> {
     }
 }
 
-impl Ros for CameraInfo<'_> {
-    const NAME: &'static str = "sensor_msgs/msg/CameraInfo";
-    const DEFINITION: &'static str = concat!(
-        "std_msgs/Header header
-uint32 height
-uint32 width
-string distortion_model
-float64[] d
-float64[9] k
-float64[9] r
-float64[12] p
-uint32 binning_x
-uint32 binning_y
-sensor_msgs/RegionOfInterest roi
-================================================================================
-MSG: sensor_msgs/RegionOfInterest
-uint32 x_offset
-uint32 y_offset
-uint32 height
-uint32 width
-bool do_rectify
-",
-        header!()
-    );
-}
+ros!(CameraInfo<'_>, "sensor_msgs", "CameraInfo");
 
 #[derive(Serialize)]
 pub struct Text<'a> {
     pub data: &'a str,
 }
 
-impl Ros for Text<'_> {
-    const NAME: &'static str = "std_msgs/msg/String";
-    const DEFINITION: &'static str = "string data\n";
-}
+ros!(Text<'_>, "std_msgs", "String");
 
 #[derive(Serialize)]
 pub struct Bytes<'a> {
@@ -178,21 +127,7 @@ impl<'a> Bytes<'a> {
     }
 }
 
-impl Ros for Bytes<'_> {
-    const NAME: &'static str = "std_msgs/msg/UInt8MultiArray";
-    const DEFINITION: &'static str = "std_msgs/MultiArrayLayout layout
-uint8[] data
-================================================================================
-MSG: std_msgs/MultiArrayLayout
-std_msgs/MultiArrayDimension[] dim
-uint32 data_offset
-================================================================================
-MSG: std_msgs/MultiArrayDimension
-string label
-uint32 size
-uint32 stride
-";
-}
+ros!(Bytes<'_>, "std_msgs", "UInt8MultiArray");
 
 #[derive(Serialize)]
 pub struct PoseWithCovarianceStamped<'a> {
@@ -215,34 +150,7 @@ impl<'a> PoseWithCovarianceStamped<'a> {
     }
 }
 
-impl Ros for PoseWithCovarianceStamped<'_> {
-    const NAME: &'static str = "geometry_msgs/msg/PoseWithCovarianceStamped";
-    const DEFINITION: &'static str = concat!(
-        "std_msgs/Header header
-geometry_msgs/PoseWithCovariance pose
-================================================================================
-MSG: geometry_msgs/PoseWithCovariance
-geometry_msgs/Pose pose
-float64[36] covariance
-================================================================================
-MSG: geometry_msgs/Pose
-geometry_msgs/Point position
-geometry_msgs/Quaternion orientation
-================================================================================
-MSG: geometry_msgs/Point
-float64 x
-float64 y
-float64 z
-================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-",
-        header!()
-    );
-}
+ros!(PoseWithCovarianceStamped<'_>, "geometry_msgs", "PoseWithCovarianceStamped");
 
 /// What is drawn on an image.
 #[derive(Serialize)]
@@ -310,53 +218,4 @@ impl ImageAnnotations {
     }
 }
 
-impl Ros for ImageAnnotations {
-    const NAME: &'static str = "foxglove_msgs/msg/ImageAnnotations";
-    const DEFINITION: &'static str = concat!(
-        "foxglove_msgs/CircleAnnotation[] circles
-foxglove_msgs/PointsAnnotation[] points
-foxglove_msgs/TextAnnotation[] texts
-================================================================================
-MSG: foxglove_msgs/CircleAnnotation
-builtin_interfaces/Time timestamp
-foxglove_msgs/Point2 position
-float64 diameter
-float64 thickness
-foxglove_msgs/Color fill_color
-foxglove_msgs/Color outline_color
-================================================================================
-MSG: foxglove_msgs/PointsAnnotation
-builtin_interfaces/Time timestamp
-uint8 UNKNOWN=0
-uint8 POINTS=1
-uint8 LINE_LOOP=2
-uint8 LINE_STRIP=3
-uint8 LINE_LIST=4
-uint8 type
-foxglove_msgs/Point2[] points
-foxglove_msgs/Color outline_color
-foxglove_msgs/Color[] outline_colors
-foxglove_msgs/Color fill_color
-float64 thickness
-================================================================================
-MSG: foxglove_msgs/TextAnnotation
-builtin_interfaces/Time timestamp
-foxglove_msgs/Point2 position
-string text
-float64 font_size
-foxglove_msgs/Color text_color
-foxglove_msgs/Color background_color
-================================================================================
-MSG: foxglove_msgs/Point2
-float64 x
-float64 y
-================================================================================
-MSG: foxglove_msgs/Color
-float64 r
-float64 g
-float64 b
-float64 a
-",
-        time!()
-    );
-}
+ros!(ImageAnnotations, "foxglove_msgs", "ImageAnnotations");
