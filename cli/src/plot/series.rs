@@ -13,6 +13,18 @@ pub struct Series {
     pub points: Vec<Point>,
 }
 
+impl Series {
+    pub fn new(name: impl Into<String>, colour: RGBColor, line: Line, points: Vec<Point>) -> Self {
+        let name = name.into();
+        Self {
+            name,
+            colour,
+            line,
+            points,
+        }
+    }
+}
+
 /// What connects the points of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
@@ -41,6 +53,17 @@ pub struct Point {
 }
 
 impl Point {
+    /// A value with the range that it may lie in.
+    pub fn within(x: f64, y: f64, y_range: [f64; 2]) -> Self {
+        let y_range = Some(y_range);
+        Self {
+            x,
+            y,
+            y_range,
+            ..Self::default()
+        }
+    }
+
     /// An error rate with its interval; where none of the errors was met, all that is known is that it is at most the interval's end.
     pub fn rate(x: f64, rate: f64, [low, high]: [f64; 2], errors: u64) -> Self {
         let (y, mark) = match errors {
@@ -48,11 +71,8 @@ impl Point {
             _ => (rate, Mark::Dot),
         };
         Self {
-            x,
-            y,
-            y_range: Some([low, high]),
             mark,
-            ..Self::default()
+            ..Self::within(x, y, [low, high])
         }
     }
 }

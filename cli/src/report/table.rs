@@ -155,12 +155,10 @@ pub fn over_light(file: &TableFile) -> Chart {
 /// The reach over the ratio in one light.
 fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
     let of_column = |_, interval: f64| {
-        let points = file.reach.details_at([light, interval]).map(|point| Point {
-            x: point.l2a,
-            y: point.reach_m,
-            y_range: Some(point.reach_m_95),
-            ..Point::default()
-        });
+        let points = file
+            .reach
+            .details_at([light, interval])
+            .map(|point| Point::within(point.l2a, point.reach_m, point.reach_m_95));
         points.collect()
     };
     let ratios = file.reach.details.iter().map(|point| point.l2a);
@@ -197,11 +195,6 @@ pub fn by_interval(intervals: &[f64], points: impl Fn(usize, f64) -> Vec<Point>)
     let columns = intervals.iter().enumerate();
     let columns = columns.zip(&names).zip(colours(&names));
     columns
-        .map(|(((column, &interval), name), colour)| Series {
-            name: name.clone(),
-            colour,
-            line: Line::Band,
-            points: points(column, interval),
-        })
+        .map(|(((column, &interval), name), colour)| Series::new(name, colour, Line::Band, points(column, interval)))
         .collect()
 }

@@ -190,12 +190,7 @@ fn chart(diagram: &Diagram, named: &[NamedColour]) -> Chart {
 fn front(points: &[Point]) -> Series {
     let mut points: Vec<&Point> = points.iter().filter(|point| point.on_front).collect();
     points.sort_by(|a, b| a.cost.median.total_cmp(&b.cost.median));
-    Series {
-        name: "the front".into(),
-        colour: FRONT,
-        line: Line::Steps,
-        points: points.into_iter().map(drawn).collect(),
-    }
+    Series::new("the front", FRONT, Line::Steps, points.into_iter().map(drawn).collect())
 }
 
 /// The points of a curve, or the one variant of that name that stands alone; the ends of a curve bear what it leads from and to, unless
@@ -215,12 +210,7 @@ fn series_of(diagram: &Diagram, name: &str, colour: RGBColor) -> Series {
             ..drawn(point)
         }
     });
-    Series {
-        name: name.into(),
-        colour,
-        line: if ends.is_some() { Line::Thin } else { Line::None },
-        points: points.collect(),
-    }
+    Series::new(name, colour, if ends.is_some() { Line::Thin } else { Line::None }, points.collect())
 }
 
 fn drawn(point: &Point) -> Drawn {

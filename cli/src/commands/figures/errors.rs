@@ -15,12 +15,12 @@ const BOUND: &str = "Bands: 95 %, of all that is drawn at random. An arrow is th
 pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figure>> {
     let named = [(Dimming::Best, BEST), (Dimming::Random, RANDOM)];
     let series = named.into_iter().zip(colours(&[BEST, RANDOM])).map(|((dimming, name), colour)| {
-        Some(Series {
-            name: name.into(),
+        Some(Series::new(
+            name,
             colour,
-            line: Line::Band,
-            points: points(study, findings, PAPERS_DETECTOR, dimming)?,
-        })
+            Line::Band,
+            points(study, findings, PAPERS_DETECTOR, dimming)?,
+        ))
     });
     let Some(series) = series.collect() else {
         return Ok(None);
@@ -39,14 +39,7 @@ pub fn detectors(study: &Study, findings: &Findings) -> anyhow::Result<Option<Fi
     let charts = [(Dimming::Best, BEST), (Dimming::Random, RANDOM)].map(|(dimming, title)| {
         let detectors = &study.axes.detectors;
         let detectors = detectors.iter().zip(colours(detectors));
-        let series = detectors.map(|(name, colour)| {
-            Some(Series {
-                name: name.to_string(),
-                colour,
-                line: Line::Band,
-                points: points(study, findings, name, dimming)?,
-            })
-        });
+        let series = detectors.map(|(name, colour)| Some(Series::new(*name, colour, Line::Band, points(study, findings, name, dimming)?)));
         Some(chart(study, title, series.collect::<Option<_>>()?))
     });
     let Some(charts) = charts.into_iter().collect::<Option<Vec<_>>>() else {

@@ -54,12 +54,7 @@ fn over_distance(intervals: &[f64], distances: &[f64], rows: &[Vec<&BestRatio>])
     };
     let names = names(intervals);
     let series = names.iter().zip(rows).zip(colours(&names));
-    let series = series.map(|((name, row), colour)| Series {
-        name: name.clone(),
-        colour,
-        line: Line::Band,
-        points: distances.iter().zip(row).map(point).collect(),
-    });
+    let series = series.map(|((name, row), colour)| Series::new(name, colour, Line::Band, distances.iter().zip(row).map(point).collect()));
     Chart {
         title: "(a) best L2A".into(),
         x: Axis::around("distance (m)", distances.iter().copied()),
@@ -87,12 +82,7 @@ fn ranges(intervals: &[f64], rows: &[Vec<&BestRatio>]) -> Chart {
         }
     };
     let series = intervals.iter().zip(rows).zip(colours(&names(intervals)));
-    let series = series.map(|((&interval, row), colour)| Series {
-        name: String::new(),
-        colour,
-        line: Line::None,
-        points: vec![point(interval, row)],
-    });
+    let series = series.map(|((&interval, row), colour)| Series::new("", colour, Line::None, vec![point(interval, row)]));
     let ends = [intervals[0] - 0.3, intervals[intervals.len() - 1] + 0.3];
     Chart {
         title: "(b) range over the distances".into(),

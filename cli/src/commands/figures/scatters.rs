@@ -55,10 +55,5 @@ fn specks<'a>(name: &str, colour: RGBColor, features: impl Iterator<Item = &'a F
         mark: Mark::Speck,
         ..Point::default()
     };
-    Series {
-        name: name.into(),
-        colour,
-        line: Line::None,
-        points: features.map(point).collect(),
-    }
+    Series::new(name, colour, Line::None, features.map(point).collect())
 }

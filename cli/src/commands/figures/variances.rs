@@ -72,19 +72,9 @@ fn series(xs: &[f64], points: &[&Batches], index: usize, name: &str, colour: RGB
     let (_, quantity) = QUANTITIES[index];
     let point = |(&x, point): (&f64, &&Batches)| {
         let Estimate { value, low, high } = point.estimate(quantity);
-        Point {
-            x,
-            y: value,
-            y_range: Some([low, high]),
-            ..Point::default()
-        }
+        Point::within(x, value, [low, high])
     };
-    Series {
-        name: name.into(),
-        colour,
-        line: Line::Band,
-        points: xs.iter().zip(points).map(point).collect(),
-    }
+    Series::new(name, colour, Line::Band, xs.iter().zip(points).map(point).collect())
 }
 
 fn numbers(key: &str, xs: &[f64], points: &[&Batches]) -> anyhow::Result<String> {

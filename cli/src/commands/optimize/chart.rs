@@ -2,7 +2,7 @@
 
 use studies::table::{CriterionSurvey, Entry, TableFile};
 
-use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, RGBColor, Series, colours};
+use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, Series, colours};
 use crate::report::table;
 
 /// Pixels of a chart across and down.
@@ -25,7 +25,7 @@ fn over_distance(file: &TableFile, survey: &CriterionSurvey) -> Chart {
             let first = (survey.illuminance_lx[0], survey.yaw_deg[0]);
             cell.interval == interval && (cell.illuminance_lx, cell.yaw_deg) == first
         });
-        cells.map(|cell| point(cell.distance_m, cell.l2a, cell.l2a_95))
+        cells.map(|cell| Point::within(cell.distance_m, cell.l2a, cell.l2a_95))
     };
     let distances = survey.distance_m.iter().copied();
     Chart {
@@ -38,8 +38,8 @@ fn over_distance(file: &TableFile, survey: &CriterionSurvey) -> Chart {
 
 /// The two rules over the interval.
 fn over_interval(file: &TableFile, survey: &CriterionSurvey) -> Chart {
-    let mean = |entry: &Entry| point(entry.interval, entry.mean_l2a, entry.range_l2a);
-    let least = |entry: &Entry| point(entry.interval, entry.least_ber_l2a, entry.least_ber_l2a_95);
+    let mean = |entry: &Entry| Point::within(entry.interval, entry.mean_l2a, entry.range_l2a);
+    let least = |entry: &Entry| Point::within(entry.interval, entry.least_ber_l2a, entry.least_ber_l2a_95);
     let [means, least] = [
         file.search.entries.iter().map(mean).collect(),
         file.search.entries.iter().map(least).collect(),
@@ -50,29 +50,13 @@ fn over_interval(file: &TableFile, survey: &CriterionSurvey) -> Chart {
         title: "Over all distances".into(),
         x: Axis::around("LED interval", survey.interval.iter().copied()),
         y: ratios(survey),
-        series: rules.map(|((name, points), colour)| series(name, colour, points)).collect(),
+        series: rules
+            .map(|((name, points), colour)| Series::new(name, colour, Line::Band, points))
+            .collect(),
     }
 }
 
 /// From 0 to somewhat above all ratios that were looked among.
 fn ratios(survey: &CriterionSurvey) -> Axis {
     Axis::from_zero("best L2A (1/sr)", survey.search.range.into_iter())
-}
-
-fn series(name: &str, colour: RGBColor, points: Vec<Point>) -> Series {
-    Series {
-        name: name.into(),
-        colour,
-        line: Line::Band,
-        points,
-    }
-}
-
-fn point(x: f64, l2a: f64, l2a_95: [f64; 2]) -> Point {
-    Point {
-        x,
-        y: l2a,
-        y_range: Some(l2a_95),
-        ..Point::default()
-    }
 }

@@ -130,12 +130,7 @@ fn series(sweep: &Sweep, key: usize, places: &[f64], mut curves: Vec<Curve>) -> 
     let curves = curves.map(|((name, cells), colour)| {
         let mut points: Vec<Point> = cells.iter().filter_map(point).collect();
         points.sort_by(|a, b| a.x.total_cmp(&b.x));
-        Series {
-            name,
-            colour,
-            line: Line::Band,
-            points,
-        }
+        Series::new(name, colour, Line::Band, points)
     });
     curves.collect()
 }

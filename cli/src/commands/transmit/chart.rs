@@ -21,9 +21,9 @@ pub fn draw(flicker: &Flicker, rates_hz: &[f64]) -> anyhow::Result<Drawing> {
     let own = colours(&[names[0], names[1], &limited[0], &limited[1]]);
     let charts = rates_hz.iter().map(|&rate_hz| {
         let limits = limits.into_iter().zip(&own[2..]);
-        let limits = limits.map(|(practice, &colour)| series(Line::Band, colour, limit(practice)));
+        let limits = limits.map(|(practice, &colour)| Series::new("", colour, Line::Band, limit(practice)));
         let lights = [&flicker.worst_led, &flicker.panel].into_iter().zip(&own);
-        let lights = lights.map(|(light, &colour)| series(Line::None, colour, points(light, rate_hz)));
+        let lights = lights.map(|(light, &colour)| Series::new("", colour, Line::None, points(light, rate_hz)));
         Chart {
             title: format!("{rate_hz} symbols a second"),
             x: Axis::logarithmic("frequency (Hz)", SHOWN_HZ),
@@ -51,16 +51,6 @@ pub fn draw(flicker: &Flicker, rates_hz: &[f64]) -> anyhow::Result<Drawing> {
         ..Page::new(charts, columns, SIZE_PX)
     }
     .draw()
-}
-
-/// A series that the legend above the page names.
-fn series(line: Line, colour: RGBColor, points: Vec<Point>) -> Series {
-    Series {
-        name: String::new(),
-        colour,
-        line,
-        points,
-    }
 }
 
 /// The modulation at each frequency, as far as it is shown.
