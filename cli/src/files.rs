@@ -1,13 +1,13 @@
 //! Files that are written whole or not at all.
 
 use std::fs::File;
-use std::io::{BufWriter, ErrorKind, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
 use atomic_write_file::AtomicWriteFile;
 
-use crate::output::Output;
+use crate::output::{Output, unless_left};
 use crate::stop;
 
 /// Where the bytes of a path go.
@@ -157,25 +157,16 @@ impl Growing {
     }
 }
 
-/// A pipe or a device. A reader who leaves changes nothing but what he would have read.
+/// A pipe or a device.
 pub struct Pipe(pub File);
-
-impl Pipe {
-    fn unless_left<T>(written: std::io::Result<T>, all: T) -> std::io::Result<T> {
-        match written {
-            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(all),
-            written => written,
-        }
-    }
-}
 
 impl Write for Pipe {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        Self::unless_left(self.0.write(bytes), bytes.len())
+        unless_left(self.0.write(bytes), bytes.len(), || ())
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        Self::unless_left(self.0.flush(), ())
+        unless_left(self.0.flush(), (), || ())
     }
 }
 
@@ -228,7 +219,6 @@ fn place(path: &Path) -> anyhow::Result<Place> {
 mod tests {
     use super::*;
 
-    /// The names in a folder.
     fn names(folder: &Path) -> Vec<String> {
         let entries = std::fs::read_dir(folder).expect("a folder");
         let mut names: Vec<String> = entries

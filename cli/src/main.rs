@@ -37,7 +37,7 @@ mod results;
 mod show;
 mod stop;
 
-use std::io::{ErrorKind, Write};
+use std::io::Write;
 use std::process::ExitCode;
 
 use anyhow::Context;
@@ -117,11 +117,8 @@ fn main() -> ExitCode {
 }
 
 fn print(told: &clap::Error) -> anyhow::Result<Verdict> {
-    match told.print().and_then(|()| std::io::stdout().flush()) {
-        // Whoever reads it has had enough.
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(Verdict::Yes),
-        printed => Ok(printed.map(|()| Verdict::Yes)?),
-    }
+    let printed = told.print().and_then(|()| std::io::stdout().flush());
+    Ok(output::unless_left(printed, (), || ()).map(|()| Verdict::Yes)?)
 }
 
 /// The exit status, and why it is no other.

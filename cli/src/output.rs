@@ -50,28 +50,31 @@ pub fn is_unread() -> bool {
 /// Standard output.
 pub struct Output;
 
-impl Output {
-    fn until_unread<T>(all: T, write: impl FnOnce() -> std::io::Result<T>) -> std::io::Result<T> {
-        if is_unread() {
-            return Ok(all);
+/// What came of writing to a pipe; `all` where its reader has left, which `left` is told: that changes nothing but what he would have read.
+pub fn unless_left<T>(written: std::io::Result<T>, all: T, left: impl FnOnce()) -> std::io::Result<T> {
+    match written {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => {
+            left();
+            Ok(all)
         }
-        match write() {
-            Err(error) if error.kind() == ErrorKind::BrokenPipe => {
-                IS_UNREAD.store(true, Ordering::Relaxed);
-                Ok(all)
-            }
-            written => written,
-        }
+        written => written,
+    }
+}
+
+fn until_unread<T>(all: T, write: impl FnOnce() -> std::io::Result<T>) -> std::io::Result<T> {
+    match is_unread() {
+        true => Ok(all),
+        false => unless_left(write(), all, || IS_UNREAD.store(true, Ordering::Relaxed)),
     }
 }
 
 impl Write for Output {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        Self::until_unread(bytes.len(), || std::io::stdout().write(bytes))
+        until_unread(bytes.len(), || std::io::stdout().write(bytes))
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        Self::until_unread((), || std::io::stdout().flush())
+        until_unread((), || std::io::stdout().flush())
     }
 }
 

@@ -1,6 +1,8 @@
 //! JPEG files (ITU-T T.81) as cameras and telephones leave them: with a film behind the picture, without the marker of their end, or
 //! without the Huffman tables that every webcam shares.
 
+use std::borrow::Cow;
+
 /// What a file's markers say of it.
 pub struct Layout {
     /// Where the marker of the first scan stands.
@@ -58,14 +60,9 @@ impl Layout {
         last.is_some_and(|last| bytes.iter().rev().take_while(|&byte| byte == last).count() > FILLER_MAX)
     }
 
-    /// Whether it has the marker of its end.
-    pub fn has_end(&self) -> bool {
-        self.end.is_some()
-    }
-
-    /// The picture alone, as a decoder wants it, if its end is there.
-    pub fn picture(&self, bytes: &[u8]) -> Vec<u8> {
-        self.with_tables(&bytes[..self.end.unwrap_or(bytes.len())])
+    /// The picture alone, as a decoder wants it; none without the marker of its end.
+    pub fn picture<'a>(&self, bytes: &'a [u8]) -> Option<Cow<'a, [u8]>> {
+        Some(self.with_tables(&bytes[..self.end?]))
     }
 
     /// A picture without an end, ended in two ways that differ in each bit behind its data. Where both show the same, no data are missing.
@@ -79,12 +76,12 @@ impl Layout {
         })
     }
 
-    fn with_tables(&self, bytes: &[u8]) -> Vec<u8> {
+    fn with_tables<'a>(&self, bytes: &'a [u8]) -> Cow<'a, [u8]> {
         if !self.lacks_tables {
-            return bytes.to_vec();
+            return bytes.into();
         }
         let (head, scans) = bytes.split_at(self.first_scan);
-        [head, &usual_tables(), scans].concat()
+        [head, &usual_tables(), scans].concat().into()
     }
 }
 

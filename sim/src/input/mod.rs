@@ -97,10 +97,10 @@ pub fn picture_of(bytes: &[u8]) -> Result<Picture, PictureError> {
     let readable: Cow<[u8]> = match format {
         Some(ImageFormat::Jpeg) => {
             let layout = jpeg::Layout::of(bytes).ok_or(PictureError::Cut)?;
-            if !layout.has_end() {
-                return without_end(&layout, bytes);
+            match layout.picture(bytes) {
+                Some(picture) => picture,
+                None => return without_end(&layout, bytes),
             }
-            layout.picture(bytes).into()
         }
         Some(ImageFormat::Png) => png::without_ancillary(bytes),
         Some(ImageFormat::Pnm) => {
