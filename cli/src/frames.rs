@@ -45,7 +45,6 @@ pub struct PixelArguments {
     pub depth: Option<u8>,
 }
 
-/// A channel by its name.
 fn channel() -> impl TypedValueParser<Value = Channel> {
     let names = Channel::NAMES.map(|(name, about, _)| match about {
         "" => PossibleValue::new(name),

@@ -18,7 +18,6 @@ fn vocc_on_full_disk(folder: &Path, kib: u32, arguments: &str) -> Output {
         .expect("bash runs")
 }
 
-/// The names in a folder.
 fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).expect("a folder");
     let mut names: Vec<String> = entries

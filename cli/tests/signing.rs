@@ -15,7 +15,6 @@ fn make_key(key: &str, trusted: &str) {
     std::fs::write(trusted, shown.stdout).expect("a file");
 }
 
-/// Films a message.
 fn film(message: &str, into: &str, more: &[&str]) -> serde_json::Value {
     let link = ["link", "day", "--message", message, "--level", "fast", "--save", into, "--json"];
     let size = ["--set=camera.width_px=320", "--set=camera.height_px=240"];

@@ -211,7 +211,6 @@ fn file_of(learnt: &Learnt) -> Result<String, Fault> {
     Ok(format!("# {}\n{keys}", learnt::as_text(learnt)))
 }
 
-/// The message that an event is, if it is one.
 fn as_json(event: &PanelEvent) -> Option<Value> {
     let PanelEvent::Message(Message {
         data,

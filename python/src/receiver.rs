@@ -336,7 +336,6 @@ impl Receiver {
     }
 }
 
-/// The message that an event is, if it is one.
 fn message(py: Python<'_>, panel: usize, event: PanelEvent) -> PyResult<Option<Py<Message>>> {
     let PanelEvent::Message(message) = event else {
         return Ok(None);

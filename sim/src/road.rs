@@ -409,7 +409,6 @@ fn transmitter(scene: &Scene, settings: &LinkSettings) -> Result<Transmitter<Rec
     Ok(transmitter)
 }
 
-/// The code of the message.
 fn code(settings: &LinkSettings) -> Code {
     settings.code.unwrap_or(Code::for_length(settings.message.len()))
 }

@@ -97,7 +97,6 @@ fn run(work: &mut Work, repetitions: usize, clock: Clock) -> f64 {
     (clock() - started).as_secs_f64() * 1e9
 }
 
-/// One step of the clock, in ns.
 fn step_ns(clock: Clock) -> f64 {
     let begun = clock();
     loop {

@@ -73,7 +73,6 @@ impl Sum {
     }
 }
 
-/// The preset with what is not `-`.
 fn scene(preset: &str, settings: [&str; 4], seed: u64) -> Result<Scene, Box<dyn std::error::Error>> {
     let [distance, readout, exposure, rate] = settings.map(|word| (word != "-").then(|| word.parse::<f64>()).transpose());
     let mut overrides = vec![format!("link.phase={}", (0.37 * seed as f64) % 1.0)];

@@ -16,7 +16,6 @@ use std::ops::Add;
 
 /// Frames a second, symbols a second and seconds of exposure.
 const FPS: f64 = 100.0;
-/// See there.
 const SYMBOL_RATE_HZ: f64 = 90.0;
 /// See there.
 const EXPOSURE_S: f64 = 0.001;

@@ -10,7 +10,6 @@ use studies::optimum::{Optimum, Search, optimum};
 use studies::reach::ReachSearch;
 use studies::table::{LeastRegret, ReachSurvey, Survey, TableFile};
 
-/// Intervals of the matrix.
 const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
 /// Distances of the matrix, in metres.
 const DISTANCES_M: [f64; 3] = [40.0, 55.0, 70.0];

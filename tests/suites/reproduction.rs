@@ -25,7 +25,6 @@ fn claims_of(overrides: &[&str]) -> Vec<Claim> {
     judge(&study, &findings)
 }
 
-/// Asserts whether each claim holds.
 fn assert_outcome(claims: &[Claim], wanted: &[(&str, bool)]) {
     for (name, holds) in wanted {
         let claim = claims.iter().find(|claim| claim.name == *name);

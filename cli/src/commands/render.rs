@@ -15,7 +15,6 @@ use crate::output::{self, Verdict, line};
 use crate::outputs;
 use crate::pictures;
 
-/// LEDs of a panel.
 const LEDS: u32 = link::panel::LEDS as u32;
 
 /// Arguments of `vocc render`.

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-/// Where Linux lists them.
 const LISTED: &str = "/sys/class/video4linux";
 
 /// A camera that there is.

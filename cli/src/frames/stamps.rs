@@ -14,7 +14,6 @@ use sim::input;
 
 use super::names::number;
 
-/// The name of the file.
 const NAME: &str = "timestamps.csv";
 /// The longest such file, in bytes: a million frames.
 const BYTES_MAX: u64 = 64 << 20;

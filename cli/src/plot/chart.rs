@@ -188,7 +188,6 @@ impl<'a, 'b> Plane<'a, 'b> {
         Ok(covered)
     }
 
-    /// All points of series that have marks.
     fn marked(&self) -> impl Iterator<Item = (&'a Series, &'a Point)> {
         let series = self.chart.series.iter();
         let marked = series.filter(|series| series.line != Line::Steps);

@@ -101,7 +101,6 @@ fn claims_table(document: &mut Document, claims: &[Claim], readings: &[ReadingCl
     document.table(&head, claims.iter().map(row));
 }
 
-/// The readings that turn a claim.
 fn otherwise_under(claim: &Claim, readings: &[ReadingClaims]) -> String {
     let turned: Vec<String> = readings
         .iter()

@@ -152,7 +152,6 @@ pub fn over_light(file: &TableFile) -> Chart {
     }
 }
 
-/// The reach over the ratio in one light.
 fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
     let of_column = |_, interval: f64| {
         let points = file

@@ -119,7 +119,6 @@ impl Exact {
         self.bowl(s + 0.5) - self.bowl(s - 0.5)
     }
 
-    /// ∫ ψ from −∞ to s: ((s² + σ²)·Φ(s/σ) + s·σ·φ(s/σ))/2.
     fn bowl(&self, s: f64) -> f64 {
         let (z, variance) = (s / self.sigma_px, self.sigma_px * self.sigma_px);
         let below = 0.5 * erfc(-z * std::f64::consts::FRAC_1_SQRT_2);

@@ -61,7 +61,6 @@ impl Fault {
     }
 }
 
-/// The LEDs of all panels.
 fn faults(view: &View) -> impl Iterator<Item = [Fault; LEDS]> {
     let panels = view.panels.iter().enumerate();
     panels.map(|(index, panel)| faults_of(&panel.panel, index))

@@ -258,7 +258,6 @@ impl Renderer {
         canvas
     }
 
-    /// Draws an outline at each point of the spread.
     fn draw_outline<R: Real>(&self, outline: &Outline, centre: DVec2, light: R, canvas: &mut Canvas<R>) {
         for &(place, part) in &self.spread.points {
             let light = light * R::from_f64(part);

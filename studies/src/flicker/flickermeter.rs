@@ -10,7 +10,6 @@ use std::f64::consts::{PI, TAU};
 use super::Light;
 use super::light::transform;
 
-/// The high-pass filter, Hz (A.4).
 const HIGH_PASS_HZ: f64 = 0.05;
 /// The low-pass filter of sixth order by Butterworth, Hz (A.4).
 const LOW_PASS_HZ: f64 = 35.0;

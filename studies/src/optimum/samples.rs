@@ -10,7 +10,6 @@ use sim::scene::{L2a, Scene};
 
 use super::criterion::Criterion;
 
-/// Batches of a round.
 const BATCHES: u64 = 64;
 /// A round is done, and can be kept, in pieces of about so many frames: some seconds of the detector that takes longest.
 pub(crate) const PIECE: u64 = 8192;
@@ -278,12 +277,10 @@ impl Round {
         self.frames.min(BATCHES)
     }
 
-    /// Parts of each batch.
     fn parts_of_batch(&self) -> u64 {
         self.frames.div_ceil(self.batches()).div_ceil(PART)
     }
 
-    /// Parts of all batches.
     fn parts(&self) -> u64 {
         self.batches() * self.parts_of_batch()
     }

@@ -40,7 +40,6 @@ pub mod prelude {
 
     /// As rayon's.
     pub trait ParallelIterator: Iterator + Sized {
-        /// Has one room for all.
         fn map_init<R, T>(self, room: impl FnOnce() -> R, mut work: impl FnMut(&mut R, Self::Item) -> T) -> impl Iterator<Item = T> {
             let mut room = room();
             self.map(move |item| work(&mut room, item))

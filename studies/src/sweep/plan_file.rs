@@ -346,7 +346,6 @@ fn as_override(value: &Value) -> String {
     }
 }
 
-/// Whether one of the overrides is of this key.
 fn names(overrides: &[String], key: &str) -> bool {
     let keys = overrides.iter().filter_map(|text| text.split_once('='));
     keys.into_iter().any(|(named, _)| named.trim() == key)

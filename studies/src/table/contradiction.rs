@@ -144,7 +144,6 @@ fn check_numbers(key: &'static str, of: &impl AtPlace) -> Result<(), Contradicti
     Ok(())
 }
 
-/// The numbers of a value.
 fn numbers(value: &Value) -> Vec<f64> {
     match value {
         Value::Float(number) => vec![*number],

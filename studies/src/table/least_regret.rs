@@ -14,7 +14,6 @@ use crate::reach::{FLAT, NOTHING};
 
 /// Ratios that are tried, at equal factors: 0.75 % apart in the paper's range.
 const TRIED: usize = 401;
-/// Every so many of them is in a file.
 const IN_FILE: usize = 20;
 
 /// A ratio, and the most that it costs.

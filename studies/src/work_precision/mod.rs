@@ -110,7 +110,6 @@ pub const PARTS: [Measurable; 10] = [
 mod tests {
     use super::*;
 
-    /// The parts as they are published.
     fn published() -> Vec<Part> {
         let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/accuracy/points.json");
         let text = std::fs::read_to_string(path).expect("the published points");

@@ -28,7 +28,6 @@ type Estimator = PoseEstimator<16384>;
 
 /// How far off panels are.
 const DISTANCES_M: [f64; 3] = [30.0, 50.0, 100.0];
-/// Panels at each, and how many of them are timed.
 const PANELS: usize = 100;
 const TIMED: usize = 8;
 /// The last step, in standard deviations of the image.

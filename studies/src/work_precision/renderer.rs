@@ -123,7 +123,6 @@ pub fn why(diagrams: &[Diagram]) -> String {
     )
 }
 
-/// Whether a point is on a curve of [`KNOBS`].
 fn has_a_knob(point: &Point) -> bool {
     KNOBS.contains(&point.curve.as_str())
 }

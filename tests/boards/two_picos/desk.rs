@@ -84,7 +84,6 @@ fn reading_of_one_symbol(pair: &mut Pair, programs: &Programs, folder: &Path) ->
     readings.into_iter().find(of_one).expect("a symbol is seen")
 }
 
-/// All that the panel has shown.
 fn shown(pair: &Pair) -> Vec<Value> {
     let panels = pair.record.iter().filter_map(|event| event.panel.clone());
     panels.map(Value::from).collect()

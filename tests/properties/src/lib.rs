@@ -72,7 +72,6 @@ pub fn config(name: &str, cases: Option<u32>) -> Config {
     config
 }
 
-/// The seed of an exploration, where this is one.
 fn exploration() -> Option<u64> {
     let seed = std::env::var(EXPLORE).ok()?;
     Some(

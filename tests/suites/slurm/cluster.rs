@@ -13,7 +13,6 @@ use vocc_tests::trials::Unready;
 
 /// What Debian calls the parts.
 const PACKAGES: &str = "slurmctld slurmd slurm-client munge";
-/// The programs in them.
 const PROGRAMS: [&str; 5] = ["slurmctld", "slurmd", "sbatch", "munged", "munge"];
 /// Where daemons are, which users may not have on their path.
 const PATH: &str = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin";

@@ -129,7 +129,6 @@ fn is_shared(diagram: &Diagram, ends: [&str; 2]) -> bool {
     same.count() > 1
 }
 
-/// The curves of a diagram.
 fn curves(diagram: &Diagram) -> Vec<&str> {
     let mut curves: Vec<&str> = Vec::new();
     for point in &diagram.points {

@@ -219,7 +219,6 @@ const COLUMNS: [Column; 20] = [
     ("note", |_, point| point.note.clone()),
 ];
 
-/// All points of a part.
 fn numbers(part: &Part) -> anyhow::Result<String> {
     let points = part
         .diagrams

@@ -129,7 +129,6 @@ impl Arguments {
     }
 }
 
-/// Opens a stream.
 type Open<R> = fn(R, Option<(usize, usize)>, Channel) -> Result<Stream<R>, StreamError>;
 
 fn size(text: &str) -> Result<(usize, usize), String> {

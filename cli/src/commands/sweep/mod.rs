@@ -109,7 +109,6 @@ fn check(folder: &Path, plan: &Path, sweep: &Sweep) -> anyhow::Result<()> {
     results::check(&folder::whole(folder), "json", &["csv", "svg", "png"], read)
 }
 
-/// One shard of it.
 fn part(arguments: &Arguments, plan: &PlanFile, shard: Shard, folder: &Path) -> anyhow::Result<Verdict> {
     let plan = &folder::begin(folder, plan, shard.count())?;
     let path = folder::shard(folder, shard);
@@ -135,7 +134,6 @@ fn work_off(plan: &PlanFile, shard: Shard, path: &Path, mut results: Results) ->
     Ok(if done { Verdict::Yes } else { Verdict::No })
 }
 
-/// All of it.
 fn whole(arguments: &Arguments, plan: &PlanFile, folder: Option<&Path>, as_json: bool) -> anyhow::Result<Verdict> {
     let path = folder.map(folder::whole);
     let mut results = match &path {

@@ -109,7 +109,6 @@ fn status(path: &Path, sweep: &Sweep, partition: &Partition, shard: Shard) -> St
     }
 }
 
-/// The part of the work that is done.
 fn part_done(results: &Results, work: &[Work]) -> f64 {
     let of = |work: &Work| {
         let most = work.chunks.end - work.chunks.start;

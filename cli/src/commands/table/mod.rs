@@ -149,7 +149,6 @@ fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Resu
     }
 }
 
-/// Prints lines, if there are any, under a head.
 fn print_under(head: &str, lines: impl Iterator<Item = String>) -> anyhow::Result<()> {
     let mut lines = lines.peekable();
     if lines.peek().is_some() {

@@ -160,7 +160,6 @@ fn is_pulled(path: &Path) -> bool {
     text.is_ok_and(|text| text.is_empty() || again() == Some(text))
 }
 
-/// Which table it is.
 fn crc(table: &L2aTable) -> String {
     format!("{:08x}", table.crc())
 }

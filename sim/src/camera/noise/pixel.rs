@@ -29,7 +29,6 @@ pub const LAW_ERROR: f64 = 8e-4;
 
 /// Knots in a standard deviation.
 const KNOTS_PER_DEVIATION: f64 = 16.0;
-/// The most knots.
 const MOST_KNOTS: f64 = 8192.0;
 /// Pixels whose random bits are drawn together.
 const BLOCK: usize = 256;

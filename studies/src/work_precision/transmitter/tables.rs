@@ -12,7 +12,6 @@ const BITS: u32 = 30;
 struct Tables<const ENTRIES: usize>;
 
 impl<const ENTRIES: usize> Tables<ENTRIES> {
-    /// log₂(1 + k/ENTRIES).
     const LOG2: [u32; LARGEST] = logarithms(ENTRIES);
     /// 2^(k/ENTRIES).
     const EXP2: [u32; LARGEST] = powers(ENTRIES);
