@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 use std::ops::Add;
-use vocc_tests::shaken::{Fate, Film, Shake, receive};
+use vocc_tests::shake::{Fate, Film, Shake, receive};
 
 const FRAMES: usize = 90;
 const PITCHES_PX: [f64; 6] = [4.0, 5.5, 8.0, 11.0, 20.0, 40.0];

@@ -8,6 +8,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
+use crate::sensor::gauss;
+
 /// What the panel says.
 pub const MESSAGE: &[u8] = b"Lane closed ahead";
 /// Symbols that the panel shows in each frame.
@@ -332,10 +334,4 @@ impl World {
             *to = above + down * (below - above);
         }
     }
-}
-
-/// A normal deviate (Box and Muller 1958).
-fn gauss(random: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (random.random(), random.random());
-    (-2.0 * (1.0 - u).ln()).sqrt() * (TAU * v).cos()
 }

@@ -1,10 +1,11 @@
 //! Films of a panel that shows its bits as the phase of a carrier, drawn without the simulator.
 //!
 //! An LED that is 1 is On while cos(2π·f·t) is positive, one that is 0 while it is not; the carrier's cycles and the symbols begin together.
-//! Each line of the sensor sees the light of its own exposure, integrated exactly. The picture is that of [`crate::shaken`], by a
+//! Each line of the sensor sees the light of its own exposure, integrated exactly. The picture is that of [`crate::shake`], by a
 //! camera that is still.
 
-use crate::shaken::{self, Drawing, Sensor, Shake};
+use crate::sensor::{Sensor, gauss};
+use crate::shake::{self, Drawing, Shake};
 use link::fec::Code;
 use link::framing::Framer;
 use link::panel::{LEDS, PanelFrame, SIDE};
@@ -187,7 +188,7 @@ pub struct Drawn {
 impl Drawn {
     /// Draws the scene.
     pub fn new(film: Film, message: &[u8]) -> Self {
-        let mut drawing = Drawing::new(shaken::Film {
+        let mut drawing = Drawing::new(shake::Film {
             seed: film.seed,
             pitch_px: film.pitch_px,
             shake: Shake::Random,
@@ -231,14 +232,14 @@ impl Drawn {
             symbols: (0..shown as usize + 8).map(|_| framer.next_panel().bits()).collect(),
             off,
             leds,
-            deviates: (0..DEVIATES).map(|_| shaken::gauss(&mut random)).collect(),
+            deviates: (0..DEVIATES).map(|_| gauss(&mut random)).collect(),
             random,
         }
     }
 
     /// When frame `number` is taken (s).
     fn time_s(&mut self, number: usize) -> f64 {
-        let jitter = self.film.jitter_s * shaken::gauss(&mut self.random);
+        let jitter = self.film.jitter_s * gauss(&mut self.random);
         let limit = 0.4 / self.film.fps;
         (number as f64 + 0.5) / self.film.fps + jitter.clamp(-limit, limit)
     }

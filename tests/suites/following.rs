@@ -1,6 +1,6 @@
 //! A panel before a camera that shakes, in films drawn without the simulator.
 
-use vocc_tests::shaken::{Film, Shake, receive};
+use vocc_tests::shake::{Film, Shake, receive};
 
 /// Messages arrive where a panel jumps by half a pitch or more from frame to frame, rolls, or turns about a far centre.
 #[test]

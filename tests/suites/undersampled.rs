@@ -1,6 +1,6 @@
 //! A panel that shows bits as the phase of a carrier, in films drawn without the simulator.
 
-use vocc_tests::shaken::Sensor;
+use vocc_tests::sensor::Sensor;
 use vocc_tests::undersampled::{Fate, Film, PITCH_PX, receive};
 
 const MESSAGE: &[u8] = b"Lane closed ahead";

@@ -7,7 +7,7 @@ use serde_json::json;
 use tx_firmware::schedule::Schedule;
 use tx_firmware::symbol_clock::QUARTERS;
 use vocc_tests::firmware::say;
-use vocc_tests::shaken::Sensor;
+use vocc_tests::sensor::Sensor;
 use vocc_tests::undersampled::{self, receive_light};
 
 use crate::emulator::{Emulator, Fault};
