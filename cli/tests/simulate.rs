@@ -17,13 +17,13 @@ use serde_json::Value;
 const SOON: Duration = Duration::from_secs(300);
 
 /// A board that runs.
-struct Simulated {
+struct Simulator {
     child: Child,
     printed: BufReader<ChildStdout>,
     port: String,
 }
 
-impl Simulated {
+impl Simulator {
     fn start(arguments: &[&str]) -> Self {
         let mut child = command(&["device", "simulate"])
             .args(arguments)
@@ -93,7 +93,7 @@ l2a = [
 #[test]
 fn a_table_a_calibration_and_a_message_are_tried_without_hardware() {
     let place = folder("simulated");
-    let board = Simulated::start(&["--light-lx", "1000"]);
+    let board = Simulator::start(&["--light-lx", "1000"]);
     let status = board.status();
     assert_eq!(status["board"], "simulated");
     assert_eq!(status["faults"], serde_json::json!(["no_table", "no_calibration"]));
@@ -155,7 +155,7 @@ fn a_calibration_to_fill_in_is_refused_until_its_luminance_is_there() {
     }
 
     // Nobody has measured this panel yet.
-    let board = Simulated::start(&[]);
+    let board = Simulator::start(&[]);
     says(&board.vocc(&["device", "calibration", name(&file)]), 2, &["full luminance 0"]);
     assert_eq!(board.status()["faults"], serde_json::json!(["no_table", "no_calibration"]));
 
@@ -177,7 +177,7 @@ fn a_calibration_to_fill_in_is_refused_until_its_luminance_is_there() {
 
 #[test]
 fn light_is_turned_up_and_down_and_the_sensor_taken_away() {
-    let mut board = Simulated::start(&["--light-lx", "20000"]);
+    let mut board = Simulator::start(&["--light-lx", "20000"]);
     let luminance = |status: &Value| status["luminance_cd_m2"].as_f64().unwrap_or(0.0);
     board.wait_for("daylight", |status| luminance(status) > 5000.0);
     board.tell("light 500");
@@ -206,7 +206,7 @@ fn the_flash_survives_and_is_one_boards_at_a_time() {
     let (flash, table) = (place.join("flash"), place.join("table.toml"));
     std::fs::write(&table, TABLE).expect("written");
     let flash = name(&flash);
-    let mut board = Simulated::start(&["--flash", flash]);
+    let mut board = Simulator::start(&["--flash", flash]);
     says(&board.vocc(&["table", "push", name(&table)]), 0, &[]);
     says(&board.vocc(&["device", "rate", "27"]), 0, &[]);
     refused(&["device", "simulate", "--flash", flash], &["another board", "name another file"]);
@@ -216,7 +216,7 @@ fn the_flash_survives_and_is_one_boards_at_a_time() {
     assert_eq!(board.status()["faults"], faults);
     board.end();
 
-    let board = Simulated::start(&["--flash", flash]);
+    let board = Simulator::start(&["--flash", flash]);
     says(&board.vocc(&["table", "verify", name(&table)]), 0, &[]);
     let before = board.status();
     assert_eq!(before["faults"], faults);
@@ -242,7 +242,7 @@ fn a_limit_of_the_intensity_is_kept_to_whatever_the_light_and_without_power_too(
     let most_cd_m2 = 10.0 / (8.0 * std::f64::consts::PI * 0.03 * 0.03);
     let luminance = |status: &Value| status["luminance_cd_m2"].as_f64().unwrap_or(f64::NAN);
 
-    let mut board = Simulated::start(&["--flash", name(&flash), "--light-lx", "10000"]);
+    let mut board = Simulator::start(&["--flash", name(&flash), "--light-lx", "10000"]);
     board.wait_for("daylight", |status| luminance(status) > 2.0 * most_cd_m2);
     says(&board.vocc(&["device", "calibration", name(&limited)]), 0, &[]);
     let is_limited = |status: &Value| status["limited"] == "intensity";
@@ -262,7 +262,7 @@ fn the_port_has_a_name_of_ones_own_for_as_long_as_it_is_there() {
     let link = place.join("tx");
     // Of a board that was killed.
     std::os::unix::fs::symlink("/dev/pts/no-more", &link).expect("a link");
-    let mut board = Simulated::start(&["--link", name(&link), "--json"]);
+    let mut board = Simulator::start(&["--link", name(&link), "--json"]);
     let told: Value = serde_json::from_str(&board.port).expect("JSON");
     assert_eq!(
         std::fs::read_link(&link).expect("a link"),
@@ -308,7 +308,7 @@ fn a_job_in_the_background_that_has_no_input_goes_on() {
 fn what_the_leds_show_is_what_the_message_makes() {
     let place = folder("simulated-symbols");
     let shown = place.join("shown.txt");
-    let board = Simulated::start(&["--symbols", name(&shown)]);
+    let board = Simulator::start(&["--symbols", name(&shown)]);
     says(&board.vocc(&["device", "send", "--message", "ice ahead"]), 0, &[]);
     let before = board.status()["symbols"].as_u64().expect("a number");
     board.wait_for("a repeat", |status| status["symbols"].as_u64() > Some(before + 60));
@@ -326,7 +326,7 @@ fn what_the_leds_show_is_what_the_message_makes() {
     let light: f64 = shown.trim().rsplit(' ').next().expect("a word").parse().expect("a number");
     assert!((0.05..1.0).contains(&light), "{light}");
 
-    let mut board = Simulated::start(&["--symbols", "-", "--json"]);
+    let mut board = Simulator::start(&["--symbols", "-", "--json"]);
     let mut first = String::new();
     board.printed.read_line(&mut first).expect("a line");
     board.end();
@@ -340,7 +340,7 @@ fn what_is_sent_is_filmed_and_received() {
     let frames = place.join("frames");
     let small = ["--set", "camera.width_px=320", "--set", "camera.height_px=240"];
     let film = ["--frames", name(&frames), "--count", "200"];
-    let mut board = Simulated::start(&[&small[..], &film].concat());
+    let mut board = Simulator::start(&[&small[..], &film].concat());
     says(&board.vocc(&["device", "send", "--message", "ice ahead"]), 0, &[]);
     // It ends by itself, with the film.
     assert!(board.child.wait().expect("it ends").success());
@@ -356,7 +356,7 @@ fn what_is_sent_is_filmed_and_received() {
     assert!(made.expect("mkfifo runs").success());
     let film = std::fs::OpenOptions::new().read(true).write(true).open(&pipe);
     let film = film.expect("a pipe");
-    let board = Simulated::start(&[&small[..], &["--film", name(&pipe), "--count", "200"]].concat());
+    let board = Simulator::start(&[&small[..], &["--film", name(&pipe), "--count", "200"]].concat());
     let receiver = command(&["receive", "-"])
         .stdin(std::fs::File::open(&pipe).expect("a pipe"))
         .stdout(Stdio::piped())
@@ -372,7 +372,7 @@ fn what_is_sent_is_filmed_and_received() {
 fn what_is_sent_by_a_carrier_is_filmed_and_received() {
     let place = folder("simulated-carrier");
     let flash = place.join("flash");
-    let board = Simulated::start(&["--flash", name(&flash)]);
+    let board = Simulator::start(&["--flash", name(&flash)]);
     says(&board.vocc(&["device", "rate", "90", "--carrier-cycles", "16"]), 0, &[]);
     board.end();
 
@@ -383,7 +383,7 @@ fn what_is_sent_by_a_carrier_is_filmed_and_received() {
         let sets = ["camera.width_px=320", "camera.height_px=240", &exposure];
         let small: Vec<&str> = sets.iter().flat_map(|&set| ["--set", set]).collect();
         let film = ["--flash", name(&flash), "--frames", name(&frames), "--count", "200"];
-        let mut board = Simulated::start(&[&small[..], &film].concat());
+        let mut board = Simulator::start(&[&small[..], &film].concat());
         assert_eq!(board.status()["carrier_cycles"], 16);
         says(&board.vocc(&["device", "send", "--message", "ice ahead"]), 0, &[]);
         assert!(board.child.wait().expect("it ends").success());
@@ -404,7 +404,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     let sets = SCENE.iter().chain(&light);
     let bench: Vec<&str> = sets.flat_map(|&set| ["--set", set]).collect();
     let (file, frames) = (place.join("trial.toml"), place.join("frames"));
-    let board = Simulated::start(&[&bench[..], &["--frames", name(&frames)]].concat());
+    let board = Simulator::start(&[&bench[..], &["--frames", name(&frames)]].concat());
     says(&board.vocc(&["device", "rate", "9"]), 0, &[]);
     // What it takes for the light goes on towards 10 000 lx for some seconds; a busy computer gives it less of its time.
     let settled = |key: &str, is_there: &dyn Fn(f64) -> bool| {
@@ -468,7 +468,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     // The simulated driver is clean from 100 ns on.
     let number = |key: &str| found[key].as_f64().expect("a number");
     assert!(number("unclean_pulse_ns") < 90.0 && number("shortest_pulse_ns") > 90.0, "{found}");
-    let board = Simulated::start(&[]);
+    let board = Simulator::start(&[]);
     says(&board.vocc(&["device", "calibration", name(&out)]), 0, &[]);
     board.end();
     refused(&wanted.concat(), &["there already"]);

@@ -77,7 +77,7 @@ pub struct Explore {
 
 /// What the page is told of a scene once.
 #[derive(Serialize)]
-struct Opened<'a> {
+struct SceneReport<'a> {
     region: Place,
     sensor: Place,
     corners_px: [[f64; 2]; 4],
@@ -134,7 +134,7 @@ impl Explore {
         let view = self.renderer.view();
         let corners_px = self.renderer.corner_leds_in(self.region, &self.renderer.moment(self.seed, 0));
         let [[left, top], [right, bottom], ..] = corners_px;
-        Ok(serde_json::to_value(Opened {
+        Ok(serde_json::to_value(SceneReport {
             region: self.region.into(),
             sensor: self.renderer.sensor().into(),
             corners_px,

@@ -60,9 +60,9 @@ impl Renderer {
         let drawn = guarded(|| Ok(py.detach(|| self.draw(bits, frame, seed, linear))))?;
         let shape = (self.region.height, self.region.width);
         Ok(match drawn {
-            Drawn::Grey(grey) => picture(py, shape, grey)?.into_any(),
-            Drawn::Light(LinearImage::Single(canvas)) => picture(py, shape, canvas.values().to_vec())?.into_any(),
-            Drawn::Light(LinearImage::Double(canvas)) => picture(py, shape, canvas.values().to_vec())?.into_any(),
+            RenderedPixels::Grey(grey) => picture(py, shape, grey)?.into_any(),
+            RenderedPixels::Light(LinearImage::Single(canvas)) => picture(py, shape, canvas.values().to_vec())?.into_any(),
+            RenderedPixels::Light(LinearImage::Double(canvas)) => picture(py, shape, canvas.values().to_vec())?.into_any(),
         })
     }
 
@@ -112,23 +112,23 @@ impl Renderer {
     }
 }
 
-enum Drawn {
+enum RenderedPixels {
     Grey(Vec<u8>),
     Light(LinearImage),
 }
 
 impl Renderer {
-    fn draw(&self, bits: Option<PanelFrame>, frame: u64, seed: u64, linear: bool) -> Drawn {
+    fn draw(&self, bits: Option<PanelFrame>, frame: u64, seed: u64, linear: bool) -> RenderedPixels {
         let (renderer, region) = (&self.renderer, self.region);
         let shown = renderer.shown(seed, frame, bits);
         let mut image = renderer.linear_image(region);
         renderer.draw_frame(seed, frame, &shown, &mut image);
         if linear {
-            return Drawn::Light(image);
+            return RenderedPixels::Light(image);
         }
         let mut grey = vec![0; region.width * region.height];
         renderer.read_frame(seed, frame, &image, &mut grey);
-        Drawn::Grey(grey)
+        RenderedPixels::Grey(grey)
     }
 }
 

@@ -51,7 +51,7 @@ pub struct Trial {
 }
 
 /// Why no pose is known.
-pub type Unknown = Box<dyn std::error::Error + Send + Sync>;
+pub type PoseError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Pixels that a panel is measured in.
 type Estimator = PoseEstimator<16384>;
@@ -79,7 +79,7 @@ impl Trials {
     }
 
     /// Draws pose `seed`, films it and measures it, from corners that are up to 0.2 px off.
-    pub fn draw(&mut self, seed: u64) -> Result<Trial, Unknown> {
+    pub fn draw(&mut self, seed: u64) -> Result<Trial, PoseError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let Range {
             preset,
@@ -93,7 +93,7 @@ impl Trials {
         let yaw = (least + f64::abs(aside) * (most - least)).copysign(aside);
         let angles_deg = [yaw, turn(pitch_deg), turn(15.0)];
         let off_px = [turn(4.0), turn(4.0)];
-        let placed = Placed {
+        let placed = PlacedPanel {
             preset,
             distance_m,
             angles_deg,
@@ -103,12 +103,12 @@ impl Trials {
     }
 
     /// A panel that comes nearer at so many m/s, as it is measured while it is followed, with the time of each frame in seconds.
-    pub fn approach(&mut self, seed: u64, speed_m_s: f64, fps: f64, frames: u64) -> Result<Vec<(f64, Trial)>, Unknown> {
+    pub fn approach(&mut self, seed: u64, speed_m_s: f64, fps: f64, frames: u64) -> Result<Vec<(f64, Trial)>, PoseError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut trials = Vec::new();
         for frame in 0..frames {
             let time_s = frame as f64 / fps;
-            let placed = Placed {
+            let placed = PlacedPanel {
                 preset: self.range.preset,
                 distance_m: self.range.distance_m[1] - speed_m_s * time_s,
                 angles_deg: [10.0, 5.0, 3.0],
@@ -121,8 +121,8 @@ impl Trials {
     }
 
     /// Films a panel and measures it.
-    fn measure(&mut self, placed: &Placed, seed: u64, frame: u64, random: &mut ChaCha8Rng) -> Result<Trial, Unknown> {
-        let Placed {
+    fn measure(&mut self, placed: &PlacedPanel, seed: u64, frame: u64, random: &mut ChaCha8Rng) -> Result<Trial, PoseError> {
+        let PlacedPanel {
             preset,
             distance_m,
             angles_deg: [yaw, pitch, roll],
@@ -185,7 +185,7 @@ impl Trials {
 }
 
 /// A panel before the camera.
-struct Placed {
+struct PlacedPanel {
     preset: &'static str,
     distance_m: f64,
     /// Yaw, pitch and roll.

@@ -172,7 +172,7 @@ pub struct Fate {
 }
 
 /// A film being drawn.
-pub struct Drawn {
+pub struct FilmDrawing {
     film: Film,
     side: usize,
     /// Where the panel's middle is (px).
@@ -185,7 +185,7 @@ pub struct Drawn {
     random: ChaCha8Rng,
 }
 
-impl Drawn {
+impl FilmDrawing {
     /// Draws the scene.
     pub fn new(film: Film, message: &[u8]) -> Self {
         let mut drawing = Drawing::new(shake::Film {
@@ -330,7 +330,7 @@ fn positive_cosine(x: f64) -> f64 {
 
 /// Receives a film, told the frames a second and nothing else; `tell` is told of each frame.
 pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, u64, &reception::PanelReport)) -> Fate {
-    let mut drawn = Drawn::new(film, message);
+    let mut drawn = FilmDrawing::new(film, message);
     let centre_px = drawn.centre_px;
     receive_taken(film, message, centre_px, |number| drawn.take(number), tell)
 }
@@ -338,7 +338,7 @@ pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, u64, &recepti
 /// Receives a film of LEDs that are On for shares of each exposure, from a time on (s), which somebody else knows; what the film's
 /// transmitter would show does not count.
 pub fn receive_light(film: Film, message: &[u8], shares_from: impl Fn(f64) -> [f32; LEDS]) -> Fate {
-    let mut drawn = Drawn::new(film, message);
+    let mut drawn = FilmDrawing::new(film, message);
     let drawn_at = drawn.centre_px;
     let take = |number| {
         let (stamp, grey, _) = drawn.expose(number, |_, start_s| shares_from(start_s));

@@ -50,19 +50,19 @@ fn provide() -> Result<Ready, Unready> {
 
 impl Ready {
     /// Plays the film at its own pace, as often as is said: -1 is for ever.
-    fn play(&self, times: &str, to: &str) -> Ended {
+    fn play(&self, times: &str, to: &str) -> ChildGuard {
         let mut ffmpeg = Command::new("ffmpeg");
         ffmpeg.args(["-nostdin", "-loglevel", "error", "-re", "-stream_loop", times, "-i", "film.ts"]);
         self.run(ffmpeg.args(["-c", "copy", "-f", "mpegts", "-y", to]))
     }
 
-    fn receive(&self, arguments: &[&str]) -> Ended {
+    fn receive(&self, arguments: &[&str]) -> ChildGuard {
         let mut receive = Command::new(&self.vocc);
         self.run(receive.arg("receive").args(arguments).stdout(Stdio::piped()))
     }
 
-    fn run(&self, command: &mut Command) -> Ended {
-        Ended(command.current_dir(self.folder.path()).spawn().expect("it runs"))
+    fn run(&self, command: &mut Command) -> ChildGuard {
+        ChildGuard(command.current_dir(self.folder.path()).spawn().expect("it runs"))
     }
 
     fn pipe(&self, name: &str) -> PathBuf {
@@ -75,16 +75,16 @@ impl Ready {
 }
 
 /// A program that ends with the test.
-struct Ended(Child);
+struct ChildGuard(Child);
 
-impl Ended {
+impl ChildGuard {
     fn lines(&mut self) -> impl Iterator<Item = String> + use<> {
         let lines = BufReader::new(self.0.stdout.take().expect("an output")).lines();
         lines.map(|line| line.expect("text"))
     }
 }
 
-impl Drop for Ended {
+impl Drop for ChildGuard {
     fn drop(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();

@@ -46,13 +46,13 @@ fn timing(number: u16) -> SymbolTiming {
 }
 
 /// What is kept and changes: its values by number, and the way into the store and out.
-trait Stored: Sized + PartialEq + std::fmt::Debug {
+trait Storable: Sized + PartialEq + std::fmt::Debug {
     fn numbered(number: u16) -> Self;
     fn save<const WRITE: usize>(&self, store: &mut Store<Flash<WRITE>>) -> Result<(), StoreError>;
     fn load<const WRITE: usize>(store: &mut Store<Flash<WRITE>>) -> Result<Option<Self>, StoreError>;
 }
 
-impl Stored for L2aTable {
+impl Storable for L2aTable {
     fn numbered(number: u16) -> Self {
         table(number)
     }
@@ -66,7 +66,7 @@ impl Stored for L2aTable {
     }
 }
 
-impl Stored for SymbolTiming {
+impl Storable for SymbolTiming {
     fn numbered(number: u16) -> Self {
         timing(number)
     }
@@ -80,7 +80,7 @@ impl Stored for SymbolTiming {
     }
 }
 
-impl Stored for IntensityLimit {
+impl Storable for IntensityLimit {
     fn numbered(number: u16) -> Self {
         Self::new(Some(1000 + u32::from(number)), 30_000).expect("a limit")
     }
@@ -109,7 +109,7 @@ fn used<const WRITE: usize>(tables: u16, rates: u16) -> Flash<WRITE> {
 
 /// Cuts the power at each operation of the save of the value with this number, torn in several ways, in a memory that holds the one before.
 /// Returns how many cuts there were.
-fn cut_everywhere<const WRITE: usize, K: Stored>(before: &Flash<WRITE>, number: u16) -> u64 {
+fn cut_everywhere<const WRITE: usize, K: Storable>(before: &Flash<WRITE>, number: u16) -> u64 {
     let (old, new) = (K::numbered(number - 1), K::numbered(number));
     let mut cuts = 0;
     for tear in (0..6).map(Tear::Bits) {
@@ -141,7 +141,7 @@ fn cut_everywhere<const WRITE: usize, K: Stored>(before: &Flash<WRITE>, number: 
 }
 
 /// Cuts the power at each operation with which a restarted transmitter mends what the first cut left.
-fn cut_repair_everywhere<const WRITE: usize, K: Stored>(left: &Flash<WRITE>, old: &K, new: &K, context: &str) -> u64 {
+fn cut_repair_everywhere<const WRITE: usize, K: Storable>(left: &Flash<WRITE>, old: &K, new: &K, context: &str) -> u64 {
     for operations in 0.. {
         let mut cut = store(Flash {
             power: Power::For(operations),
@@ -216,14 +216,14 @@ fn it_does_so_whatever_the_flashs_words_are() {
 
 /// What is kept, as a transmitter finds it when it starts.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Kept {
+struct StoreContents {
     table: Option<L2aTable>,
     calibration: Option<Calibration>,
     timing: Option<SymbolTiming>,
     limit: Option<IntensityLimit>,
 }
 
-/// One of the values of [`Kept`].
+/// One of the values of [`StoreContents`].
 enum Value {
     Table(Box<L2aTable>),
     Calibration(Calibration),
@@ -262,7 +262,7 @@ impl Value {
     }
 }
 
-impl Kept {
+impl StoreContents {
     fn found<const WRITE: usize>(flash: &Flash<WRITE>) -> Self {
         let mut store = store(flash.restarted());
         Self {
@@ -286,8 +286,8 @@ impl Kept {
 }
 
 /// Saves a value and cuts the power after `bytes` bytes, if it takes that many: the flash, and what a restart finds in it.
-fn cut_after<const WRITE: usize>(flash: &Flash<WRITE>, value: &Value, bytes: usize) -> (Flash<WRITE>, Kept) {
-    let before = Kept::found(flash);
+fn cut_after<const WRITE: usize>(flash: &Flash<WRITE>, value: &Value, bytes: usize) -> (Flash<WRITE>, StoreContents) {
+    let before = StoreContents::found(flash);
     let mut cut = store(Flash {
         power: Power::For((bytes / WRITE) as u64),
         tear: Tear::Bytes(bytes % WRITE),
@@ -295,7 +295,7 @@ fn cut_after<const WRITE: usize>(flash: &Flash<WRITE>, value: &Value, bytes: usi
     });
     let saved = value.save(&mut cut).is_ok();
     let left = cut.release().restarted();
-    let found = Kept::found(&left);
+    let found = StoreContents::found(&left);
     let with = before.with(value);
     assert!(
         found == with || !saved && found == before,
@@ -326,7 +326,7 @@ fn sequence_of_cuts<const WRITE: usize>(sequence: u64) {
             let mut last = store(left);
             next.save(&mut last).expect("with power");
             let context = format!("{WRITE}-byte words, sequence {sequence}, save {save} cut after {bytes} bytes");
-            assert_eq!(Kept::found(&last.release()), found.with(&next), "{context}");
+            assert_eq!(StoreContents::found(&last.release()), found.with(&next), "{context}");
         }
         let mut whole = store(flash);
         value(save).save(&mut whole).expect("with power");

@@ -14,7 +14,7 @@ pub struct Labels {
 }
 
 /// Where a label stands.
-pub struct Placed {
+pub struct Placement {
     /// Its top left corner.
     pub corner: (i32, i32),
     /// Where a line from its point meets it, if it is so far from there that one is needed.
@@ -33,7 +33,7 @@ impl Labels {
     }
 
     /// A place for a label of the point at `at`, whose mark reaches so far, or none where there is no room near it.
-    pub fn place(&mut self, text: &str, at: (i32, i32), reach: i32) -> Option<Placed> {
+    pub fn place(&mut self, text: &str, at: (i32, i32), reach: i32) -> Option<Placement> {
         let apart = reach + APART_PX;
         let width = width_px(text, LABEL_PX);
         let (x, y) = at;
@@ -63,7 +63,7 @@ impl Labels {
         self.taken.push(label);
         let nearest = (x.clamp(label[0], label[2]), y.clamp(label[1], label[3]));
         let is_far = (nearest.0 - x).abs().max((nearest.1 - y).abs()) > apart + 1;
-        Some(Placed {
+        Some(Placement {
             corner: (left, top),
             leader: is_far.then_some(nearest),
         })
@@ -95,7 +95,7 @@ mod tests {
         assert!(first.corner.0 < 50, "a line runs to the right: {:?}", first.corner);
         let mut labels = Labels::new([0, 0, 200, 100], vec![point], Vec::new());
         let (mut placed, mut far) = (Vec::new(), 0);
-        while let Some(Placed { corner, leader }) = labels.place("name", (50, 50), 4) {
+        while let Some(Placement { corner, leader }) = labels.place("name", (50, 50), 4) {
             let (left, top) = corner;
             far += usize::from(leader.is_some());
             placed.push([left, top, left + width, top + LINE_PX]);

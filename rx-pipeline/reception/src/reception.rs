@@ -411,13 +411,13 @@ mod tests {
 
     /// How a panel is held before the camera.
     #[derive(Clone, Copy, Debug)]
-    struct Held {
+    struct Hold {
         /// Clockwise.
         roll_deg: f64,
         is_mirrored: bool,
     }
 
-    impl Held {
+    impl Hold {
         const UPRIGHT: Self = Self {
             roll_deg: 0.0,
             is_mirrored: false,
@@ -434,13 +434,13 @@ mod tests {
 
     /// Frames of 96×96 pixels in which a panel shows a message, a spot of light where an LED is On; each symbol is in two. And what it
     /// shows.
-    fn film(message: &[u8], held: Held) -> impl Iterator<Item = (PanelFrame, Vec<u8>)> {
+    fn film(message: &[u8], held: Hold) -> impl Iterator<Item = (PanelFrame, Vec<u8>)> {
         let mut framer = Framer::new(message, Code::for_length(message.len()), false).unwrap();
         film_of(move || framer.next_panel(), held)
     }
 
     /// The same of panels.
-    fn film_of(mut next_panel: impl FnMut() -> PanelFrame, held: Held) -> impl Iterator<Item = (PanelFrame, Vec<u8>)> {
+    fn film_of(mut next_panel: impl FnMut() -> PanelFrame, held: Hold) -> impl Iterator<Item = (PanelFrame, Vec<u8>)> {
         let mut shown = PanelFrame::default();
         (0..).map(move |number: u32| {
             if number.is_multiple_of(2) {
@@ -481,7 +481,7 @@ mod tests {
             let mut reception = Reception::new(settings).unwrap();
             let lens = Err(String::new());
             let mut panels = shown.clone().into_iter();
-            let film = film_of(|| panels.next().unwrap_or_default(), Held::UPRIGHT);
+            let film = film_of(|| panels.next().unwrap_or_default(), Hold::UPRIGHT);
             let mut told = Vec::new();
             for (number, (_, grey)) in (0..).zip(film.take(2 * shown.len())) {
                 let frame = Frame::new(&grey, SIDE, SIDE).unwrap();
@@ -516,7 +516,7 @@ mod tests {
             let mut reception = Reception::with_panels(settings, panels).unwrap();
             let lens = Ok(Lens::pinhole(1000.0, [SIDE; 2]));
             let mut events = Vec::new();
-            for (number, (_, grey)) in (0..).zip(film(b"ice ahead", Held::UPRIGHT).take(80)) {
+            for (number, (_, grey)) in (0..).zip(film(b"ice ahead", Hold::UPRIGHT).take(80)) {
                 let frame = Frame::new(&grey, SIDE, SIDE).unwrap();
                 for report in reception.frame(Stamp::of(number), &frame, &lens, &mut ()).unwrap() {
                     assert_eq!(report.panel, 0);
@@ -540,8 +540,8 @@ mod tests {
     #[test]
     fn a_message_is_delivered_however_the_panel_is_held_and_the_panel_told_as_it_is() {
         let rolls_deg = [0.0, 90.0, 180.0, -87.0, 30.0, 45.0, -60.0, 130.0];
-        let held = rolls_deg.into_iter().map(|roll_deg| Held { roll_deg, ..Held::UPRIGHT });
-        let mirrored = [0.0, 90.0, 180.0, -90.0, 45.0].into_iter().map(|roll_deg| Held {
+        let held = rolls_deg.into_iter().map(|roll_deg| Hold { roll_deg, ..Hold::UPRIGHT });
+        let mirrored = [0.0, 90.0, 180.0, -90.0, 45.0].into_iter().map(|roll_deg| Hold {
             roll_deg,
             is_mirrored: true,
         });

@@ -2,7 +2,7 @@
 //!
 //! The Gaussian and the square both separate into x and y, so a disc's image needs only two functions of one variable:
 //! the **bell** β(s) = ∫ over the pixel's width of the Gaussian at distance s, and the **step** ς(s) = ∫ β, which rises
-//! from 0 to 1. [`Exact`] computes them by the error function, [`Tabulated`] reads them from a table of f32.
+//! from 0 to 1. [`Exact`] computes them by the error function, [`KernelTables`] reads them from a table of f32.
 //! Without a blur there is nothing to approximate: see [`crate::disc::overlap`].
 
 use libm::{erf, erfc};
@@ -184,7 +184,7 @@ pub const CURVATURE: f64 = 0.484;
 /// With n phases a pixel the interpolation errs by at most max|f''|/(8·n²), where max|f''| is at most
 /// [`CURVATURE`]/σ²: 4.1e-7 for n = 256 at σ = 1.5 px. Rounding to f32 adds about 1e-7.
 #[derive(Clone, Debug)]
-pub struct Tabulated {
+pub struct KernelTables {
     /// How many pixels before the middle a row of the tables begins.
     before: i64,
     bells: PhaseTable,
@@ -192,7 +192,7 @@ pub struct Tabulated {
     lags: PhaseTable,
 }
 
-impl Tabulated {
+impl KernelTables {
     /// The table for a blur of `sigma_px` up to `reach_px` on either side with `per_px` phases a pixel. Beyond, the
     /// bell is 0 and the step 0 or 1.
     pub fn new(sigma_px: f64, reach_px: f64, per_px: usize) -> Self {
@@ -232,7 +232,7 @@ impl Tabulated {
     }
 }
 
-impl Kernel for Tabulated {
+impl Kernel for KernelTables {
     type Real = f32;
 
     #[inline(always)]
@@ -276,7 +276,7 @@ mod tests {
     fn the_table_keeps_its_bound() {
         for (sigma, per_px) in [(1.5, 256), (0.7, 128)] {
             let exact = Exact::new(sigma);
-            let table = Tabulated::new(sigma, 8.0 * sigma, per_px);
+            let table = KernelTables::new(sigma, 8.0 * sigma, per_px);
             let curvature = CURVATURE / (sigma * sigma);
             let bound = curvature / (8.0 * (per_px * per_px) as f64) + 3e-7;
             for i in -400..400 {

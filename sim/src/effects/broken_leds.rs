@@ -36,7 +36,7 @@ impl Effect for BrokenLeds {
     }
 
     fn include(&self, view: &View, formation: &mut Formation) {
-        formation.led_stages.push(Box::new(Broken {
+        formation.led_stages.push(Box::new(LedFaults {
             panels: faults(view).collect(),
         }));
     }
@@ -89,11 +89,11 @@ fn choose<'a>(leds: &Leds, order: impl Iterator<Item = &'a u8>) -> Vec<usize> {
     }
 }
 
-struct Broken {
+struct LedFaults {
     panels: Vec<[Fault; LEDS]>,
 }
 
-impl LedStage for Broken {
+impl LedStage for LedFaults {
     fn apply(&self, panel: usize, _moment: &crate::camera::clock::Moment, _delay_s: &[f64; LEDS], own_light: &mut [f64; LEDS]) {
         for (light, fault) in own_light.iter_mut().zip(&self.panels[panel]) {
             match fault {

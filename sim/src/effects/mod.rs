@@ -99,7 +99,7 @@ pub(crate) const ALL: [&dyn Effect; 26] = [
     &perspective::Perspective,
     &distortion::Distortion,
     &motion::Motion,
-    &shake::Shaking,
+    &shake::ExposureVibration,
     LENS_BLUR,
     &point_spread::PointSpread,
     &vignetting::Vignetting,

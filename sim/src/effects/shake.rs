@@ -6,9 +6,9 @@ use crate::formation::Formation;
 use crate::view::{LinearRange, PanelView, View};
 
 /// See the [module](self).
-pub(super) struct Shaking;
+pub(super) struct ExposureVibration;
 
-impl Effect for Shaking {
+impl Effect for ExposureVibration {
     fn about(&self) -> About {
         About {
             name: "shake",

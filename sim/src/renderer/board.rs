@@ -3,8 +3,8 @@
 use glam::DVec2;
 
 use super::layout;
-use super::outlined::Outlined;
-use super::placed::Shaken;
+use super::outlined::LargeShape;
+use super::placed::ExposureVibration;
 use crate::accuracy::Accuracy;
 use crate::disc::chords::Chords;
 use crate::disc::outline::Outline;
@@ -14,7 +14,7 @@ use crate::view::{BOARD_CORNERS, PanelView};
 
 /// A panel's board of 8 × 8 pitches.
 pub(super) struct Board {
-    pub(super) outlined: Outlined,
+    pub(super) outlined: LargeShape,
     /// None where it is drawn pixel by pixel.
     pub(super) chords: Option<Chords>,
 }
@@ -26,14 +26,14 @@ impl Board {
         panel: &PanelView,
         formation: &Formation,
         accuracy: &Accuracy,
-        shaken: Option<&Shaken>,
+        shaken: Option<&ExposureVibration>,
         after_s: f64,
     ) -> Self {
         let corners = board_corners(camera, panel, formation, shaken, after_s);
         let centre = corners.iter().sum::<DVec2>() / 4.0;
         let outline = Outline::Quadrilateral(corners.map(|corner| corner - centre));
         Self {
-            outlined: Outlined::new(outline, centre),
+            outlined: LargeShape::new(outline, centre),
             chords: Chords::within(&outline, formation.sigma_px, accuracy.quadrature),
         }
     }
@@ -44,7 +44,7 @@ pub(super) fn board_corners(
     camera: &Camera,
     panel: &PanelView,
     formation: &Formation,
-    shaken: Option<&Shaken>,
+    shaken: Option<&ExposureVibration>,
     after_s: f64,
 ) -> [DVec2; 4] {
     BOARD_CORNERS.map(|(row, column)| {

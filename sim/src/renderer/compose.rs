@@ -11,8 +11,8 @@ use crate::disc::outline::Outline;
 use crate::renderer::board::Board;
 use crate::renderer::canvas::{Canvas, Region};
 use crate::renderer::layout::{Images, Layout, image_of};
-use crate::renderer::outlined::Outlined;
-use crate::renderer::placed::{Placed, Shaken};
+use crate::renderer::outlined::LargeShape;
+use crate::renderer::placed::{DrawList, ExposureVibration};
 use crate::renderer::separable::ChordImage;
 use crate::view::Photograph;
 
@@ -78,7 +78,7 @@ impl Renderer {
     fn compose<K: Kernel>(
         &self,
         kernel: &K,
-        (placed, moment): (&Placed, &Moment),
+        (placed, moment): (&DrawList, &Moment),
         shown: &[PanelExposure],
         colour: Option<usize>,
         canvas: &mut Canvas<K::Real>,
@@ -149,7 +149,7 @@ impl Renderer {
         photograph.filter(|_| self.formation.photograph)
     }
 
-    pub(super) fn draw_background<R: Real>(&self, placed: &Placed, canvas: &mut Canvas<R>) {
+    pub(super) fn draw_background<R: Real>(&self, placed: &DrawList, canvas: &mut Canvas<R>) {
         let Some(photograph) = self.photograph() else {
             canvas.fill(R::from_f64(self.plain_background()));
             return;
@@ -183,7 +183,7 @@ impl Renderer {
 
     /// What takes pixels of a row of the sensor to the photograph's, with weights, over the exposure of that row. The camera at rest sees
     /// the photograph as it is; a lens's distortion does not bend it anew.
-    fn picture_turns(&self, shaken: &Shaken, moments: &[(f64, f64)], row: usize) -> Vec<(DMat3, f64)> {
+    fn picture_turns(&self, shaken: &ExposureVibration, moments: &[(f64, f64)], row: usize) -> Vec<(DMat3, f64)> {
         let camera = &self.view.scene.camera;
         let (focal, [x, y]) = (camera.focal_px(), camera.principal_px());
         let to_pixels = DMat3::from_cols(DVec3::X * focal, DVec3::Y * focal, DVec3::new(x, y, 1.0));
@@ -232,7 +232,7 @@ impl Renderer {
     }
 
     /// Adds what is outlined with its linear `light`, moved by `shift`, under the blur and its spread.
-    pub(super) fn add_outlined<R: Real>(&self, outlined: &Outlined, shift: DVec2, light: R, canvas: &mut Canvas<R>) {
+    pub(super) fn add_outlined<R: Real>(&self, outlined: &LargeShape, shift: DVec2, light: R, canvas: &mut Canvas<R>) {
         let is_kept = self.far_to_near.len() <= MOST_STILL && self.level != Level::Reference;
         if shift == DVec2::ZERO && is_kept {
             let still = outlined.still.get_or_init(|| self.still(outlined));
@@ -242,7 +242,7 @@ impl Renderer {
         }
     }
 
-    fn still(&self, outlined: &Outlined) -> Canvas<f32> {
+    fn still(&self, outlined: &LargeShape) -> Canvas<f32> {
         let reach = outlined.outline.reach() + self.margin_px + 1.0;
         let sensor = self.sensor();
         let size = DVec2::new(sensor.width as f64, sensor.height as f64);

@@ -11,8 +11,8 @@ use crate::disc::outline::Outline;
 use crate::disc::spread::Spread;
 use crate::formation::Formation;
 use crate::renderer::canvas::Canvas;
-use crate::renderer::outlined::Outlined;
-use crate::renderer::placed::Shaken;
+use crate::renderer::outlined::LargeShape;
+use crate::renderer::placed::ExposureVibration;
 use crate::renderer::polyphase::Polyphase;
 use crate::renderer::separable::SeparableImage;
 use crate::scene::Camera;
@@ -41,7 +41,7 @@ pub enum Images {
         table: Option<Polyphase>,
     },
     /// Pixel by pixel, where there is no blur or one far smaller than they are.
-    Outlines(Box<[Outlined; LEDS]>),
+    Outlines(Box<[LargeShape; LEDS]>),
 }
 
 /// Where a panel's LEDs are, in px of the sensor.
@@ -66,7 +66,7 @@ impl Layout {
         formation: &Formation,
         accuracy: &Accuracy,
         spread: &Spread,
-        shaken: Option<&Shaken>,
+        shaken: Option<&ExposureVibration>,
         after_s: f64,
     ) -> Self {
         let ellipses = ellipses(camera, panel, formation, shaken, after_s);
@@ -125,7 +125,7 @@ fn images(ellipses: &[Ellipse; LEDS], formation: &Formation, accuracy: &Accuracy
     let largest = ellipses.iter().max_by(|a, b| extent(a).total_cmp(&extent(b)));
     let largest = Outline::Ellipse(largest.map_or(DMat2::IDENTITY, |e| e.shape));
     let Some(Chords(most)) = Chords::within(&largest, formation.sigma_px, accuracy.quadrature) else {
-        let outlined = |ellipse: &Ellipse| Outlined::new(Outline::Ellipse(ellipse.shape), ellipse.centre);
+        let outlined = |ellipse: &Ellipse| LargeShape::new(Outline::Ellipse(ellipse.shape), ellipse.centre);
         return Images::Outlines(Box::new(ellipses.each_ref().map(outlined)));
     };
     let shapes: Vec<_> = shapes.map(|shape| Chords::new(shape, most.len())).collect();
@@ -168,7 +168,13 @@ fn is_lattice(ellipses: &[Ellipse; LEDS]) -> bool {
 }
 
 /// The images of the 64 LEDs as the formation asks for them.
-pub fn ellipses(camera: &Camera, panel: &PanelView, formation: &Formation, shaken: Option<&Shaken>, after_s: f64) -> [Ellipse; LEDS] {
+pub fn ellipses(
+    camera: &Camera,
+    panel: &PanelView,
+    formation: &Formation,
+    shaken: Option<&ExposureVibration>,
+    after_s: f64,
+) -> [Ellipse; LEDS] {
     let at_once = (formation.row_delay_s == 0.0).then(|| moved(camera, panel, formation, shaken, after_s, 0.0));
     std::array::from_fn(|led| {
         let (row, column) = ((led / SIDE) as f64, (led % SIDE) as f64);
@@ -195,7 +201,14 @@ pub fn ellipses(camera: &Camera, panel: &PanelView, formation: &Formation, shake
 }
 
 /// Where a point of the panel (its own coordinates in metres) is imaged, `after_s` seconds after the middle of its row's exposure.
-pub fn place(camera: &Camera, panel: &PanelView, formation: &Formation, shaken: Option<&Shaken>, after_s: f64, at: DVec2) -> DVec2 {
+pub fn place(
+    camera: &Camera,
+    panel: &PanelView,
+    formation: &Formation,
+    shaken: Option<&ExposureVibration>,
+    after_s: f64,
+    at: DVec2,
+) -> DVec2 {
     let delay_s = delay_s(camera, panel, formation, shaken, after_s, (at, panel.projection.pixel(at).y));
     let projection = moved(camera, panel, formation, shaken, after_s, delay_s);
     let centre = projection.pixel(DVec2::ZERO);
@@ -224,7 +237,7 @@ fn delay_s(
     camera: &Camera,
     panel: &PanelView,
     formation: &Formation,
-    shaken: Option<&Shaken>,
+    shaken: Option<&ExposureVibration>,
     after_s: f64,
     (at, row_at_rest): (DVec2, f64),
 ) -> f64 {
@@ -238,7 +251,14 @@ fn delay_s(
 }
 
 /// The panel's projection `after_s` seconds after the middle of the exposure, `delay_s` later than in the first row.
-fn moved(camera: &Camera, panel: &PanelView, formation: &Formation, shaken: Option<&Shaken>, after_s: f64, delay_s: f64) -> Projection {
+fn moved(
+    camera: &Camera,
+    panel: &PanelView,
+    formation: &Formation,
+    shaken: Option<&ExposureVibration>,
+    after_s: f64,
+    delay_s: f64,
+) -> Projection {
     let velocity = DVec3::from_array(panel.pose.velocity_m_s);
     let moved_s = if formation.moves { after_s + delay_s } else { delay_s };
     let projection = if velocity == DVec3::ZERO || moved_s == 0.0 {

@@ -25,7 +25,7 @@ use crate::camera::curve::Curve;
 use crate::camera::encoder::Encoder;
 use crate::camera::exposure::LedLight;
 use crate::camera::noise::PixelNoise;
-use crate::disc::kernel::{Exact, Tabulated};
+use crate::disc::kernel::{Exact, KernelTables};
 use crate::disc::outline::Blur;
 use crate::disc::spread::Spread;
 use crate::effects;
@@ -34,7 +34,7 @@ use crate::plan::Plan;
 use crate::renderer::backdrop::Backdrop;
 use crate::renderer::canvas::{Canvas, Region};
 use crate::renderer::layout::Images;
-use crate::renderer::placed::Placed;
+use crate::renderer::placed::DrawList;
 use crate::scene::Scene;
 use crate::view::{Photograph, View, ViewError};
 
@@ -62,7 +62,7 @@ pub struct Renderer {
     level: Level,
     accuracy: Accuracy,
     exact: Exact,
-    table: Tabulated,
+    table: KernelTables,
     spread: Spread,
     /// The blur's round core, for what is drawn pixel by pixel.
     blur: Blur,
@@ -70,7 +70,7 @@ pub struct Renderer {
     /// The panels drawn, the farthest first: a near board covers what is behind it.
     far_to_near: Vec<usize>,
     /// Where all is while the camera stands still.
-    still: Placed,
+    still: DrawList,
     encoder: Encoder,
     /// Noise of the pixels drawn, made when it is first asked for.
     pixel_noise: OnceLock<Arc<PixelNoise>>,
@@ -130,12 +130,12 @@ impl Renderer {
         let per_px = accuracy.phases.max(1);
         let mut renderer = Self {
             exact: Exact::new(formation.sigma_px),
-            table: Tabulated::new(formation.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
+            table: KernelTables::new(formation.sigma_px.max(SHARPEST_PX), margin_px + 1.0, per_px),
             encoder: Encoder::new(&formation.curve),
             spread,
             blur,
             margin_px,
-            still: Placed::default(),
+            still: DrawList::default(),
             pixel_noise: OnceLock::new(),
             backdrop: OnceLock::new(),
             far_to_near,

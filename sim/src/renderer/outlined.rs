@@ -9,7 +9,7 @@ use crate::disc::outline::Outline;
 
 /// What [`Chords`](crate::disc::chords::Chords) are too many for: something far larger than its blur.
 #[derive(Clone, Debug)]
-pub struct Outlined {
+pub struct LargeShape {
     /// Its boundary.
     pub outline: Outline,
     /// Its centre, in px of the sensor.
@@ -18,7 +18,7 @@ pub struct Outlined {
     pub(super) still: OnceLock<Canvas<f32>>,
 }
 
-impl Outlined {
+impl LargeShape {
     /// `outline` about `centre`.
     pub fn new(outline: Outline, centre: DVec2) -> Self {
         Self {

@@ -18,12 +18,12 @@ const STEPS_PER_PERIOD: f64 = 16.0;
 
 /// The camera's vibration about the middle of an exposure.
 #[derive(Clone, Copy, Debug)]
-pub struct Shaken {
+pub struct ExposureVibration {
     vibration: Vibration,
     middle_s: f64,
 }
 
-impl Shaken {
+impl ExposureVibration {
     /// What turns the world as the camera sees it, `after_s` seconds after the middle of the exposure.
     pub(super) fn turn(&self, after_s: f64) -> DMat3 {
         self.vibration.turn(self.middle_s + after_s)
@@ -32,9 +32,9 @@ impl Shaken {
 
 /// What is drawn in an exposure, and where.
 #[derive(Default)]
-pub(super) struct Placed {
+pub(super) struct DrawList {
     /// How the camera vibrates; none: it stands still.
-    pub(super) shaken: Option<Shaken>,
+    pub(super) shaken: Option<ExposureVibration>,
     /// The moments that are averaged: (time from the exposure's middle in seconds, weight).
     pub(super) moments: Vec<(f64, f64)>,
     /// For each panel drawn: its layouts over the exposure with their weights.
@@ -49,16 +49,16 @@ pub(super) struct Placed {
 
 impl Renderer {
     /// How the camera vibrates at a moment, where that is simulated.
-    pub(super) fn shaken(&self, moment: &Moment) -> Option<Shaken> {
+    pub(super) fn shaken(&self, moment: &Moment) -> Option<ExposureVibration> {
         let shake = self.formation.shake.as_ref()?;
-        Some(Shaken {
+        Some(ExposureVibration {
             vibration: shake.of_run(moment.seed),
             middle_s: moment.middle_s(),
         })
     }
 
     /// Where all is in an exposure of a camera that vibrates so, or stands still.
-    pub(super) fn placed(&self, shaken: Option<Shaken>) -> Placed {
+    pub(super) fn placed(&self, shaken: Option<ExposureVibration>) -> DrawList {
         let (camera, formation) = (&self.view.scene.camera, &self.formation);
         let moments = match &shaken {
             Some(shaken) => self.moments(shaken),
@@ -83,7 +83,7 @@ impl Renderer {
             };
             images.map(board).collect()
         });
-        let mut placed = Placed {
+        let mut placed = DrawList {
             layouts: layouts.collect(),
             boards: boards.collect(),
             surroundings: Vec::new(),
@@ -98,7 +98,7 @@ impl Renderer {
     }
 
     /// The moments of an exposure: for each quarter pixel of the longest way of a corner LED, by its own motion and the camera's.
-    pub(super) fn moments(&self, shaken: &Shaken) -> Vec<(f64, f64)> {
+    pub(super) fn moments(&self, shaken: &ExposureVibration) -> Vec<(f64, f64)> {
         let (camera, formation) = (&self.view.scene.camera, &self.formation);
         let exposure_s = self.view.exposure.time_s;
         let highest_hz = formation.shake.map_or(0.0, |shake| shake.highest_hz());
@@ -120,7 +120,7 @@ impl Renderer {
     }
 
     /// The part of the sensor that a panel lights in an exposure, with a margin.
-    pub(super) fn around(&self, placed: &Placed, index: usize, margin_px: f64) -> Region {
+    pub(super) fn around(&self, placed: &DrawList, index: usize, margin_px: f64) -> Region {
         let panel = &self.view.panels[index];
         let camera = &self.view.scene.camera;
         let shaken = placed.shaken.as_ref();
@@ -160,7 +160,7 @@ impl Renderer {
     }
 
     /// For each panel drawn, whether all behind its LEDs has one value: its board, or a plain background where no farther panel is.
-    fn even_grounds(&self, placed: &Placed) -> Vec<bool> {
+    fn even_grounds(&self, placed: &DrawList) -> Vec<bool> {
         let mut even = vec![self.photograph().is_none(); placed.surroundings.len()];
         let mut turn = vec![0; even.len()];
         for (place, &index) in self.far_to_near.iter().enumerate() {

@@ -6,7 +6,7 @@ use rx_pipeline::corners::{Corners, CornersError};
 
 use super::Renderer;
 use super::canvas::Region;
-use super::placed::Placed;
+use super::placed::DrawList;
 use super::{layout, polyphase};
 use crate::camera::clock::Moment;
 
@@ -31,7 +31,7 @@ impl Renderer {
     }
 
     /// The part of the sensor outside which drawing panel `index`, moved by `shift`, changes nothing.
-    pub(super) fn touched(&self, placed: &Placed, index: usize, shift: DVec2) -> Region {
+    pub(super) fn touched(&self, placed: &DrawList, index: usize, shift: DVec2) -> Region {
         placed.surroundings[index].widened(shift.abs().max_element().ceil() as usize + polyphase::LANES)
     }
 

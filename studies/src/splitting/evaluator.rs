@@ -4,7 +4,7 @@ use sim::random::{Purpose, stream};
 use sim::scene::Scene;
 
 use super::levels;
-use super::sampler::{Sampler, Scored, SplittingWorkspace};
+use super::sampler::{Sampler, ScoredParticle, SplittingWorkspace};
 use crate::monte_carlo::{CHUNK, EvaluateError, Evaluation, Settings};
 use crate::statistics::{RareErrors, SWARM};
 
@@ -72,7 +72,7 @@ impl SplittingEvaluator {
             .collect::<Result<Vec<_>, _>>()?;
         let mut rate = 1.0;
         for (place, &level) in self.levels.iter().enumerate() {
-            let above: Vec<Scored> = swarm.into_iter().filter(|(_, s)| *s >= level).collect();
+            let above: Vec<ScoredParticle> = swarm.into_iter().filter(|(_, s)| *s >= level).collect();
             rate *= above.len() as f64 / SWARM as f64;
             if above.is_empty() || place + 1 == self.levels.len() {
                 break;

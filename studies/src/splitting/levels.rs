@@ -2,7 +2,7 @@
 
 use crate::parallel::prelude::*;
 
-use super::sampler::{MISREAD, Sampler, Scored, SplittingWorkspace};
+use super::sampler::{MISREAD, Sampler, ScoredParticle, SplittingWorkspace};
 use crate::monte_carlo::EvaluateError;
 use crate::statistics::RARER;
 use sim::random::{Purpose, stream};
@@ -18,7 +18,7 @@ const LEVELS_SEED: u64 = 0x6c65_7665_6c73;
 /// Ascending levels, each reached by about one frame in five of those above the one before; the last is [`MISREAD`].
 pub(super) fn choose(sampler: &Sampler) -> Result<Vec<f32>, EvaluateError> {
     let seed = sampler.seed() ^ LEVELS_SEED;
-    let in_parts = |round: usize, above: Option<(&[Scored], f32)>| {
+    let in_parts = |round: usize, above: Option<(&[ScoredParticle], f32)>| {
         let part = |workspace: &mut SplittingWorkspace, part: usize| {
             let mut random = stream(seed, (round * PARTS + part) as u64, Purpose::Splitting);
             let mine = part * (FRAMES / PARTS)..(part + 1) * (FRAMES / PARTS);
@@ -28,7 +28,7 @@ pub(super) fn choose(sampler: &Sampler) -> Result<Vec<f32>, EvaluateError> {
             }
         };
         let parts = (0..PARTS).into_par_iter().map_init(|| sampler.workspace(), part);
-        let parts: Result<Vec<Vec<Scored>>, EvaluateError> = parts.collect();
+        let parts: Result<Vec<Vec<ScoredParticle>>, EvaluateError> = parts.collect();
         parts.map(|parts| parts.into_iter().flatten().collect::<Vec<_>>())
     };
     let mut swarm = in_parts(0, None)?;

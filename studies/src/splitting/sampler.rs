@@ -33,7 +33,7 @@ pub struct SplittingWorkspace {
 }
 
 /// A frame and its score.
-pub(super) type Scored = (Particle, f32);
+pub(super) type ScoredParticle = (Particle, f32);
 
 impl Sampler {
     /// Of `scene`'s first panel.
@@ -72,12 +72,12 @@ impl Sampler {
     /// So many frames above a level from some that are there: each as often as any, then moved.
     pub(super) fn spread(
         &self,
-        above: &[Scored],
+        above: &[ScoredParticle],
         level: f32,
         count: usize,
         random: &mut impl Rng,
         workspace: &mut SplittingWorkspace,
-    ) -> Result<Vec<Scored>, EvaluateError> {
+    ) -> Result<Vec<ScoredParticle>, EvaluateError> {
         // Systematic: beginning anywhere, so that none has more of a chance.
         let first = random.next_u32() as usize % above.len();
         let mut spread = Vec::with_capacity(count);
@@ -98,7 +98,7 @@ impl Sampler {
         frame: u64,
         random: &mut impl Rng,
         workspace: &mut SplittingWorkspace,
-    ) -> Result<Scored, EvaluateError> {
+    ) -> Result<ScoredParticle, EvaluateError> {
         let inner = &mut workspace.inner;
         self.evaluator.draw_frame(seed, frame, None, &mut inner.shown);
         let pixels = inner.grey.len();
@@ -124,7 +124,7 @@ impl Sampler {
     /// One step above `level`.
     fn step(
         &self,
-        (particle, score): &mut Scored,
+        (particle, score): &mut ScoredParticle,
         level: f32,
         random: &mut impl Rng,
         workspace: &mut SplittingWorkspace,

@@ -43,7 +43,7 @@ pub use error::PrecisionError;
 pub use point::Point;
 pub use quartiles::Quartiles;
 pub use scale::Scale;
-pub use steps::{Finished, Steps};
+pub use steps::{StepResults, Steps};
 
 /// A part that can be measured.
 pub struct Measurable {

@@ -9,17 +9,17 @@ use serde_json::Value;
 use super::error::PrecisionError;
 
 /// What came out of steps, by their names.
-pub type Finished = BTreeMap<String, Value>;
+pub type StepResults = BTreeMap<String, Value>;
 
 /// What is finished of a part's steps, and who keeps it.
 pub struct Steps<'a> {
-    finished: Finished,
-    keep: Box<dyn FnMut(&Finished) + 'a>,
+    finished: StepResults,
+    keep: Box<dyn FnMut(&StepResults) + 'a>,
 }
 
 impl<'a> Steps<'a> {
     /// Steps of which some are finished; `keep` is told of all as soon as there is one more.
-    pub fn new(finished: Finished, keep: impl FnMut(&Finished) + 'a) -> Self {
+    pub fn new(finished: StepResults, keep: impl FnMut(&StepResults) + 'a) -> Self {
         Self {
             finished,
             keep: Box::new(keep),
@@ -28,7 +28,7 @@ impl<'a> Steps<'a> {
 
     /// Steps that nobody keeps.
     pub fn unkept() -> Self {
-        Self::new(Finished::new(), |_| ())
+        Self::new(StepResults::new(), |_| ())
     }
 
     /// What came out of a step before, else what `measure` finds now. Its name says all that sets it apart from the part's others.
@@ -70,9 +70,9 @@ mod tests {
     #[test]
     fn a_part_goes_on_from_any_of_its_steps() {
         let decoder = PARTS.iter().find(|part| part.name == "decoder").unwrap();
-        let mut kept = vec![Finished::new()];
+        let mut kept = vec![StepResults::new()];
         let whole = {
-            let steps = Steps::new(Finished::new(), |finished| kept.push(finished.clone()));
+            let steps = Steps::new(StepResults::new(), |finished| kept.push(finished.clone()));
             decoder.measure(&Scale::TINY, &mut { steps }).unwrap()
         };
         assert!(kept.len() > 10, "{}", kept.len());

@@ -53,7 +53,7 @@ struct Sine {
 }
 
 /// A frame and its truth.
-pub struct Taken {
+pub struct Shot {
     /// Grey levels, row by row.
     pub grey: Vec<u8>,
     /// The panel's centre (px).
@@ -146,7 +146,7 @@ impl Drawing {
     }
 
     /// Takes frame `number`.
-    pub fn take(&mut self, number: usize) -> Taken {
+    pub fn take(&mut self, number: usize) -> Shot {
         self.light.fill(0.0);
         let start_s = number as f64 / FPS;
         let mut middle = [0.0; 2];
@@ -162,7 +162,7 @@ impl Drawing {
         }
         self.blur();
         let grey = self.encode();
-        Taken {
+        Shot {
             grey,
             centre_px: middle,
             bits: self.bits(start_s + EXPOSURE_S / 2.0),

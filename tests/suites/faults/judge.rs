@@ -20,7 +20,7 @@ const LEARNT: &str = "camera.toml";
 const ABORTED: i32 = 6;
 
 /// A command and what it does undisturbed.
-pub struct Known {
+pub struct Reference {
     /// The command.
     pub work: Work,
     /// Its status.
@@ -35,7 +35,7 @@ pub struct Known {
     is_seen: bool,
 }
 
-impl Known {
+impl Reference {
     /// By a run that nothing happens to.
     pub fn of(workshop: &Workshop, work: Work) -> Self {
         let folder = workshop.folder();

@@ -30,7 +30,7 @@ use vocc_tests::{programs, tests};
 
 use commands::{LARGEST, REFUSING, WORKS, Work, listed};
 use fault::{Fault, Signal};
-use judge::Known;
+use judge::Reference;
 use workshop::Workshop;
 
 /// Faults in the gate.
@@ -114,16 +114,16 @@ fn all(works: &[&Work], check: impl Fn(&Work) -> Result<(), String> + Sync) {
 /// Files are finished and the status is the answer's, for every command.
 fn a_reader_who_leaves_changes_only_what_he_reads(workshop: &Workshop) {
     let works: Vec<&Work> = WORKS.iter().filter(|work| !work.is_slow).chain(REFUSING).collect();
-    all(&works, |&work| Known::of(workshop, work).go_unread(workshop, patience()));
+    all(&works, |&work| Reference::of(workshop, work).go_unread(workshop, patience()));
     for &work in REFUSING {
-        assert_ne!(Known::of(workshop, work).status, 0, "{work:?} is to be refused");
+        assert_ne!(Reference::of(workshop, work).status, 0, "{work:?} is to be refused");
     }
 }
 
 /// A stop at once and in the midst of work ends it, whatever it was asked for.
 fn every_command_ends_at_once_at_its_largest(workshop: &Workshop) {
     all(&LARGEST.iter().collect::<Vec<_>>(), |&work| {
-        let known = Known::unseen(work);
+        let known = Reference::unseen(work);
         let stops = [(Signal::Interrupt, 100), (Signal::Terminate, 1200)];
         stops.into_iter().try_for_each(|(signal, after_ms)| {
             let fault = Fault::Signal(signal, Duration::from_millis(after_ms));
@@ -136,10 +136,10 @@ fn nothing_is_lost_whatever_goes_wrong(workshop: &Workshop) {
     let (count, seed) = (number("VOCC_FAULTS", FEW), number("VOCC_FAULT_SEED", 1));
     let is_gate = count == FEW;
     let known = |&work: &Work| match work.is_slow && is_gate {
-        true => Known::unseen(work),
-        false => Known::of(workshop, work),
+        true => Reference::unseen(work),
+        false => Reference::of(workshop, work),
     };
-    let known: Vec<Known> = WORKS.iter().map(known).collect();
+    let known: Vec<Reference> = WORKS.iter().map(known).collect();
     let (next, counts) = (AtomicU64::new(0), Mutex::new(BTreeMap::<&str, u64>::new()));
     let (faults, longest) = (Mutex::new(Vec::new()), Mutex::new((Duration::ZERO, String::new())));
     std::thread::scope(|scope| {
@@ -185,9 +185,9 @@ fn number(name: &str, usual: u64) -> u64 {
 }
 
 /// A command, in turns, and what happens to it.
-fn draw<'a>(known: &'a [Known], random: &mut impl Rng) -> (&'a Known, Fault, bool) {
+fn draw<'a>(known: &'a [Reference], random: &mut impl Rng) -> (&'a Reference, Fault, bool) {
     let turns = known.iter().flat_map(|known| (0..known.work.turns).map(move |_| known));
-    let turns: Vec<&Known> = turns.collect();
+    let turns: Vec<&Reference> = turns.collect();
     let known = turns[random.random_range(0..turns.len())];
     loop {
         let fault = Fault::draw(random, known.time, known.largest(), known.work.inputs());

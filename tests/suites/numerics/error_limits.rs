@@ -96,7 +96,7 @@ fn table() -> Vec<Row> {
             NONE,
         ),
         row(
-            "sim::disc::kernel::Tabulated, 256 phases",
+            "sim::disc::kernel::KernelTables, 256 phases",
             "σ 1.5 px",
             Absolute,
             CURVATURE / (8.0 * 256.0 * 256.0 * 1.5 * 1.5) + 3e-7,

@@ -19,14 +19,14 @@ type Matrix8 = SMatrix<f64, 8, 8>;
 type Vector8 = SVector<f64, 8>;
 
 /// A true pose, the places of its LEDs as they are measured, and the image fitted to them.
-struct Seen {
+struct Observation {
     place: DVec3,
     rotation: DMat3,
     leds: Vec<([f64; 2], [f64; 2])>,
     fit: PlaneFit,
 }
 
-fn seen(seed: u64, distance_m: f64, yaw_deg: f64) -> Seen {
+fn seen(seed: u64, distance_m: f64, yaw_deg: f64) -> Observation {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut turn = |most: f64| random.random_range(-most..most);
     let rotation =
@@ -41,7 +41,7 @@ fn seen(seed: u64, distance_m: f64, yaw_deg: f64) -> Seen {
         })
         .collect();
     let fit = fitted(&leds, (place, rotation));
-    Seen {
+    Observation {
         place,
         rotation,
         leds,
@@ -114,7 +114,7 @@ fn naive_range_m(leds: &[([f64; 2], [f64; 2])]) -> f64 {
 }
 
 /// Errors in standard deviations squared, of six numbers, and the range's errors, ours and naive.
-fn trial(seen: &Seen, memory: &mut PoseMemory) -> (f64, f64, f64, f64) {
+fn trial(seen: &Observation, memory: &mut PoseMemory) -> (f64, f64, f64, f64) {
     let pose = Pose::of_image(&seen.fit, HALF_SIDE_M, memory).expect("a pose");
     let range = pose.numbers().range_m;
     let truth = seen.place.length();

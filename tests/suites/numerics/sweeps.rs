@@ -12,7 +12,7 @@ use sim::camera::grey::{self, GammaEncoder};
 use sim::camera::noise::{Noise, PixelNoise};
 use sim::disc::chords::Chords;
 use sim::disc::gauss;
-use sim::disc::kernel::{Exact, Kernel, Tabulated};
+use sim::disc::kernel::{Exact, Kernel, KernelTables};
 use sim::disc::outline::Outline;
 use sim::scene::Scene;
 use tx_firmware::ambient::{Ambient, Smoothing};
@@ -75,7 +75,7 @@ pub fn of_encoder() -> f64 {
 
 pub fn of_tabulated() -> f64 {
     let exact = Exact::new(1.5);
-    let table = Tabulated::new(1.5, 12.0, 256);
+    let table = KernelTables::new(1.5, 12.0, 256);
     worst((0..4000).flat_map(|k| {
         let first = -14.0 + f64::from(k) * 0.002_237;
         let (mut bells, mut steps) = ([0.0; 28], [0.0; 28]);

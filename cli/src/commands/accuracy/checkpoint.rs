@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use studies::work_precision::{Finished, Part, Scale};
+use studies::work_precision::{Part, Scale, StepResults};
 
 /// The version of the file's format.
 const FORMAT: u32 = 1;
@@ -18,7 +18,7 @@ pub struct Checkpoint {
     pub parts: Vec<Part>,
     /// The steps that are finished of those that are not, by their names.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub begun: BTreeMap<String, Finished>,
+    pub begun: BTreeMap<String, StepResults>,
     /// The names of those that are still to be.
     #[serde(skip)]
     pub missing: Vec<String>,

@@ -3,7 +3,7 @@
 use studies::work_precision::{CostUnit, Diagram, Part, Point};
 
 use crate::numbers::time;
-use crate::plot::{Axis, Chart, Drawing, Entry, FRONT, Line, Mark, Page, Point as Drawn, RGBColor, Series, colours, short};
+use crate::plot::{Axis, Chart, Drawing, Entry, FRONT, Line, Mark, Page, Point as ChartPoint, RGBColor, Series, colours, short};
 
 /// The size of a diagram.
 const SIZE_PX: (i32, i32) = (560, 430);
@@ -204,7 +204,7 @@ fn series_of(diagram: &Diagram, name: &str, colour: RGBColor) -> Series {
         let is_end = (k == 0 || k == last) && !is_said;
         let word = knob(point);
         let is_named = !word.is_empty() && (is_alone || is_end);
-        Drawn {
+        ChartPoint {
             name: is_named.then(|| word.to_owned()),
             ..drawn(point)
         }
@@ -212,8 +212,8 @@ fn series_of(diagram: &Diagram, name: &str, colour: RGBColor) -> Series {
     Series::new(name, colour, if ends.is_some() { Line::Thin } else { Line::None }, points.collect())
 }
 
-fn drawn(point: &Point) -> Drawn {
-    Drawn {
+fn drawn(point: &Point) -> ChartPoint {
+    ChartPoint {
         x: point.ratio.median,
         y: point.error,
         x_range: Some([point.ratio.low, point.ratio.high]),
