@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn what_is_no_picture_is_refused() {
         let mut out = Vec::new();
-        assert!(matches!(file(b"no picture", &mut out), Err(Fault::Picture(_))));
+        assert!(matches!(file(b"no picture", &mut out), Err(Fault::Library(_))));
         assert!(matches!(rgba(&[0; 7], (2, 1), &mut out), Err(Fault::Pixels { .. })));
         let grey = file(b"P5 4 4 255 0123456789abcdef", &mut out).unwrap();
         assert_eq!(grey["found"], false);

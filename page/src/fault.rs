@@ -1,21 +1,6 @@
 //! What can be wrong.
 
-use reception::ReceptionError;
-use reception::picture::PixelKindError;
-use reception::still::StillError;
 use reception::stream::StreamError;
-use rx_pipeline::cells::CellsError;
-use rx_pipeline::corners::CornersError;
-use rx_pipeline::frame::FrameError;
-use rx_pipeline::receiver::ReceiverError;
-use sim::input::PictureError;
-use sim::l2a::L2aError;
-use sim::road::RoadError;
-use sim::scene::SceneError;
-use sim::view::ViewError;
-use studies::detectors::DetectorError;
-use studies::monte_carlo::EvaluateError;
-use studies::optimum::OptimumError;
 
 /// Why the page gets no answer, as a sentence for whoever sits before it.
 #[derive(Debug, thiserror::Error)]
@@ -26,57 +11,12 @@ pub enum Fault {
     /// Something was asked for before it was begun.
     #[error("nothing was begun that could go on: {0} first")]
     NotBegun(&'static str),
-    /// No scene is like that.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// The scene cannot be seen.
-    #[error(transparent)]
-    View(#[from] ViewError),
     /// What was asked for cannot be written as a file.
     #[error("it cannot be written as a file: {0}")]
     Unwritten(#[from] toml::ser::Error),
-    /// No detector has that name.
+    /// What a library says: of a scene, a picture, a film or a message.
     #[error(transparent)]
-    Detector(#[from] DetectorError),
-    /// The transmitter has no such ratio.
-    #[error(transparent)]
-    L2a(#[from] L2aError),
-    /// The message cannot be sent.
-    #[error(transparent)]
-    Road(#[from] RoadError),
-    /// Frames cannot be evaluated.
-    #[error(transparent)]
-    Evaluate(#[from] EvaluateError),
-    /// No best ratio is found.
-    #[error(transparent)]
-    Optimum(#[from] OptimumError),
-    /// The file is no picture.
-    #[error(transparent)]
-    Picture(#[from] PictureError),
-    /// The picture's pixels are of another kind.
-    #[error(transparent)]
-    Kind(#[from] PixelKindError),
-    /// The picture cannot be looked at.
-    #[error(transparent)]
-    Still(#[from] StillError),
-    /// The receiver cannot be set up.
-    #[error(transparent)]
-    Receiver(#[from] ReceiverError),
-    /// Frames are of several sizes.
-    #[error(transparent)]
-    Reception(#[from] ReceptionError),
-    /// A frame is none.
-    #[error(transparent)]
-    Frame(#[from] FrameError),
-    /// A panel is too large or not in the picture.
-    #[error(transparent)]
-    Cells(#[from] CellsError),
-    /// Its corners are none.
-    #[error(transparent)]
-    Corners(#[from] CornersError),
-    /// A film cannot be read.
-    #[error(transparent)]
-    Film(StreamError),
+    Library(Box<dyn std::error::Error + Send + Sync>),
     /// A film is none.
     #[error("it is no y4m film: it does not begin as one does; other films are read where this browser plays them")]
     NoY4m,
@@ -115,7 +55,35 @@ impl From<StreamError> for Fault {
     fn from(fault: StreamError) -> Self {
         match fault {
             StreamError::Empty | StreamError::NoY4m | StreamError::LongLine => Self::NoY4m,
-            fault => Self::Film(fault),
+            fault => Self::Library(fault.into()),
         }
     }
 }
+
+macro_rules! from_libraries {
+    ($($error:ty),+ $(,)?) => {
+        $(impl From<$error> for Fault {
+            fn from(error: $error) -> Self {
+                Self::Library(error.into())
+            }
+        })+
+    };
+}
+
+from_libraries!(
+    sim::scene::SceneError,
+    sim::view::ViewError,
+    studies::detectors::DetectorError,
+    sim::l2a::L2aError,
+    sim::road::RoadError,
+    studies::monte_carlo::EvaluateError,
+    studies::optimum::OptimumError,
+    sim::input::PictureError,
+    reception::picture::PixelKindError,
+    reception::still::StillError,
+    rx_pipeline::receiver::ReceiverError,
+    reception::ReceptionError,
+    rx_pipeline::frame::FrameError,
+    rx_pipeline::cells::CellsError,
+    rx_pipeline::corners::CornersError,
+);
