@@ -5,7 +5,6 @@ use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluation, Evaluator, Settings, Workspace};
-use studies::stop::Stop;
 
 use crate::fault::Fault;
 
@@ -20,13 +19,9 @@ impl Count {
     /// Of a scene as it is, or of panels whose reflectance is drawn for each frame.
     pub fn new(scene: &Scene, detector: DetectorChoice, level: Level, seed: u64, random_reflectance: bool) -> Result<Self, Fault> {
         let settings = Settings {
-            frames: 0,
-            seed,
             random_reflectance,
-            detector,
             level,
-            camera: None,
-            stop: Stop::NEVER,
+            ..Settings::fast(0, seed, detector)
         };
         let evaluator = Evaluator::new(scene, settings)?;
         Ok(Self {

@@ -50,13 +50,8 @@ impl Sending {
         let framer = Framer::new(&message, Code::for_length(message.len()), false);
         let panels = framer.map_err(sim::road::RoadError::from)?.panels_per_repeat();
         let settings = LinkSettings {
-            method: receiving_method(scene, detector, seed, level)?,
-            message: message.clone(),
-            seed,
             level,
-            code: None,
-            camera: Default::default(),
-            true_corners: false,
+            ..LinkSettings::new(message.clone(), receiving_method(scene, detector, seed, level)?, seed)
         };
         let road = Road::new(scene, &settings)?;
         let seconds = REPEATS * f64::from(panels) / scene.link.symbol_rate_hz;

@@ -23,18 +23,10 @@
 //! A message over the road, by the transmitter's and the receiver's own code:
 //!
 //! ```
-//! use sim::{accuracy::Level, road::{LinkSettings, Road}, scene::Scene};
+//! use sim::{road::{LinkSettings, Road}, scene::Scene};
 //!
 //! let small = ["camera.width_px=320".into(), "camera.height_px=240".into()];
-//! let settings = LinkSettings {
-//!     message: b"Ice".to_vec(),
-//!     method: Default::default(),
-//!     seed: 1,
-//!     level: Level::Fast,
-//!     code: None,
-//!     camera: Default::default(),
-//!     true_corners: false,
-//! };
+//! let settings = LinkSettings::new(b"Ice".to_vec(), Default::default(), 1);
 //! let mut road = Road::new(&Scene::load("paper", &small)?, &settings)?;
 //! let mut received = None;
 //! for frame in 0..60 {

@@ -82,6 +82,21 @@ pub struct LinkSettings {
     pub true_corners: bool,
 }
 
+impl LinkSettings {
+    /// A message read by a receiver that is told nothing, in frames that are drawn fast.
+    pub fn new(message: Vec<u8>, method: Method, seed: u64) -> Self {
+        Self {
+            message,
+            method,
+            seed,
+            level: Level::Fast,
+            code: None,
+            camera: Camera::default(),
+            true_corners: false,
+        }
+    }
+}
+
 /// What happened to one frame.
 #[derive(Debug)]
 pub struct FrameReport<'a> {

@@ -98,13 +98,12 @@ fn run(
         .map(|i| link::scramble::split_mix64(seed << 32 | i) as u8)
         .collect();
     let settings = LinkSettings {
-        message: message.clone(),
-        method: receiving_method(scene, DetectorChoice::Best, seed, Level::Fast)?,
-        seed,
-        level: Level::Fast,
         code: Some(Code::for_length(bytes)),
-        camera: link::camera::Camera::default(),
-        true_corners: false,
+        ..LinkSettings::new(
+            message.clone(),
+            receiving_method(scene, DetectorChoice::Best, seed, Level::Fast)?,
+            seed,
+        )
     };
     let (mut road, mut errors) = (Road::new(scene, &settings)?, FrameErrors::default());
     if at_once {

@@ -18,7 +18,6 @@ use studies::baselines::supersampled;
 use studies::baselines::{Panel, straightforward};
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
-use studies::stop::Stop;
 
 use link::panel::PanelFrame;
 
@@ -35,13 +34,8 @@ fn scene() -> Scene {
 
 fn settings(level: Level) -> Settings {
     Settings {
-        frames: 1,
-        seed: 1,
-        random_reflectance: true,
-        detector: DetectorChoice::KMeans,
         level,
-        camera: None,
-        stop: Stop::NEVER,
+        ..Settings::fast(1, 1, DetectorChoice::KMeans)
     }
 }
 

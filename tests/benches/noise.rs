@@ -20,7 +20,6 @@ use sim::renderer::canvas::Canvas;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
-use studies::stop::Stop;
 
 const PIXELS: usize = 1920 * 1080;
 
@@ -159,15 +158,7 @@ fn tables(bencher: Bencher, preset: &str) {
 #[divan::bench(args = ["auto", "off"])]
 fn evaluate_night(bencher: Bencher, noise: &str) {
     let scene = Scene::load("night", &[format!("effects.noise={noise}")]).expect("a preset");
-    let settings = Settings {
-        frames: 1,
-        seed: 1,
-        random_reflectance: true,
-        detector: DetectorChoice::KMeans,
-        level: Level::Fast,
-        camera: None,
-        stop: Stop::NEVER,
-    };
+    let settings = Settings::fast(1, 1, DetectorChoice::KMeans);
     let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");
     let mut workspace = evaluator.workspace();
     let mut frame = 0;

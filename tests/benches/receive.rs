@@ -8,7 +8,6 @@ use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
 use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
-use sim::accuracy::Level;
 use sim::road::{LinkSettings, Road};
 use sim::scene::Scene;
 use vocc_tests::sightings::{RandomScene, photographs};
@@ -71,15 +70,7 @@ fn followed_frame_maximum_likelihood(bencher: Bencher, seed: u64) {
 fn followed_frame_near(bencher: Bencher, distance_m: f64) {
     let pose = format!("pose.distance_m={distance_m}");
     let scene = Scene::load("day", &[pose]).expect("a valid scene");
-    let settings = LinkSettings {
-        message: b"lane closed".to_vec(),
-        method: Detector::default().into(),
-        seed: 1,
-        level: Level::Fast,
-        code: None,
-        camera: Camera::default(),
-        true_corners: false,
-    };
+    let settings = LinkSettings::new(b"lane closed".to_vec(), Detector::default().into(), 1);
     let mut road = Road::new(&scene, &settings).expect("a link");
     let film: Vec<Vec<u8>> = (0..3).map(|number| road.frame(number).expect("a frame").grey.to_vec()).collect();
     let frame = |pixels| Frame::new(pixels, SIZE[0], SIZE[1]).expect("a frame");

@@ -7,11 +7,9 @@
 
 use std::time::Instant;
 
-use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings, Workspace};
-use studies::stop::Stop;
 
 const DISTANCES_M: [f64; 5] = [30.0, 40.0, 50.0, 60.0, 70.0];
 const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
@@ -55,13 +53,8 @@ impl Course {
     fn new(keys: &[String]) -> Self {
         let scene = Scene::load("paper", keys).expect("a valid scene");
         let settings = Settings {
-            frames: FRAMES,
-            seed: 1,
             random_reflectance: false,
-            detector: DetectorChoice::KMeans,
-            level: Level::Fast,
-            camera: None,
-            stop: Stop::NEVER,
+            ..Settings::fast(FRAMES, 1, DetectorChoice::KMeans)
         };
         let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");
         Self {

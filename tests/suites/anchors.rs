@@ -7,14 +7,12 @@ use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
-use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::baselines::Panel;
 use studies::baselines::straightforward::render;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
 use studies::statistics::{Distinguishability, Moments};
-use studies::stop::Stop;
 
 /// One point of the prototype: L2A, interval, distance in metres, Bvar, Wvar, B2W.
 type Anchor = (f64, f64, f64, [f64; 3]);
@@ -49,15 +47,7 @@ fn evaluated((l2a, interval, distance_m, _): &Anchor) -> Distinguishability {
         "atmosphere.transmission_at_70m=1".into(),
     ];
     let scene = Scene::load("paper", &settings).expect("a valid scene");
-    let settings = Settings {
-        frames: 20_000,
-        seed: 1,
-        random_reflectance: true,
-        detector: DetectorChoice::KMeans,
-        level: Level::Fast,
-        camera: None,
-        stop: Stop::NEVER,
-    };
+    let settings = Settings::fast(20_000, 1, DetectorChoice::KMeans);
     Evaluator::new(&scene, settings)
         .expect("a visible scene")
         .run(|_| true)

@@ -1,22 +1,12 @@
 //! Detectors against one another, and against what is possible, on noisy scenes.
 
-use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
-use studies::stop::Stop;
 
 /// The bit errors of a detector in a number of frames.
 fn errors(scene: &Scene, detector: DetectorChoice, frames: u64) -> u64 {
-    let settings = Settings {
-        frames,
-        seed: 7,
-        random_reflectance: true,
-        detector,
-        level: Level::Fast,
-        camera: None,
-        stop: Stop::NEVER,
-    };
+    let settings = Settings::fast(frames, 7, detector);
     let evaluator = Evaluator::new(scene, settings).expect("a visible scene");
     evaluator.run(|_| true).expect("measurable frames").errors.errors()
 }

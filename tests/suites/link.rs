@@ -1,6 +1,5 @@
 //! The whole link: the transmitter's code, a rendered road, the receiver's code.
 
-use link::camera::Camera;
 use sim::accuracy::Level;
 use sim::road::{LinkSettings, Received, Road};
 use sim::scene::Scene;
@@ -10,15 +9,11 @@ use studies::monte_carlo::receiving_method;
 const MESSAGE: &[u8] = b"A vehicle stands behind the bend";
 
 fn settings(scene: &Scene, detector: DetectorChoice) -> LinkSettings {
-    LinkSettings {
-        message: MESSAGE.into(),
-        method: receiving_method(scene, detector, 1, Level::Fast).expect("a detector"),
-        seed: 1,
-        level: Level::Fast,
-        code: None,
-        camera: Camera::default(),
-        true_corners: false,
-    }
+    LinkSettings::new(
+        MESSAGE.into(),
+        receiving_method(scene, detector, 1, Level::Fast).expect("a detector"),
+        1,
+    )
 }
 
 /// What arrives within a number of frames, the bit errors of those frames, and how many of them could not be read.
@@ -200,7 +195,6 @@ fn roads_with_free_running_clocks_deliver_within_one_repeat_and_a_segment() {
             let settings = LinkSettings {
                 seed,
                 // Looking for the panel at night is not what is tested here.
-                camera: Camera::default(),
                 true_corners: true,
                 ..settings(&scene, DetectorChoice::Best)
             };

@@ -1,22 +1,12 @@
 //! The same seed gives the same bytes, on one thread or on two.
 
-use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluation, Evaluator, Settings};
-use studies::stop::Stop;
 
 fn evaluate(preset: &str, detector: DetectorChoice, frames: u64, threads: usize, seed: u64) -> Evaluation {
     let scene = Scene::load(preset, &[]).expect("a preset");
-    let settings = Settings {
-        frames,
-        seed,
-        random_reflectance: true,
-        detector,
-        level: Level::Fast,
-        camera: None,
-        stop: Stop::NEVER,
-    };
+    let settings = Settings::fast(frames, seed, detector);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {
         Evaluator::new(&scene, settings)
@@ -43,15 +33,7 @@ fn threads_change_nothing() {
 #[test]
 fn a_frame_does_not_depend_on_those_before_it() {
     let scene = Scene::load("night", &[]).expect("a preset");
-    let settings = Settings {
-        frames: 0,
-        seed: 7,
-        random_reflectance: true,
-        detector: DetectorChoice::KMeans,
-        level: Level::Fast,
-        camera: None,
-        stop: Stop::NEVER,
-    };
+    let settings = Settings::fast(0, 7, DetectorChoice::KMeans);
     let evaluator = Evaluator::new(&scene, settings).expect("a visible scene");
     let mut workspace = evaluator.workspace();
     let alone = evaluator.observe(40, &mut evaluator.workspace()).expect("a measurable frame");

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use link::camera::Camera;
 use link::fec::Code;
 use link::framing::{Framer, SIGNATURE_PANELS};
 use link::signing::{self, TrustedKey};
@@ -147,13 +146,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
 
 fn settings(scene: &Scene, message: Vec<u8>, detector: DetectorChoice, level: Level, shared: &Shared) -> anyhow::Result<LinkSettings> {
     Ok(LinkSettings {
-        message,
-        method: receiving_method(scene, detector, shared.seed, level)?,
-        seed: shared.seed,
         level,
-        code: None,
-        camera: Camera::default(),
-        true_corners: false,
+        ..LinkSettings::new(message, receiving_method(scene, detector, shared.seed, level)?, shared.seed)
     })
 }
 

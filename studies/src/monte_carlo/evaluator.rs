@@ -89,13 +89,9 @@ pub fn receiving_method(scene: &Scene, detector: DetectorChoice, seed: u64, leve
         Some(method) => Ok(method),
         None => {
             let settings = Settings {
-                frames: 0,
-                seed,
                 random_reflectance: false,
-                detector,
                 level,
-                camera: None,
-                stop: Stop::NEVER,
+                ..Settings::fast(0, seed, detector)
             };
             Evaluator::new(scene, settings)?.method().ok_or(EvaluateError::NoReceiver)
         }

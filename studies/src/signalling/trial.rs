@@ -91,13 +91,13 @@ impl Trial {
         let message: Vec<u8> = bytes.map(|at| split_mix64(self.seed << 32 | at) as u8).collect();
         let panels = Framer::new(&message, self.code, false)?.panels_per_repeat();
         let settings = LinkSettings {
-            message,
-            method: receiving_method(&scene, DetectorChoice::Best, self.seed, Level::Fast)?,
-            seed: self.seed,
-            level: Level::Fast,
             code: Some(self.code),
-            camera: link::camera::Camera::default(),
             true_corners: self.true_corners,
+            ..LinkSettings::new(
+                message,
+                receiving_method(&scene, DetectorChoice::Best, self.seed, Level::Fast)?,
+                self.seed,
+            )
         };
         let mut road = Road::new(&scene, &settings)?;
         let mut errors = FrameErrors::default();

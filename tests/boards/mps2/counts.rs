@@ -5,12 +5,10 @@ use std::path::{Path, PathBuf};
 
 use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::profile::{STAGES, Stage};
-use sim::accuracy::Level;
 use sim::road::camera_of;
 use sim::scene::Scene;
 use studies::detectors::{DETECTORS, DetectorChoice};
 use studies::monte_carlo::{self, Evaluator};
-use studies::stop::Stop;
 use studies::work_precision::{PLACES, counted_rows as rows, scene_at};
 use vocc_tests::firmware::{median, say};
 
@@ -74,15 +72,7 @@ fn count(image: &Path, scene: &Scene, shots: &Shots, choice: DetectorChoice) -> 
 }
 
 fn method(scene: &Scene, choice: DetectorChoice) -> MethodChoice {
-    let settings = monte_carlo::Settings {
-        frames: 1,
-        seed: 1,
-        random_reflectance: true,
-        detector: choice,
-        level: Level::Fast,
-        camera: None,
-        stop: Stop::NEVER,
-    };
+    let settings = monte_carlo::Settings::fast(1, 1, choice);
     let evaluator = Evaluator::new(scene, settings).expect("a panel in view");
     match evaluator.method().expect("a receiver's detector") {
         Method::MaximumLikelihood => MethodChoice::MaximumLikelihood,

@@ -7,7 +7,6 @@ use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Detector;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{NoSearch, Receiver, ReceiverMemory};
-use sim::accuracy::Level;
 use sim::road::{LinkSettings, Road};
 use sim::scene::Scene;
 
@@ -54,15 +53,7 @@ impl Shots {
 
     /// `count` frames of a scene.
     pub fn of(scene: &Scene, count: u64) -> Self {
-        let settings = LinkSettings {
-            message: b"lane closed after the bridge".to_vec(),
-            method: Detector::KMeans.into(),
-            seed: SEED,
-            level: Level::Fast,
-            code: None,
-            camera: Camera::default(),
-            true_corners: false,
-        };
+        let settings = LinkSettings::new(b"lane closed after the bridge".to_vec(), Detector::KMeans.into(), SEED);
         let mut road = Road::new(scene, &settings).expect("a link");
         let sensor = road.renderer().sensor();
         let corners = road

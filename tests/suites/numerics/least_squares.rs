@@ -1,11 +1,9 @@
 //! A panel at 150 m, whose LEDs' images all but merge: the operator to be inverted is nearly singular. The solver that the detector begins
 //! with is held against the inverse where it is: `rx-pipeline/src/likelihood/least_squares/tests.rs`.
 
-use sim::accuracy::Level;
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
-use studies::stop::Stop;
 
 const FRAMES: u64 = 32;
 
@@ -24,15 +22,7 @@ fn scene() -> Scene {
 #[test]
 fn the_likeliest_bits_at_150_m_are_no_worse_than_otsu_s_and_near_the_genie_s() {
     let rate = |detector| {
-        let settings = Settings {
-            frames: FRAMES,
-            seed: 7,
-            random_reflectance: true,
-            detector,
-            level: Level::Fast,
-            camera: None,
-            stop: Stop::NEVER,
-        };
+        let settings = Settings::fast(FRAMES, 7, detector);
         let evaluator = Evaluator::new(&scene(), settings).expect("a visible scene");
         evaluator.run(|_| true).expect("measurable frames").errors.rate()
     };
