@@ -2,15 +2,12 @@
 
 use glam::DVec2;
 
-use super::layout;
+use super::layout::Imaging;
 use super::outlined::LargeShape;
-use super::placed::ExposureVibration;
 use crate::accuracy::Accuracy;
 use crate::disc::chords::Chords;
 use crate::disc::outline::Outline;
-use crate::formation::Formation;
-use crate::scene::Camera;
-use crate::view::{BOARD_CORNERS, PanelView};
+use crate::view::BOARD_CORNERS;
 
 /// A panel's board of 8 × 8 pitches.
 pub(super) struct Board {
@@ -20,35 +17,19 @@ pub(super) struct Board {
 }
 
 impl Board {
-    /// Where it is `after_s` seconds after the middle of the exposure.
-    pub(super) fn new(
-        camera: &Camera,
-        panel: &PanelView,
-        formation: &Formation,
-        accuracy: &Accuracy,
-        shaken: Option<&ExposureVibration>,
-        after_s: f64,
-    ) -> Self {
-        let corners = board_corners(camera, panel, formation, shaken, after_s);
+    /// Where it is at a moment.
+    pub(super) fn new(imaging: &Imaging, accuracy: &Accuracy) -> Self {
+        let corners = board_corners(imaging);
         let centre = corners.iter().sum::<DVec2>() / 4.0;
         let outline = Outline::Quadrilateral(corners.map(|corner| corner - centre));
         Self {
             outlined: LargeShape::new(outline, centre),
-            chords: Chords::within(&outline, formation.sigma_px, accuracy.quadrature),
+            chords: Chords::within(&outline, imaging.formation.sigma_px, accuracy.quadrature),
         }
     }
 }
 
 /// The corners of a panel's board, each at its row's own time.
-pub(super) fn board_corners(
-    camera: &Camera,
-    panel: &PanelView,
-    formation: &Formation,
-    shaken: Option<&ExposureVibration>,
-    after_s: f64,
-) -> [DVec2; 4] {
-    BOARD_CORNERS.map(|(row, column)| {
-        let at = panel.projection.led_m(row, column);
-        layout::place(camera, panel, formation, shaken, after_s, at)
-    })
+pub(super) fn board_corners(imaging: &Imaging) -> [DVec2; 4] {
+    BOARD_CORNERS.map(|(row, column)| imaging.place(imaging.panel.projection.led_m(row, column)))
 }

@@ -59,21 +59,12 @@ pub enum Places {
 }
 
 impl Layout {
-    /// The layout of `panel`, `after_s` seconds after the middle of the exposure.
-    pub fn new(
-        camera: &Camera,
-        panel: &PanelView,
-        formation: &Formation,
-        accuracy: &Accuracy,
-        spread: &Spread,
-        shaken: Option<&ExposureVibration>,
-        after_s: f64,
-    ) -> Self {
-        let ellipses = ellipses(camera, panel, formation, shaken, after_s);
-        let places = places(&ellipses);
+    /// The layout of a panel at a moment.
+    pub fn new(imaging: &Imaging, accuracy: &Accuracy, spread: &Spread) -> Self {
+        let ellipses = imaging.ellipses();
         Self {
-            images: images(&ellipses, formation, accuracy, spread),
-            places,
+            images: images(&ellipses, imaging.formation, accuracy, spread),
+            places: places(&ellipses),
         }
     }
 
@@ -167,107 +158,95 @@ fn is_lattice(ellipses: &[Ellipse; LEDS]) -> bool {
         })
 }
 
-/// The images of the 64 LEDs as the formation asks for them.
-pub fn ellipses(
-    camera: &Camera,
-    panel: &PanelView,
-    formation: &Formation,
-    shaken: Option<&ExposureVibration>,
-    after_s: f64,
-) -> [Ellipse; LEDS] {
-    let at_once = (formation.row_delay_s == 0.0).then(|| moved(camera, panel, formation, shaken, after_s, 0.0));
-    std::array::from_fn(|led| {
-        let (row, column) = ((led / SIDE) as f64, (led % SIDE) as f64);
-        let at = panel.projection.led_m(row, column);
-        let projection = at_once.unwrap_or_else(|| {
-            let delay_s = delay_s(camera, panel, formation, shaken, after_s, (at, panel.ellipses[led].centre.y));
-            moved(camera, panel, formation, shaken, after_s, delay_s)
-        });
-        let ellipse = if formation.exact_perspective {
-            projection.ellipse(at)
-        } else {
-            let jacobian = projection.jacobian(DVec2::ZERO);
-            Ellipse {
-                centre: projection.pixel(DVec2::ZERO) + jacobian * at,
-                shape: jacobian * (panel.panel.led_diameter_m / 2.0),
+/// What a panel's image depends on at a moment of an exposure.
+#[derive(Clone, Copy)]
+pub struct Imaging<'a> {
+    /// The camera, and the panel before it.
+    pub camera: &'a Camera,
+    /// The panel at rest.
+    pub panel: &'a PanelView,
+    /// What of the image is asked for.
+    pub formation: &'a Formation,
+    /// How the camera vibrates; none: it stands still.
+    pub shaken: Option<&'a ExposureVibration>,
+    /// Seconds after the middle of the exposure.
+    pub after_s: f64,
+}
+
+impl Imaging<'_> {
+    /// The images of the 64 LEDs as the formation asks for them.
+    pub fn ellipses(&self) -> [Ellipse; LEDS] {
+        let at_once = (self.formation.row_delay_s == 0.0).then(|| self.moved(0.0));
+        std::array::from_fn(|led| {
+            let (row, column) = ((led / SIDE) as f64, (led % SIDE) as f64);
+            let at = self.panel.projection.led_m(row, column);
+            let projection = at_once.unwrap_or_else(|| {
+                let delay_s = self.delay_s(at, self.panel.ellipses[led].centre.y);
+                self.moved(delay_s)
+            });
+            let ellipse = if self.formation.exact_perspective {
+                projection.ellipse(at)
+            } else {
+                let jacobian = projection.jacobian(DVec2::ZERO);
+                Ellipse {
+                    centre: projection.pixel(DVec2::ZERO) + jacobian * at,
+                    shape: jacobian * (self.panel.panel.led_diameter_m / 2.0),
+                }
+            };
+            if self.formation.distortion_k1 == 0.0 {
+                ellipse
+            } else {
+                distorted(self.camera, self.formation.distortion_k1, ellipse)
             }
-        };
-        if formation.distortion_k1 == 0.0 {
-            ellipse
-        } else {
-            distorted(camera, formation.distortion_k1, ellipse)
-        }
-    })
-}
-
-/// Where a point of the panel (its own coordinates in metres) is imaged, `after_s` seconds after the middle of its row's exposure.
-pub fn place(
-    camera: &Camera,
-    panel: &PanelView,
-    formation: &Formation,
-    shaken: Option<&ExposureVibration>,
-    after_s: f64,
-    at: DVec2,
-) -> DVec2 {
-    let delay_s = delay_s(camera, panel, formation, shaken, after_s, (at, panel.projection.pixel(at).y));
-    let projection = moved(camera, panel, formation, shaken, after_s, delay_s);
-    let centre = projection.pixel(DVec2::ZERO);
-    let point = if formation.exact_perspective {
-        projection.pixel(at)
-    } else {
-        centre + projection.jacobian(DVec2::ZERO) * at
-    };
-    distorted(
-        camera,
-        formation.distortion_k1,
-        Ellipse {
-            centre: point,
-            shape: DMat2::IDENTITY,
-        },
-    )
-    .centre
-}
-
-/// How much later than the sensor's first row a point of the panel is exposed, `after_s` seconds after the middle of the exposure: its row
-/// at rest says it, where the camera stands still.
-///
-/// Where the camera vibrates, the row is that in which the point is when it is exposed. Each of the steps towards it leaves the part of
-/// the error that the image's speed is of the read-out's.
-fn delay_s(
-    camera: &Camera,
-    panel: &PanelView,
-    formation: &Formation,
-    shaken: Option<&ExposureVibration>,
-    after_s: f64,
-    (at, row_at_rest): (DVec2, f64),
-) -> f64 {
-    let at_rest_s = formation.row_delay_s * row_at_rest;
-    if shaken.is_none() || formation.row_delay_s == 0.0 {
-        return at_rest_s;
+        })
     }
-    (0..ROW_STEPS).fold(at_rest_s, |delay_s, _| {
-        formation.row_delay_s * moved(camera, panel, formation, shaken, after_s, delay_s).pixel(at).y
-    })
-}
 
-/// The panel's projection `after_s` seconds after the middle of the exposure, `delay_s` later than in the first row.
-fn moved(
-    camera: &Camera,
-    panel: &PanelView,
-    formation: &Formation,
-    shaken: Option<&ExposureVibration>,
-    after_s: f64,
-    delay_s: f64,
-) -> Projection {
-    let velocity = DVec3::from_array(panel.pose.velocity_m_s);
-    let moved_s = if formation.moves { after_s + delay_s } else { delay_s };
-    let projection = if velocity == DVec3::ZERO || moved_s == 0.0 {
-        panel.projection
-    } else {
-        Projection::new(camera, &panel.panel, &panel.pose.after(moved_s))
-    };
-    match shaken {
-        Some(shaken) => projection.turned(shaken.turn(after_s + delay_s)),
-        None => projection,
+    /// Where a point of the panel (its own coordinates in metres) is imaged, `after_s` seconds after the middle of its row's exposure.
+    pub fn place(&self, at: DVec2) -> DVec2 {
+        let delay_s = self.delay_s(at, self.panel.projection.pixel(at).y);
+        let projection = self.moved(delay_s);
+        let centre = projection.pixel(DVec2::ZERO);
+        let point = if self.formation.exact_perspective {
+            projection.pixel(at)
+        } else {
+            centre + projection.jacobian(DVec2::ZERO) * at
+        };
+        distorted(
+            self.camera,
+            self.formation.distortion_k1,
+            Ellipse {
+                centre: point,
+                shape: DMat2::IDENTITY,
+            },
+        )
+        .centre
+    }
+
+    /// How much later than the sensor's first row a point of the panel is exposed, `after_s` seconds after the middle of the exposure: its
+    /// row at rest says it, where the camera stands still.
+    ///
+    /// Where the camera vibrates, the row is that in which the point is when it is exposed. Each of the steps towards it leaves the part of
+    /// the error that the image's speed is of the read-out's.
+    fn delay_s(&self, at: DVec2, row_at_rest: f64) -> f64 {
+        let at_rest_s = self.formation.row_delay_s * row_at_rest;
+        if self.shaken.is_none() || self.formation.row_delay_s == 0.0 {
+            return at_rest_s;
+        }
+        (0..ROW_STEPS).fold(at_rest_s, |delay_s, _| self.formation.row_delay_s * self.moved(delay_s).pixel(at).y)
+    }
+
+    /// The panel's projection `after_s` seconds after the middle of the exposure, `delay_s` later than in the first row.
+    fn moved(&self, delay_s: f64) -> Projection {
+        let velocity = DVec3::from_array(self.panel.pose.velocity_m_s);
+        let moved_s = if self.formation.moves { self.after_s + delay_s } else { delay_s };
+        let projection = if velocity == DVec3::ZERO || moved_s == 0.0 {
+            self.panel.projection
+        } else {
+            Projection::new(self.camera, &self.panel.panel, &self.panel.pose.after(moved_s))
+        };
+        match self.shaken {
+            Some(shaken) => projection.turned(shaken.turn(self.after_s + delay_s)),
+            None => projection,
+        }
     }
 }

@@ -6,7 +6,7 @@ use link::panel::{LEDS, SIDE};
 use super::Renderer;
 use super::board::{Board, board_corners};
 use super::canvas::Region;
-use super::layout::{self, Layout};
+use super::layout::{Imaging, Layout};
 use crate::accuracy::Accuracy;
 use crate::camera::clock::Moment;
 use crate::camera::shake::Vibration;
@@ -57,31 +57,39 @@ impl Renderer {
         })
     }
 
+    /// What the image of panel `index` depends on `after_s` seconds after the middle of an exposure.
+    pub(super) fn imaging<'a>(&'a self, index: usize, shaken: Option<&'a ExposureVibration>, after_s: f64) -> Imaging<'a> {
+        Imaging {
+            camera: &self.view.scene.camera,
+            panel: &self.view.panels[index],
+            formation: &self.formation,
+            shaken,
+            after_s,
+        }
+    }
+
     /// Where all is in an exposure of a camera that vibrates so, or stands still.
     pub(super) fn placed(&self, shaken: Option<ExposureVibration>) -> DrawList {
-        let (camera, formation) = (&self.view.scene.camera, &self.formation);
         let moments = match &shaken {
             Some(shaken) => self.moments(shaken),
-            None => formation.motion_samples.clone(),
+            None => self.formation.motion_samples.clone(),
         };
         // The table of an image is made for many frames.
         let phases = if shaken.is_some() { 0 } else { self.accuracy.phases };
         let accuracy = Accuracy { phases, ..self.accuracy };
-        let panels = || self.view.panels[..self.far_to_near.len()].iter();
-        let layouts = panels().map(|panel| {
-            let layout = |&(after_s, weight): &(f64, f64)| {
-                let layout = Layout::new(camera, panel, formation, &accuracy, &self.spread, shaken.as_ref(), after_s);
-                (weight, layout)
-            };
-            moments.iter().map(layout).collect()
+        let vibration = shaken.as_ref();
+        let images = |index| {
+            let moments = moments.iter();
+            moments.map(move |&(after_s, weight)| (weight, self.imaging(index, vibration, after_s)))
+        };
+        let panels = 0..self.far_to_near.len();
+        let layouts = panels.clone().map(|index| {
+            let layout = |(weight, imaging)| (weight, Layout::new(&imaging, &accuracy, &self.spread));
+            images(index).map(layout).collect()
         });
-        let boards = panels().zip(&formation.boards).map(|(panel, board)| {
-            let images = moments.iter().filter(|_| board.is_some());
-            let board = |&(after_s, weight): &(f64, f64)| {
-                let board = Board::new(camera, panel, formation, &accuracy, shaken.as_ref(), after_s);
-                (weight, board)
-            };
-            images.map(board).collect()
+        let boards = panels.zip(&self.formation.boards).map(|(index, board)| {
+            let images = images(index).filter(|_| board.is_some());
+            images.map(|(weight, imaging)| (weight, Board::new(&imaging, &accuracy))).collect()
         });
         let mut placed = DrawList {
             layouts: layouts.collect(),
@@ -99,17 +107,16 @@ impl Renderer {
 
     /// The moments of an exposure: for each quarter pixel of the longest way of a corner LED, by its own motion and the camera's.
     pub(super) fn moments(&self, shaken: &ExposureVibration) -> Vec<(f64, f64)> {
-        let (camera, formation) = (&self.view.scene.camera, &self.formation);
         let exposure_s = self.view.exposure.time_s;
-        let highest_hz = formation.shake.map_or(0.0, |shake| shake.highest_hz());
+        let highest_hz = self.formation.shake.map_or(0.0, |shake| shake.highest_hz());
         let steps = (highest_hz * exposure_s * STEPS_PER_PERIOD).ceil().max(1.0);
         let corners = [0, SIDE - 1, LEDS - SIDE, LEDS - 1];
-        let ways = self.view.panels[..self.far_to_near.len()].iter().flat_map(|panel| {
+        let ways = (0..self.far_to_near.len()).flat_map(|index| {
             corners.map(|led| {
-                let at = panel.projection.led_m((led / SIDE) as f64, (led % SIDE) as f64);
+                let at = self.view.panels[index].projection.led_m((led / SIDE) as f64, (led % SIDE) as f64);
                 let place = |step: u32| {
                     let after_s = (f64::from(step) / steps - 0.5) * exposure_s;
-                    layout::place(camera, panel, formation, Some(shaken), after_s, at)
+                    self.imaging(index, Some(shaken), after_s).place(at)
                 };
                 (0..steps as u32).map(|step| (place(step + 1) - place(step)).length()).sum()
             })
@@ -121,11 +128,8 @@ impl Renderer {
 
     /// The part of the sensor that a panel lights in an exposure, with a margin.
     pub(super) fn around(&self, placed: &DrawList, index: usize, margin_px: f64) -> Region {
-        let panel = &self.view.panels[index];
-        let camera = &self.view.scene.camera;
-        let shaken = placed.shaken.as_ref();
         let moments = placed.moments.iter();
-        let corners = moments.flat_map(|&(after_s, _)| board_corners(camera, panel, &self.formation, shaken, after_s));
+        let corners = moments.flat_map(|&(after_s, _)| board_corners(&self.imaging(index, placed.shaken.as_ref(), after_s)));
         let centres = placed
             .layouts
             .get(index)

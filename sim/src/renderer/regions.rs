@@ -7,7 +7,7 @@ use rx_pipeline::corners::{Corners, CornersError};
 use super::Renderer;
 use super::canvas::Region;
 use super::placed::DrawList;
-use super::{layout, polyphase};
+use super::polyphase;
 use crate::camera::clock::Moment;
 
 /// Rows and columns of the corner LEDs.
@@ -82,9 +82,8 @@ impl Renderer {
             None => self.corner_leds_px(0),
             Some(shaken) => {
                 let moments = self.moments(&shaken);
-                let (camera, panel) = (&self.view.scene.camera, &self.view.panels[0]);
                 let images = moments.iter().map(|&(after_s, weight)| {
-                    let ellipses = layout::ellipses(camera, panel, &self.formation, Some(&shaken), after_s);
+                    let ellipses = self.imaging(0, Some(&shaken), after_s).ellipses();
                     CORNERS.map(|(row, column)| ellipses[SIDE * row + column].centre * weight)
                 });
                 let sum = images.reduce(|a, b| std::array::from_fn(|corner| a[corner] + b[corner]));
