@@ -5,7 +5,7 @@ use sim::accuracy::Level;
 use sim::scene::Scene;
 
 use super::condition::with_panel;
-use super::findings::{Outcome, at_place, short, short_pair};
+use super::findings::{outcome, short, short_pair};
 use super::intensity::{Bounds, Light, panel_cd};
 use super::survey::{EntryAndDetails, News, Survey, SurveyError, check_axes, unless_ended};
 use crate::reach::{Choice, Crossing, Demand, Reach, ReachSearch, reach_from};
@@ -148,32 +148,16 @@ pub struct ReachRecord {
     pub level: Level,
 }
 
-at_place!(ReachEntry, ReachPoint);
-
-impl Outcome for ReachEntry {
-    type Record = ReachRecord;
-    type Detail = ReachPoint;
-    const KEYS: [[&str; 2]; 2] = [
+outcome!(
+    ReachEntry,
+    ReachPoint,
+    ReachRecord,
+    loses_nothing,
+    [
         ["reach_entries", "What the reach says of each"],
         ["reach_points", "The reach at each ratio"],
-    ];
-
-    fn carried(&self, _: &ReachRecord) -> f64 {
-        self.l2a
-    }
-
-    fn carried_95(&self, _: &ReachRecord) -> [f64; 2] {
-        self.l2a_95
-    }
-
-    fn undecided(&self, _: &ReachRecord) -> [f64; 2] {
-        self.loses_nothing
-    }
-
-    fn range(record: &ReachRecord) -> [f64; 2] {
-        record.range
-    }
-}
+    ]
+);
 
 impl ReachSurvey {
     /// That all settings are valid ones of `scene`, and that each has ratios within the bounds.

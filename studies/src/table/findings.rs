@@ -26,6 +26,36 @@ macro_rules! at_place {
 }
 pub(super) use at_place;
 
+/// The outcome of a search that carries the ratio of its field `l2a`, and does not decide between those of another field.
+macro_rules! outcome {
+    ($entry:ty, $detail:ty, $record:ty, $undecided:ident, $keys:expr) => {
+        $crate::table::findings::at_place!($entry, $detail);
+
+        impl $crate::table::Outcome for $entry {
+            type Record = $record;
+            type Detail = $detail;
+            const KEYS: [[&str; 2]; 2] = $keys;
+
+            fn carried(&self, _: &$record) -> f64 {
+                self.l2a
+            }
+
+            fn carried_95(&self, _: &$record) -> [f64; 2] {
+                self.l2a_95
+            }
+
+            fn undecided(&self, _: &$record) -> [f64; 2] {
+                self.$undecided
+            }
+
+            fn range(record: &$record) -> [f64; 2] {
+                record.range
+            }
+        }
+    };
+}
+pub(super) use outcome;
+
 /// What a criterion says of one place.
 pub trait Outcome: AtPlace {
     /// The settings of the search.

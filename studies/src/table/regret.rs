@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use sim::random::normal;
 
 use super::by_reach::ReachPoint;
-use super::findings::{Outcome, SAME, at_place, short, short_list, short_pair};
+use super::findings::{SAME, outcome, short, short_list, short_pair};
 use crate::reach::{Choice, Curve};
 
 /// Half a 95 % interval is so many standard deviations.
@@ -111,29 +111,13 @@ pub struct RegretPoint {
     pub most_lost: f64,
 }
 
-at_place!(RegretEntry, RegretPoint);
-
-impl Outcome for RegretEntry {
-    type Record = RegretRecord;
-    type Detail = RegretPoint;
-    const KEYS: [[&str; 2]; 2] = [
+outcome!(
+    RegretEntry,
+    RegretPoint,
+    RegretRecord,
+    no_worse,
+    [
         ["regret_entries", "What the scenes together say of each"],
         ["regret_points", "What each ratio loses of the best one's reach, where most is lost"],
-    ];
-
-    fn carried(&self, _: &RegretRecord) -> f64 {
-        self.l2a
-    }
-
-    fn carried_95(&self, _: &RegretRecord) -> [f64; 2] {
-        self.l2a_95
-    }
-
-    fn undecided(&self, _: &RegretRecord) -> [f64; 2] {
-        self.no_worse
-    }
-
-    fn range(record: &RegretRecord) -> [f64; 2] {
-        record.range
-    }
-}
+    ]
+);
