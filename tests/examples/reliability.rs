@@ -59,37 +59,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [followed, in_place, alone] = films(&arguments);
     let told = |choice| detected(choice);
     let series = [
-        Series {
-            name: "any camera, followed",
-            colour: RGBColor(170, 170, 170),
-            reliability: followed,
-        },
-        Series {
-            name: "the same, panel in its place",
-            colour: BLACK,
-            reliability: in_place,
-        },
-        Series {
-            name: "any camera, one frame alone",
-            colour: RGBColor(204, 121, 167),
-            reliability: alone,
-        },
-        Series {
-            name: "best, corners told",
-            colour: RGBColor(0, 114, 178),
-            reliability: told(DetectorChoice::MaximumLikelihood)?,
-        },
-        Series {
-            name: "k-means, corners told",
-            colour: RGBColor(213, 94, 0),
-            reliability: told(DetectorChoice::KMeans)?,
-        },
-        Series {
-            name: "fisher, corners told",
-            colour: RGBColor(0, 158, 115),
-            reliability: told(DetectorChoice::Fisher)?,
-        },
-    ];
+        ("any camera, followed", RGBColor(170, 170, 170), followed),
+        ("the same, panel in its place", BLACK, in_place),
+        ("any camera, one frame alone", RGBColor(204, 121, 167), alone),
+        (
+            "best, corners told",
+            RGBColor(0, 114, 178),
+            told(DetectorChoice::MaximumLikelihood)?,
+        ),
+        ("k-means, corners told", RGBColor(213, 94, 0), told(DetectorChoice::KMeans)?),
+        ("fisher, corners told", RGBColor(0, 158, 115), told(DetectorChoice::Fisher)?),
+    ]
+    .map(|(name, colour, reliability)| Series { name, colour, reliability });
     println!("| read by | said to be wrong | wrong (95 %) | bits |\n|---|---|---|---|");
     series.iter().for_each(tell);
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/detectors/reliability.svg");
