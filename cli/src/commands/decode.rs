@@ -40,7 +40,7 @@ pub struct Arguments {
     panel: PanelArguments,
 }
 
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Report<'a> {
     file: Cow<'a, str>,
     /// The bytes of a name that is no UTF-8.
@@ -156,13 +156,8 @@ fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shar
             return output::json(&Report {
                 file,
                 file_hex,
-                found: false,
-                bits: None,
-                centre_px: None,
-                pitch_px: None,
-                confidence: None,
                 why: Some(why),
-                pose: None,
+                ..Report::default()
             });
         }
         Err(why) => return line(&format!("{}: no panel: {why}", output::name(path))),

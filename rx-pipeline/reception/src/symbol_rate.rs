@@ -49,6 +49,7 @@ struct Trial {
 }
 
 /// The rates tried for one panel.
+#[derive(Default)]
 pub struct RateSearch {
     trials: Vec<Trial>,
     found_hz: Option<f32>,
@@ -129,13 +130,8 @@ impl RateSearch {
         }
         Self {
             trials,
-            found_hz: None,
-            message: None,
-            reread: Vec::new(),
-            geometry: None,
-            vouched: None,
-            changes: Changes::default(),
             fps,
+            ..Self::default()
         }
     }
 

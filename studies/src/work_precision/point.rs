@@ -8,7 +8,7 @@ use super::quartiles::Quartiles;
 const NONE: f64 = 0.5;
 
 /// One variant.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// Its name.
     pub variant: String,
@@ -41,17 +41,8 @@ impl Point {
     pub fn new(variant: impl Into<String>, error: f64) -> Self {
         Self {
             variant: variant.into(),
-            curve: String::new(),
             error,
-            rms: None,
-            error_95: None,
-            at_most: false,
-            cost: Quartiles::default(),
-            ratio: Quartiles::default(),
-            is_baseline: false,
-            is_default: false,
-            on_front: false,
-            note: String::new(),
+            ..Self::default()
         }
     }
 
