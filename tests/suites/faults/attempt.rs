@@ -133,7 +133,7 @@ fn surroundings(work: &Work, fault: Option<Fault>, resume: bool, folder: &Path) 
     let mut port = None;
     let mut inputs = 0;
     let mut arguments: Vec<String> = Vec::new();
-    for text in work.arguments {
+    for text in work.arguments() {
         arguments.push(match text.split_at(1) {
             ("@", name) => place(name, fault),
             ("<", name) => {

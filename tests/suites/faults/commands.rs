@@ -9,7 +9,7 @@ pub struct Work {
     /// The command as `--help` lists it, such as `table show`.
     pub command: &'static str,
     /// What is said after it.
-    pub arguments: &'static [&'static str],
+    pub arguments: &'static str,
     /// What it reads on standard input.
     pub input: Option<&'static str>,
     /// How it is done again.
@@ -36,7 +36,7 @@ pub enum Again {
     Clears,
 }
 
-const fn work(command: &'static str, arguments: &'static [&'static str]) -> Work {
+const fn work(command: &'static str, arguments: &'static str) -> Work {
     Work {
         command,
         arguments,
@@ -48,7 +48,7 @@ const fn work(command: &'static str, arguments: &'static [&'static str]) -> Work
     }
 }
 
-const fn long(command: &'static str, arguments: &'static [&'static str]) -> Work {
+const fn long(command: &'static str, arguments: &'static str) -> Work {
     Work {
         again: Again::Resumes,
         turns: 6,
@@ -58,269 +58,163 @@ const fn long(command: &'static str, arguments: &'static [&'static str]) -> Work
 
 /// All of them; the empty command is the program without one.
 pub const WORKS: &[Work] = &[
-    work("", &[]),
+    work("", ""),
     Work {
         again: Again::Clears,
         ..work(
             "link",
-            &[
-                "day",
-                "--level",
-                "fast",
-                "--message",
-                "hi",
-                "--frames",
-                "12",
-                "--save",
-                "@saved/",
-                "--set",
-                "camera.width_px=320",
-                "--set",
-                "camera.height_px=240",
-            ],
+            "day --level fast --message hi --frames 12 --save @saved/ --set camera.width_px=320 --set \
+             camera.height_px=240",
         )
     },
-    work("render", &["--crop", "--out", "@c.png", "--linear", "@c.npy"]),
-    work("render", &["--out", "@whole.png"]),
-    work("plan", &["<scene.toml"]),
+    work("render", "--crop --out @c.png --linear @c.npy"),
+    work("render", "--out @whole.png"),
+    work("plan", "<scene.toml"),
     Work {
         turns: 1,
         ..work(
             "plan",
-            &[
-                "--camera",
-                "<scene.toml",
-                "--runs",
-                "1",
-                "--bytes",
-                "4",
-                "--set",
-                "camera.width_px=320",
-                "--set",
-                "camera.height_px=240",
-            ],
+            "--camera <scene.toml --runs 1 --bytes 4 --set camera.width_px=320 --set camera.height_px=240",
         )
     },
-    long("evaluate", &["--frames", "4096", "--out", "@e.json"]),
+    long("evaluate", "--frames 4096 --out @e.json"),
     Work {
         turns: 1,
         ..long(
             "evaluate",
-            &[
-                "--frames",
-                "512",
-                "--rare-events",
-                "--set",
-                "effects.noise=on",
-                "--set",
-                "ambient.illuminance_lx=50",
-                "--out",
-                "@r.json",
-            ],
+            "--frames 512 --rare-events --set effects.noise=on --set ambient.illuminance_lx=50 --out @r.json",
         )
     },
     Work {
         turns: 2,
         is_slow: true,
-        ..long("figures", &["--quick", "--frames", "1000", "--out", "@figures/"])
+        ..long("figures", "--quick --frames 1000 --out @figures/")
     },
-    long("sweep", &["<plan.toml", "--out", "@sweep/"]),
-    long("sweep", &["<plan.toml", "--out", "@shards/", "--shard", "0/2"]),
+    long("sweep", "<plan.toml --out @sweep/"),
+    long("sweep", "<plan.toml --out @shards/ --shard 0/2"),
     Work {
         turns: 1,
         repeats: false,
-        ..long("accuracy", &["--quick", "--part", "effects", "--out", "@accuracy/"])
+        ..long("accuracy", "--quick --part effects --out @accuracy/")
     },
     Work {
         again: Again::Clears,
-        ..work("merge", &["<shard-0.json", "<shard-1.json", "--out", "@merged.json"])
+        ..work("merge", "<shard-0.json <shard-1.json --out @merged.json")
     },
-    long(
-        "optimize",
-        &["--frames", "64", "--intervals", "1,2", "--distances", "50", "-o", "@best.toml"],
-    ),
-    work("table show", &["<table.toml"]),
-    work("table check", &["<table.toml"]),
-    work("table diff", &["<table.toml", "<table.toml"]),
-    work("table regret", &["<reach.toml", "--in", "<reach.toml", "--out", "@robust.toml"]),
-    work("table push", &["<table.toml", "--port", "%port", "--timeout", "0.05"]),
-    work("table pull", &["@pulled.toml", "--port", "%port", "--timeout", "0.05"]),
-    work("table verify", &["<table.toml", "--port", "%port", "--timeout", "0.05"]),
-    work("transmit", &["--message", "hi", "--symbols", "@symbols.txt"]),
-    work("transmit", &["--message-file", "<message.txt"]),
-    work("decode", &["<frame.png"]),
+    long("optimize", "--frames 64 --intervals 1,2 --distances 50 -o @best.toml"),
+    work("table show", "<table.toml"),
+    work("table check", "<table.toml"),
+    work("table diff", "<table.toml <table.toml"),
+    work("table regret", "<reach.toml --in <reach.toml --out @robust.toml"),
+    work("table push", "<table.toml --port %port --timeout 0.05"),
+    work("table pull", "@pulled.toml --port %port --timeout 0.05"),
+    work("table verify", "<table.toml --port %port --timeout 0.05"),
+    work("transmit", "--message hi --symbols @symbols.txt"),
+    work("transmit", "--message-file <message.txt"),
+    work("decode", "<frame.png"),
     work(
         "receive",
-        &[
-            "frames",
-            "--symbol-rate",
-            "90",
-            "--show",
-            "@shown/",
-            "--save-camera",
-            "@camera.toml",
-            "--mcap",
-            "@received.mcap",
-        ],
+        "frames --symbol-rate 90 --show @shown/ --save-camera @camera.toml --mcap @received.mcap",
     ),
     Work {
         input: Some("film.raw"),
-        ..work("receive", &["-", "--raw", "320x240", "--symbol-rate", "90", "--bits"])
+        ..work("receive", "- --raw 320x240 --symbol-rate 90 --bits")
     },
-    work("device list", &[]),
-    work("device status", &["--port", "%port", "--timeout", "0.05"]),
-    work("device watch", &["--count", "1", "--port", "%port", "--timeout", "0.05"]),
-    work(
-        "device snapshot",
-        &["--port", "%port", "--timeout", "0.05", "--out", "@snapshot.png"],
-    ),
-    work("device calibration", &["--port", "%port", "--timeout", "0.05"]),
+    work("device list", ""),
+    work("device status", "--port %port --timeout 0.05"),
+    work("device watch", "--count 1 --port %port --timeout 0.05"),
+    work("device snapshot", "--port %port --timeout 0.05 --out @snapshot.png"),
+    work("device calibration", "--port %port --timeout 0.05"),
     Work {
         again: Again::Clears,
         turns: 2,
-        ..work("device calibration", &["--template", "@calibration.toml"])
+        ..work("device calibration", "--template @calibration.toml")
     },
-    work("device rate", &["27", "--port", "%port", "--timeout", "0.05"]),
-    work(
-        "device send",
-        &["--message-file", "<message.txt", "--port", "%port", "--timeout", "0.05"],
-    ),
+    work("device rate", "27 --port %port --timeout 0.05"),
+    work("device send", "--message-file <message.txt --port %port --timeout 0.05"),
     Work {
         again: Again::Clears,
         ..work(
             "device calibrate",
-            &[
-                "--frames",
-                "duties",
-                "--corners",
-                "47,47,353,47,353,353,47,353",
-                "--card",
-                "0,0,30,400",
-                "--encoding",
-                "2.2",
-                "--illuminance-lx",
-                "10000",
-                "--out",
-                "@panel.toml",
-            ],
+            "--frames duties --corners 47,47,353,47,353,353,47,353 --card 0,0,30,400 --encoding 2.2 --illuminance-lx \
+             10000 --out @panel.toml",
         )
     },
     Work {
         input: Some("orders.txt"),
         repeats: false,
-        ..work("device simulate", &["--symbols", "@shown.txt"])
+        ..work("device simulate", "--symbols @shown.txt")
     },
     Work {
         again: Again::Clears,
         repeats: false,
-        ..work("keys new", &["@key.toml"])
+        ..work("keys new", "@key.toml")
     },
-    work("keys show", &["<key.toml"]),
-    work("scene", &["night"]),
+    work("keys show", "<key.toml"),
+    work("scene", "night"),
 ];
 
 /// Work whose answer is no, or that finds a fault of its own: its status is told whoever reads.
 pub const REFUSING: &[Work] = &[
-    work("table diff", &["<table.toml", "<reach.toml"]),
-    work("decode", &["<grey.pgm"]),
-    work("decode", &["<grey.pgm", "<broken.png", "<frame.png"]),
-    work("receive", &["<grey.pgm", "<broken.png", "--bits"]),
-    work("link", &["--frames", "3"]),
-    work("sweep", &["--status", "half"]),
+    work("table diff", "<table.toml <reach.toml"),
+    work("decode", "<grey.pgm"),
+    work("decode", "<grey.pgm <broken.png <frame.png"),
+    work("receive", "<grey.pgm <broken.png --bits"),
+    work("link", "--frames 3"),
+    work("sweep", "--status half"),
 ];
 
 /// Every command at the most that its arguments allow, as far as those make it long.
 pub const LARGEST: &[Work] = &[
-    work("", &WIDEST),
-    work("link", &["day", "--message-file", "<long.txt", "--frames", "18446744073709551615"]),
+    work("", "--set camera.width_px=8192 --set camera.height_px=8192"),
+    work("link", "day --message-file <long.txt --frames 18446744073709551615"),
     work(
         "render",
-        &[
-            "--level",
-            "reference",
-            "--out",
-            "@widest.png",
-            "--linear",
-            "@widest.npy",
-            "--set",
-            "camera.width_px=8192",
-            "--set",
-            "camera.height_px=8192",
-        ],
+        "--level reference --out @widest.png --linear @widest.npy --set camera.width_px=8192 --set \
+             camera.height_px=8192",
     ),
-    work("plan", &["--camera", "<scene.toml", "--runs", "10000", "--bytes", "1024"]),
-    work(
-        "evaluate",
-        &["--frames", "1000000000000", "--detector", "ml", "--out", "@most.json"],
-    ),
-    work("figures", &["--frames", "100000000", "--out", "@figures/"]),
-    work("sweep", &["<longest.toml", "--out", "@sweep/"]),
-    work("accuracy", &["--out", "@accuracy/"]),
-    work("merge", &["<shard-0.json", "<shard-1.json", "--out", "@merged.json"]),
-    work(
-        "optimize",
-        &["--frames", "100000000", "--detector", "ml", "--tolerance", "0", "-o", "@best.toml"],
-    ),
-    work("table show", &["<reach.toml", "--plot", "@plot"]),
-    work("table check", &["<reach.toml"]),
-    work("table diff", &["<reach.toml", "<reach.toml"]),
-    work("table regret", &["<reach.toml", "--in", "<reach.toml", "--out", "@robust.toml"]),
-    work("table push", &["<table.toml", "--port", "%port", "--timeout", "60"]),
-    work("table pull", &["@pulled.toml", "--port", "%port", "--timeout", "60"]),
-    work("table verify", &["<table.toml", "--port", "%port", "--timeout", "60"]),
-    work(
-        "transmit",
-        &["--message-file", "<long.txt", "--count", "4294967295", "--symbols", "@symbols.txt"],
-    ),
-    work("transmit", &["--message-file", "<long.txt", "--raw", "--count", "4294967295"]),
-    work("transmit", &["--message-file", "<long.txt", "--flicker", "--plot", "@flicker"]),
-    work("decode", &["<widest.png"]),
+    work("plan", "--camera <scene.toml --runs 10000 --bytes 1024"),
+    work("evaluate", "--frames 1000000000000 --detector ml --out @most.json"),
+    work("figures", "--frames 100000000 --out @figures/"),
+    work("sweep", "<longest.toml --out @sweep/"),
+    work("accuracy", "--out @accuracy/"),
+    work("merge", "<shard-0.json <shard-1.json --out @merged.json"),
+    work("optimize", "--frames 100000000 --detector ml --tolerance 0 -o @best.toml"),
+    work("table show", "<reach.toml --plot @plot"),
+    work("table check", "<reach.toml"),
+    work("table diff", "<reach.toml <reach.toml"),
+    work("table regret", "<reach.toml --in <reach.toml --out @robust.toml"),
+    work("table push", "<table.toml --port %port --timeout 60"),
+    work("table pull", "@pulled.toml --port %port --timeout 60"),
+    work("table verify", "<table.toml --port %port --timeout 60"),
+    work("transmit", "--message-file <long.txt --count 4294967295 --symbols @symbols.txt"),
+    work("transmit", "--message-file <long.txt --raw --count 4294967295"),
+    work("transmit", "--message-file <long.txt --flicker --plot @flicker"),
+    work("decode", "<widest.png"),
     Work {
         input: Some("/dev/zero"),
-        ..work(
-            "receive",
-            &[
-                "-",
-                "--raw",
-                "8192x8192",
-                "--panels",
-                "4",
-                "--mcap",
-                "@received.mcap",
-                "--out",
-                "@bytes",
-            ],
-        )
+        ..work("receive", "- --raw 8192x8192 --panels 4 --mcap @received.mcap --out @bytes")
     },
-    work("device list", &[]),
-    work("device status", &["--port", "%port", "--timeout", "60"]),
-    work("device watch", &["--interval", "3600", "--port", "%port", "--timeout", "60"]),
-    work("device snapshot", &["--port", "%port", "--timeout", "60", "--out", "@snapshot.png"]),
-    work("device calibration", &["--port", "%port", "--timeout", "60"]),
-    work("device rate", &["27", "--port", "%port", "--timeout", "60"]),
-    work(
-        "device send",
-        &["--message-file", "<long.txt", "--port", "%port", "--timeout", "60"],
-    ),
-    work(
-        "device calibrate",
-        &["--frames", "duties", "--illuminance-lx", "10000", "--out", "@panel.toml"],
-    ),
+    work("device list", ""),
+    work("device status", "--port %port --timeout 60"),
+    work("device watch", "--interval 3600 --port %port --timeout 60"),
+    work("device snapshot", "--port %port --timeout 60 --out @snapshot.png"),
+    work("device calibration", "--port %port --timeout 60"),
+    work("device rate", "27 --port %port --timeout 60"),
+    work("device send", "--message-file <long.txt --port %port --timeout 60"),
+    work("device calibrate", "--frames duties --illuminance-lx 10000 --out @panel.toml"),
     Work {
         input: Some("/dev/zero"),
-        ..work("device simulate", &["--symbols", "@shown.txt", "--film", "/dev/null"])
+        ..work("device simulate", "--symbols @shown.txt --film /dev/null")
     },
     Work {
         again: Again::Clears,
         repeats: false,
-        ..work("keys new", &["@key.toml"])
+        ..work("keys new", "@key.toml")
     },
-    work("keys show", &["<key.toml"]),
-    work("scene", &["night"]),
+    work("keys show", "<key.toml"),
+    work("scene", "night"),
 ];
-
-/// The widest sensor.
-const WIDEST: [&str; 4] = ["--set", "camera.width_px=8192", "--set", "camera.height_px=8192"];
 
 /// The commands that a help text lists.
 pub fn listed(help: &str) -> Vec<String> {

@@ -76,9 +76,9 @@ impl Reference {
 
     /// Whether a fault is one for it.
     pub fn can_suffer(&self, fault: Fault) -> bool {
-        let writes_file = |text: &&str| text.starts_with('@') && !text.ends_with('/');
+        let writes_file = |text: &str| text.starts_with('@') && !text.ends_with('/');
         match fault {
-            Fault::FullDevice => self.work.again == Again::Replaces && self.work.arguments.iter().any(writes_file),
+            Fault::FullDevice => self.work.again == Again::Replaces && self.work.arguments().any(writes_file),
             Fault::ReadOnlyPlace => self.work.writes(),
             Fault::FullOutput => self.prints,
             Fault::FileLimit(_) => self.work.writes(),

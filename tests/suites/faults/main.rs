@@ -100,7 +100,7 @@ fn all(works: &[&Work], check: impl Fn(&Work) -> Result<(), String> + Sync) {
             scope.spawn(|| {
                 while let Some(work) = works.get(next.fetch_add(1, Ordering::Relaxed)) {
                     if let Err(why) = check(work) {
-                        let what = format!("{} {}", work.command, work.arguments.join(" "));
+                        let what = format!("{} {}", work.command, work.arguments);
                         faults.lock().expect("nobody panics").push(format!("{what}: {why}"));
                     }
                 }

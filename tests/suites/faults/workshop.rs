@@ -185,13 +185,18 @@ fn files(folder: &Path) -> Files {
 }
 
 impl Work {
+    /// Its arguments one by one.
+    pub fn arguments(&self) -> impl Iterator<Item = &'static str> {
+        self.arguments.split_whitespace()
+    }
+
     /// How many inputs it names.
     pub fn inputs(&self) -> usize {
-        self.arguments.iter().filter(|text| text.starts_with('<')).count()
+        self.arguments().filter(|text| text.starts_with('<')).count()
     }
 
     /// Whether it writes files of a name of their own.
     pub fn writes(&self) -> bool {
-        self.arguments.iter().any(|text| text.starts_with('@'))
+        self.arguments().any(|text| text.starts_with('@'))
     }
 }
