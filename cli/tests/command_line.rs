@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{command, folder, json, json_lines, paths, refused, text, vocc};
+use common::{command, folder, json, json_lines, paths, refused, text, vocc, words};
 
 #[test]
 fn bad_scenes_are_refused() {
@@ -18,27 +18,11 @@ fn bad_scenes_are_refused() {
     refused(&["plan", "--set", "camera.width_px=-1"], &["-1"]);
     refused(&["plan", "--set", "pose.distance_m=-3"], &["pose.distance_m"]);
     refused(
-        &[
-            "render",
-            "--out",
-            "x.png",
-            "--set",
-            "panel.led_diameter_m=1",
-            "--set",
-            "pose.distance_m=0.5",
-        ],
+        &words("render --out x.png --set panel.led_diameter_m=1 --set pose.distance_m=0.5"),
         &["sensor"],
     );
     refused(
-        &[
-            "plan",
-            "--set",
-            "pose.distance_m=0.5",
-            "--set",
-            "pose.yaw_deg=80",
-            "--set",
-            "panel.led_diameter_m=0.5",
-        ],
+        &words("plan --set pose.distance_m=0.5 --set pose.yaw_deg=80 --set panel.led_diameter_m=0.5"),
         &["in front"],
     );
     refused(&["plan", "--set", "pose.x_m=500"], &["1920"]);
@@ -63,22 +47,11 @@ fn bad_scenes_are_refused() {
 }
 
 /// A camera of 30 frames a second, tried with short messages.
-const ADVICE: [&str; 10] = [
-    "plan",
-    "--camera",
-    "phone",
-    "--bytes",
-    "4",
-    "--runs",
-    "1",
-    "--set",
-    "camera.width_px=160",
-    "--set=camera.height_px=120",
-];
+const ADVICE: &str = "plan --camera phone --bytes 4 --runs 1 --set camera.width_px=160 --set=camera.height_px=120";
 
 #[test]
 fn a_camera_is_told_what_to_be_shown() {
-    let advised = vocc(&[&ADVICE[..], &["--set=panel.pwm_hz=2050", "--json"]].concat());
+    let advised = vocc(&[&words(ADVICE)[..], &["--set=panel.pwm_hz=2050", "--json"]].concat());
     let lines = json_lines(&advised);
     let (last, tried) = lines.split_last().expect("lines");
     let net = |row: &serde_json::Value| row["net_bit_s"].as_f64().expect("a net rate");
@@ -91,7 +64,7 @@ fn a_camera_is_told_what_to_be_shown() {
     // An exposure holds less than two of such slow pulses.
     assert_eq!(last["dimming"][0]["beats"], true);
     assert_eq!(last["dimming"][0]["beat_hz"], 10.0);
-    let said = text(&vocc(&ADVICE).stdout);
+    let said = text(&vocc(&words(ADVICE)).stdout);
     assert!(said.contains("device rate") && said.contains("symbols/s"), "{said}");
 }
 
@@ -99,7 +72,7 @@ fn a_camera_is_told_what_to_be_shown() {
 fn advice_for_no_camera_is_refused() {
     refused(&["plan", "--camera", "fone"], &["--camera", "phone"]);
     refused(&["plan", "--bytes", "48"], &["--camera"]);
-    let with = |option: &'static str| [&ADVICE[..3], &[option]].concat();
+    let with = |option: &'static str| [&words(ADVICE)[..3], &[option]].concat();
     refused(&with("--bytes=0"), &["1..=1024"]);
     refused(&with("--runs=0"), &["1..=10000"]);
     refused(&with("--set=camera.frame_rate_hz=8"), &["8 frames a second", "9 to 300"]);
@@ -159,15 +132,7 @@ fn with_a_carrier_a_panel_is_told_by_all_standards() {
         assert!(of("svm") > 0.0);
     }
     // Panels that stand still, to compare.
-    let still = json(&vocc(&[
-        "transmit",
-        "--flicker",
-        "--json",
-        "--carrier-cycles",
-        "0",
-        "--symbol-rate",
-        "90",
-    ]));
+    let still = json(&vocc(&words("transmit --flicker --json --carrier-cycles 0 --symbol-rate 90")));
     assert!(still["rates"][0]["by_standards"][0]["pst_lm"].as_f64() > Some(10.0), "{still}");
     let plain = json(&vocc(&["transmit", "--flicker", "--json", "--symbol-rate", "90"]));
     assert!(plain.get("carrier_cycles").is_none() && plain["rates"][0].get("by_standards").is_none());

@@ -4,7 +4,7 @@ mod common;
 
 use std::process::Output;
 
-use common::{folder, json, refused, text, vocc};
+use common::{folder, json, refused, text, vocc, words};
 
 fn findings(output: &Output) -> serde_json::Value {
     let mut found = json(output);
@@ -17,16 +17,7 @@ fn shards_add_up_to_one_run_bit_for_bit() {
     let folder = folder("shards");
     let path = |name: &str| folder.join(name).to_str().expect("a name").to_string();
     let evaluate = |more: &[&str]| {
-        let common = [
-            "evaluate",
-            "night",
-            "--json",
-            "--frames",
-            "3000",
-            "--random-reflectance",
-            "--seed",
-            "9",
-        ];
+        let common = words("evaluate night --json --frames 3000 --random-reflectance --seed 9");
         vocc(&[common.as_slice(), more].concat())
     };
     let whole = evaluate(&[]);

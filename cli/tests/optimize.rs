@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 use std::process::Output;
 
-use common::{command, json_lines, paths, refused, says, text, vocc};
+use common::{command, json_lines, paths, refused, says, text, vocc, words};
 
 /// A folder of this test's own, empty.
 fn folder(name: &str) -> std::path::PathBuf {
@@ -13,17 +13,7 @@ fn folder(name: &str) -> std::path::PathBuf {
 }
 
 /// A search of two intervals at two distances, quickly done.
-const QUICK: [&str; 9] = [
-    "optimize",
-    "--json",
-    "--frames",
-    "64",
-    "--intervals",
-    "0.5,0.8",
-    "--distances",
-    "60,70",
-    "-o",
-];
+const QUICK: &str = "optimize --json --frames 64 --intervals 0.5,0.8 --distances 60,70 -o";
 
 fn lines(output: &Output) -> Vec<serde_json::Value> {
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
@@ -34,7 +24,7 @@ fn lines(output: &Output) -> Vec<serde_json::Value> {
 fn a_table_is_made_and_can_be_used() {
     let path = paths("optimize/made");
     let table = path("table.toml");
-    let found = lines(&vocc(&[&QUICK[..], &[&table]].concat()));
+    let found = lines(&vocc(&[&words(QUICK)[..], &[&table]].concat()));
     let cells: Vec<_> = found.iter().filter(|line| line.get("distance_m").is_some()).collect();
     assert_eq!((found.len(), cells.len()), (6, 4));
     for cell in cells {
@@ -60,7 +50,7 @@ fn a_table_is_made_and_can_be_used() {
     assert!(text(&vocc(&["table", "show", &table, "--rust"]).stdout).contains("pub const L2A: [f32; 2]"));
 
     // What is there is not searched again, and not overwritten unasked.
-    refused(&[&QUICK[..], &[&table]].concat(), &["--resume"]);
+    refused(&[&words(QUICK)[..], &[&table]].concat(), &["--resume"]);
     let whole = std::fs::read_to_string(&table).expect("a table");
     let half: Vec<String> = whole
         .lines()
@@ -72,11 +62,11 @@ fn a_table_is_made_and_can_be_used() {
         .collect();
     std::fs::write(&table, half.join("\n")).expect("a file");
     refused(&["table", "check", &table], &["interval 0.8", "missing", "--resume"]);
-    let resumed = lines(&vocc(&[&QUICK[..], &[&table, "--resume"]].concat()));
+    let resumed = lines(&vocc(&[&words(QUICK)[..], &[&table, "--resume"]].concat()));
     assert_eq!(resumed, found);
     assert_eq!(std::fs::read_to_string(&table).expect("a table"), whole);
     refused(
-        &[&QUICK[..], &[&table, "--resume", "--seed", "2"]].concat(),
+        &[&words(QUICK)[..], &[&table, "--resume", "--seed", "2"]].concat(),
         &["other settings", "seed"],
     );
 
@@ -85,7 +75,7 @@ fn a_table_is_made_and_can_be_used() {
     let first = row.trim_start_matches([' ', '[']).split(',').next().expect("a ratio");
     std::fs::write(&table, whole.replacen(row, &row.replacen(first, "3.95", 1), 1)).expect("a file");
     let said = ["table.toml", "interval 0.5 is 3.95", "changed since"];
-    refused(&[&QUICK[..], &[&table, "--resume"]].concat(), &said);
+    refused(&[&words(QUICK)[..], &[&table, "--resume"]].concat(), &said);
     refused(&["merge", &table, "--out", &path("merged.toml")], &said);
     refused(&["table", "check", &table], &said);
 }
@@ -171,37 +161,21 @@ fn a_reader_who_leaves_takes_nothing_that_is_kept() {
     let table = folder("closed").join("table.toml");
     let table = common::name(&table);
     let unread = |arguments: &[&str]| common::unread(&mut command(arguments));
-    assert_eq!(unread(&[&QUICK[..], &[table]].concat()), Some(0));
+    assert_eq!(unread(&[&words(QUICK)[..], &[table]].concat()), Some(0));
     let shown = vocc(&["table", "show", table, "--json"]);
     let l2a = &lines(&shown)[0]["l2a"];
     assert_eq!(l2a[0].as_array().map(Vec::len), Some(2), "{l2a}");
-    assert_eq!(unread(&QUICK[..8]), Some(0));
+    assert_eq!(unread(&words(QUICK)[..8]), Some(0));
 }
 
 /// A search by reach of one interval in two lights, quickly done.
-const BY_REACH: [&str; 16] = [
-    "optimize",
-    "night",
-    "--criterion",
-    "reach",
-    "--json",
-    "--frames",
-    "64",
-    "--intervals",
-    "0.5",
-    "--illuminances",
-    "50,5000",
-    "--message-bytes",
-    "8",
-    "--within",
-    "0.2",
-    "-o",
-];
+const BY_REACH: &str =
+    "optimize night --criterion reach --json --frames 64 --intervals 0.5 --illuminances 50,5000 --message-bytes 8 --within 0.2 -o";
 
 #[test]
 fn parts_of_a_table_are_one_table_byte_for_byte() {
     let path = paths("optimize/parts");
-    for (name, search) in [("mean", &QUICK[..]), ("reach", &BY_REACH)] {
+    for (name, search) in [("mean", &words(QUICK)[..]), ("reach", &words(BY_REACH)[..])] {
         let file = |part: &str| path(&format!("{name}-{part}.toml"));
         let [whole, first, second, merged] = ["whole", "0", "1", "merged"].map(file);
         lines(&vocc(&[search, &[&whole]].concat()));
@@ -231,9 +205,9 @@ fn parts_of_a_table_are_one_table_byte_for_byte() {
 fn what_a_transmitter_does_not_know_has_its_price() {
     let path = paths("optimize/regret");
     let (table, brighter) = (path("table.toml"), path("brighter.toml"));
-    lines(&vocc(&[&BY_REACH[..], &[&table]].concat()));
+    lines(&vocc(&[&words(BY_REACH)[..], &[&table]].concat()));
     let exposed = ["--set", "camera.exposure_bias_ev=1"];
-    lines(&vocc(&[&BY_REACH[..], &[&brighter], &exposed].concat()));
+    lines(&vocc(&[&words(BY_REACH)[..], &[&brighter], &exposed].concat()));
     let losses = |arguments: &[&str]| -> Vec<f64> {
         let found = lines(&vocc(&[&["table", "regret", &table, "--json"], arguments].concat()));
         let loss = |line: &serde_json::Value| {
@@ -308,7 +282,7 @@ fn what_a_transmitter_does_not_know_has_its_price() {
 fn a_table_by_reach_says_what_it_knows() {
     let path = paths("optimize/reach");
     let table = path("table.toml");
-    let found = lines(&vocc(&[&BY_REACH[..], &[&table]].concat()));
+    let found = lines(&vocc(&[&words(BY_REACH)[..], &[&table]].concat()));
     let entries: Vec<_> = found.iter().filter(|line| line.get("best_l2a").is_some()).collect();
     assert_eq!(entries.len(), 2);
     for entry in &entries {
@@ -336,11 +310,14 @@ fn a_table_by_reach_says_what_it_knows() {
     let first = half.join("\n").replace(&format!("[{}]", second_ratio(&whole)), "[nan]");
     std::fs::write(&table, first).expect("a file");
     refused(&["table", "check", &table], &["5000 lx", "missing"]);
-    let resumed = lines(&vocc(&[&BY_REACH[..], &[&table, "--resume"]].concat()));
+    let resumed = lines(&vocc(&[&words(BY_REACH)[..], &[&table, "--resume"]].concat()));
     assert_eq!(resumed, found);
     assert_eq!(std::fs::read_to_string(&table).expect("a table"), whole);
     for other in [["--choose", "best"], ["--max-cd", "20"], ["--seed", "2"]] {
-        refused(&[&BY_REACH[..], &[&table, "--resume"], &other[..]].concat(), &["other settings"]);
+        refused(
+            &[&words(BY_REACH)[..], &[&table, "--resume"], &other[..]].concat(),
+            &["other settings"],
+        );
     }
 }
 
@@ -352,7 +329,7 @@ fn second_ratio(table: &str) -> &str {
 
 #[test]
 fn light_is_kept_within_bounds() {
-    let found = lines(&vocc(&[&BY_REACH[..15], &["--max-cd", "30"]].concat()));
+    let found = lines(&vocc(&[&words(BY_REACH)[..15], &["--max-cd", "30"]].concat()));
     let entry = found.last().expect("a line");
     assert!(entry["mean_cd"].as_f64().expect("a number") <= 30.0, "{entry}");
     assert_eq!(entry["illuminance_lx"], 5000.0);

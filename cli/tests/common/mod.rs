@@ -42,6 +42,11 @@ pub fn unread(command: &mut Command) -> Option<i32> {
     run.wait().expect("vocc ends").code()
 }
 
+/// The arguments of a command line, none of which has a blank.
+pub fn words(line: &str) -> Vec<&str> {
+    line.split_whitespace().collect()
+}
+
 /// A path as an argument.
 pub fn name(path: &Path) -> &str {
     path.to_str().expect("a plain name")

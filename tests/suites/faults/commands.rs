@@ -22,9 +22,6 @@ pub struct Work {
     pub is_slow: bool,
 }
 
-/// Small frames.
-pub const SMALL: [&str; 4] = ["--set", "camera.width_px=320", "--set", "camera.height_px=240"];
-
 /// What is done with what an earlier run has left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Again {

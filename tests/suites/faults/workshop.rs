@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::commands::{SMALL, Work};
+use crate::commands::Work;
 
 /// Where inputs are made once, and copied from.
 pub struct Workshop {
@@ -54,33 +54,13 @@ impl Workshop {
         for (shard, file) in [("0/2", "shard-0.json"), ("1/2", "shard-1.json")] {
             workshop.make(&["evaluate", "--frames", "1024", "--shard", shard, "--out", file]);
         }
-        workshop.make(&[
-            "optimize",
-            "--frames",
-            "64",
-            "--intervals",
-            "1",
-            "--distances",
-            "50",
-            "-o",
-            "table.toml",
-        ]);
+        workshop.make(&words("optimize --frames 64 --intervals 1 --distances 50 -o table.toml"));
         write("scene.toml", &workshop.make(&["scene", "night"]));
         workshop.make(&["keys", "new", "key.toml"]);
         workshop.make(&["sweep", "plan.toml", "--out", "half", "--shard", "0/2"]);
-        let film = [
-            "link",
-            "day",
-            "--level",
-            "fast",
-            "--message",
-            "hi",
-            "--frames",
-            "30",
-            "--save",
-            "frames",
-        ];
-        workshop.make(&[&film[..], &SMALL[..]].concat());
+        let film =
+            words("link day --level fast --message hi --frames 30 --save frames --set camera.width_px=320 --set camera.height_px=240");
+        workshop.make(&film);
         let frames = workshop.inputs.path().join("frames");
         std::fs::copy(frames.join("frame-000000.png"), workshop.inputs.path().join("frame.png")).expect("a frame");
         workshop.make_duties();
@@ -199,4 +179,9 @@ impl Work {
     pub fn writes(&self) -> bool {
         self.arguments().any(|text| text.starts_with('@'))
     }
+}
+
+/// The arguments of a command line, none of which has a blank.
+fn words(line: &str) -> Vec<&str> {
+    line.split_whitespace().collect()
 }
