@@ -42,19 +42,9 @@ fn beside_the_tests() -> Result<PathBuf, Unready> {
 /// `vocc link`, which leaves so long a film of the day preset in a folder, in a small picture.
 pub fn link(vocc: &Path, folder: &Path, message: &str, frames: u64) -> Command {
     let mut link = Command::new(vocc);
-    link.args([
-        "link",
-        "day",
-        "--level",
-        "fast",
-        "--message",
-        message,
-        "--frames",
-        &frames.to_string(),
-        "--save",
-    ]);
-    link.arg(folder)
-        .args(["--set", "camera.width_px=320", "--set", "camera.height_px=240"]);
+    link.args("link day --level fast --set camera.width_px=320 --set camera.height_px=240".split(' '));
+    link.args(["--message", message, "--frames", &frames.to_string(), "--save"])
+        .arg(folder);
     link
 }
 

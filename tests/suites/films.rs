@@ -152,18 +152,9 @@ fn a_cover_is_no_film(ready: &Ready) {
 }
 
 fn interlaced_films_are_named_or_let_in(ready: &Ready) {
-    let flagged = [
-        "-vf",
-        "setfield=tff",
-        "-c:v",
-        "mpeg2video",
-        "-q:v",
-        "1",
-        "-flags",
-        "+ildct+ilme",
-        "-pix_fmt",
-        "yuv420p",
-    ];
+    let flagged: Vec<&str> = "-vf setfield=tff -c:v mpeg2video -q:v 1 -flags +ildct+ilme -pix_fmt yuv420p"
+        .split(' ')
+        .collect();
     for name in ["flagged.mts", "flagged.mkv", "flagged.mpg"] {
         let film = ready.film(name, "25", &flagged);
         let refused = text(&ready.receive(&film, &[]).stderr);

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use super::{command, folder, text};
+use super::{command, folder, text, words};
 
 /// What is sent.
 pub const MESSAGE: &str = "bend ahead";
@@ -21,26 +21,10 @@ pub fn filmed(name: &str, frames: u32) -> PathBuf {
 /// The same of any message, with so many symbols a second.
 pub fn film(name: &str, message: &str, frames: u32, symbol_rate_hz: u32) -> PathBuf {
     let folder = folder(name);
-    let mut link = command(&[]);
-    link.args([
-        "link",
-        "day",
-        "--level",
-        "fast",
-        "--message",
-        message,
-        "--frames",
-        &frames.to_string(),
-        "--save",
-    ]);
-    link.arg(&folder).args([
-        "--set",
-        "camera.width_px=320",
-        "--set",
-        "camera.height_px=240",
-        "--set",
-        &format!("link.symbol_rate_hz={symbol_rate_hz}"),
-    ]);
+    let mut link = command(&words("link day --level fast --set camera.width_px=320 --set camera.height_px=240"));
+    link.args(["--set", &format!("link.symbol_rate_hz={symbol_rate_hz}")]);
+    link.args(["--message", message, "--frames", &frames.to_string(), "--save"])
+        .arg(&folder);
     let output = run(&mut link);
     assert!(output.status.code().is_some_and(|code| code < 2), "{}", text(&output.stderr));
     folder

@@ -63,22 +63,8 @@ pose.distance_m = [45, 70]
     }
 
     fn submit(&self, shards: u64) -> Jobs {
-        let shards = shards.to_string();
-        let output = self.vocc(&[
-            "sweep",
-            "plan.toml",
-            "--slurm",
-            "jobs",
-            "--submit",
-            "--shards",
-            &shards,
-            "--time",
-            "00:05:00",
-            "--mem",
-            "500M",
-            "--partition",
-            "all",
-        ]);
+        let submit = format!("sweep plan.toml --slurm jobs --submit --shards {shards} --time 00:05:00 --mem 500M --partition all");
+        let output = self.vocc(&submit.split(' ').collect::<Vec<_>>());
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         let errors = String::from_utf8_lossy(&output.stderr).into_owned();
         let words: Vec<&str> = text.split([' ', ',', '\n']).collect();
