@@ -38,6 +38,9 @@ use crate::framing::{KeyId, MESSAGE_MAX, Signature};
 /// Bytes of a seed, from which a secret key follows, and of a public key.
 pub const KEY_BYTES: usize = 32;
 
+/// Bytes of a secret key as it is kept to sign with: the seed, and the public key that follows from it.
+pub const SECRET_BYTES: usize = 2 * KEY_BYTES;
+
 /// What begins the signed bytes: a signature made for something else is none of a message.
 const CONTEXT: &[u8; 14] = b"vocc message 1";
 const PREFIX_BYTES: usize = CONTEXT.len() + 4 + 2;
@@ -64,6 +67,18 @@ impl SecretKey {
     pub fn from_seed(seed: [u8; KEY_BYTES]) -> Result<Self, KeyError> {
         let pair = ed25519::KeyPair::try_from_seed(ed25519::Seed::new(seed));
         pair.map(Self).map_err(|_| KeyError::Zeros)
+    }
+
+    /// The key of the bytes that [`Self::to_bytes`] gave, in no time. Bytes whose halves do not belong together make signatures that tell
+    /// the secret: keep them under a checksum.
+    pub fn from_bytes(bytes: [u8; SECRET_BYTES]) -> Self {
+        let sk = ed25519::SecretKey::new(bytes);
+        Self(ed25519::KeyPair { pk: sk.public_key(), sk })
+    }
+
+    /// Its bytes, as secret as its seed.
+    pub fn to_bytes(&self) -> [u8; SECRET_BYTES] {
+        *self.0.sk
     }
 
     /// The key by which its signatures are checked.
@@ -354,6 +369,14 @@ mod tests {
         let renamed = Signature { key: signer, ..signature };
         assert_eq!(verdict(&mut trusted, b"ice", &renamed), Verdict::Forged { signer, counter: 3 });
         assert_eq!(trusted[0].last(), None);
+    }
+
+    #[test]
+    fn a_key_that_was_kept_signs_as_before() {
+        let key = SecretKey::from_seed([5; 32]).unwrap();
+        let kept = SecretKey::from_bytes(key.to_bytes());
+        assert_eq!((kept.public(), kept.sign(b"ice", 7)), (key.public(), key.sign(b"ice", 7)));
+        assert_eq!(key.to_bytes()[..KEY_BYTES], [5; 32]);
     }
 
     #[test]

@@ -10,12 +10,20 @@
 //!
 //! Each message toggles the `fresh` bit of the headers: the same text sent anew is delivered anew.
 
+#[cfg(feature = "signing")]
+use link::framing::{Signature, SignedFramer};
 use link::{
     fec::Code,
     framing::{Framer, FramingError},
     geometry::Geometry,
     panel::PanelFrame,
 };
+
+/// Only a transmitter that signs has room for signatures.
+#[cfg(feature = "signing")]
+type Panels = SignedFramer;
+#[cfg(not(feature = "signing"))]
+type Panels = Framer;
 
 /// How often a message is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -45,7 +53,7 @@ pub enum Repeats {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Schedule {
-    framer: Framer,
+    framer: Panels,
     /// None while beaconing.
     repeats: Option<Repeats>,
     fresh: bool,
@@ -61,7 +69,7 @@ impl Schedule {
     /// A schedule that beacons.
     pub fn new() -> Self {
         Self {
-            framer: Framer::beacon(),
+            framer: Panels::from(Framer::beacon()),
             repeats: None,
             fresh: false,
         }
@@ -73,15 +81,31 @@ impl Schedule {
     /// # Errors
     /// [`FramingError`] when the message is empty or too long; what is being shown then goes on.
     pub fn send(&mut self, message: &[u8], code: Code, repeats: Repeats) -> Result<(), FramingError> {
-        self.framer = Framer::new(message, code, !self.fresh)?;
+        let framer = Framer::new(message, code, !self.fresh)?;
+        self.begin(Panels::from(framer), repeats);
+        Ok(())
+    }
+
+    /// The same with a signature after each repeat of the message.
+    ///
+    /// # Errors
+    /// As [`send`](Self::send).
+    #[cfg(feature = "signing")]
+    pub fn send_signed(&mut self, message: &[u8], code: Code, repeats: Repeats, signature: Signature) -> Result<(), FramingError> {
+        let framer = SignedFramer::new(message, code, !self.fresh, signature)?;
+        self.begin(framer, repeats);
+        Ok(())
+    }
+
+    fn begin(&mut self, framer: Panels, repeats: Repeats) {
+        self.framer = framer;
         self.fresh = !self.fresh;
         self.repeats = Some(repeats);
-        Ok(())
     }
 
     /// Beacons from the next panel on.
     pub fn stop(&mut self) {
-        self.framer = Framer::beacon();
+        self.framer = Panels::from(Framer::beacon());
         self.repeats = None;
     }
 
@@ -205,6 +229,27 @@ mod tests {
             panels.extend(take(&mut schedule, 40));
         }
         assert_eq!(delivered(&panels), [b"same", b"same", b"same"]);
+    }
+
+    #[cfg(feature = "signing")]
+    #[test]
+    fn each_of_so_many_repeats_has_its_signature() {
+        let signature = Signature {
+            key: link::framing::KeyId([1; 4]),
+            counter: 7,
+            proof: [9; 64],
+        };
+        for times in 0..4 {
+            let mut schedule = Schedule::new();
+            let times_more = Repeats::Times(times);
+            schedule.send_signed(b"to be repeated", CODE, times_more, signature).unwrap();
+            let mut framer = SignedFramer::new(b"to be repeated", CODE, true, signature).unwrap();
+            let length = times * framer.panels_per_repeat();
+            let expected: Vec<_> = (0..length).map(|_| framer.next_panel()).collect();
+            assert_eq!(take(&mut schedule, length), expected);
+            assert!(!schedule.is_sending());
+            assert_eq!(take(&mut schedule, 9), beacons(9));
+        }
     }
 
     properties! {

@@ -27,9 +27,12 @@ use crate::{
     calibration::{Calibration, CalibrationError},
     matrix::LedMatrix,
     schedule::Repeats,
-    store::Memory,
+    store::{Memory, StoreError},
     transmitter::Transmitter,
 };
+
+#[cfg(feature = "signing")]
+mod key;
 
 /// Bytes that an answer may take on the wire.
 pub const ANSWER_MAX: usize = wire_length(ANSWER_FRAME_MAX);
@@ -145,8 +148,9 @@ impl Service {
 
     /// Takes one byte from the port, and returns what is to be sent back, where it completes a request.
     ///
-    /// All but [`Request::CommitTable`], [`Request::WriteCalibration`], [`Request::WriteSymbolRate`], [`Request::WriteIntensityLimit`] and
-    /// [`Request::WriteCarrier`] are answered without waiting for anything; these wait for `memory`.
+    /// All but [`Request::CommitTable`], [`Request::WriteCalibration`], [`Request::WriteSymbolRate`], [`Request::WriteIntensityLimit`],
+    /// [`Request::WriteCarrier`] and the requests about keys are answered without waiting for anything; these wait for `memory`, and so does
+    /// [`Request::Send`] where messages are signed: for the signature, too.
     pub fn receive<'a>(
         &mut self,
         byte: u8,
@@ -206,7 +210,7 @@ impl Conversation {
                 device.read(|transmitter| *transmitter.calibration().measured()),
             )),
             Request::WriteCalibration(measured) => calibrate(measured, device, memory),
-            Request::Send { repeats, message } => self.send(sequence, repeats, message, device),
+            Request::Send { repeats, message } => self.send(sequence, repeats, message, device, memory),
             Request::StopSending => {
                 device.change(Transmitter::stop);
                 Ok(Answer::Done)
@@ -222,6 +226,10 @@ impl Conversation {
             Request::WriteIntensityLimit { most_mcd, led_diameter_um } => change_limit([most_mcd, led_diameter_um], device, memory),
             Request::ReadCarrier => Ok(carrier(device)),
             Request::WriteCarrier { millihertz, cycles } => change_carrier(millihertz, cycles, device, memory),
+            #[cfg(feature = "signing")]
+            Request::ReadKey | Request::WriteKey { .. } | Request::EraseKey => key::act(request, memory),
+            #[cfg(not(feature = "signing"))]
+            Request::ReadKey | Request::WriteKey { .. } | Request::EraseKey => Err(Refusal::NoSigning),
         }
     }
 
@@ -284,11 +292,25 @@ impl Conversation {
         Ok(Answer::Committed { crc })
     }
 
-    fn send(&mut self, sequence: u32, repeats: Option<u32>, message: &[u8], device: &mut impl Device) -> Result<Answer<'static>, Refusal> {
+    fn send(
+        &mut self,
+        sequence: u32,
+        repeats: Option<u32>,
+        message: &[u8],
+        device: &mut impl Device,
+        memory: &mut impl Memory,
+    ) -> Result<Answer<'static>, Refusal> {
         if self.message != Some(sequence) {
             let repeats = repeats.map_or(Repeats::Forever, Repeats::Times);
             let code = Code::for_length(message.len());
-            let sent = device.change(|transmitter| transmitter.send(message, code, repeats));
+            // What cannot be shown takes no counter. What is shown goes on while the message is signed.
+            let is_possible = (1..=MESSAGE_MAX).contains(&message.len());
+            let signature = if is_possible { memory.sign(message)? } else { None };
+            let sent = device.change(|transmitter| match signature {
+                #[cfg(feature = "signing")]
+                Some(signature) => transmitter.send_signed(message, code, repeats, signature),
+                _ => transmitter.send(message, code, repeats),
+            });
             sent.map_err(|_| Refusal::MessageLength {
                 length: message.len() as u16,
                 most: MESSAGE_MAX as u16,
@@ -424,6 +446,16 @@ fn change_limit(numbers: [u32; 2], device: &mut impl Device, memory: &mut impl M
 fn intensity_limit(device: &impl Device) -> Answer<'static> {
     let [most_mcd, led_diameter_um] = IntensityLimit::numbers(device.read(|transmitter| transmitter.calibration().limit()));
     Answer::IntensityLimit { most_mcd, led_diameter_um }
+}
+
+impl From<StoreError> for Refusal {
+    fn from(error: StoreError) -> Self {
+        match error {
+            StoreError::NoSigning => Self::NoSigning,
+            StoreError::NoCounter => Self::NoCounter,
+            StoreError::Addresses { .. } | StoreError::Flash | StoreError::Damaged => Self::Store,
+        }
+    }
 }
 
 /// One more, up to the greatest number there is.

@@ -1,5 +1,5 @@
-//! The table, the calibration, the symbol rate with its carrier and the intensity limit in flash memory, which lose nothing when the power
-//! goes.
+//! The table, the calibration, the symbol rate with its carrier, the intensity limit and the key that signs in flash memory, which lose
+//! nothing when the power goes.
 //!
 //! All of them together are one record, and each save writes a whole one beside those before it:
 //!
@@ -11,8 +11,9 @@
 //! | 4 | CRC-32C of all before it |
 //!
 //! The whole record with the greatest number counts. It is never written to, and a save erases at most one unit, the next one, when this
-//! one is full. Records stand at fixed places, so a torn one is left out, whatever was cut: a power cut leaves the old value or the new, and
-//! what is saved after it is found. A test cuts the power at every byte: `cargo test -p vocc-tx-firmware --test power_cut`.
+//! one is full; a change of the key erases all others. Records stand at fixed places, so a torn one is left out, whatever was cut: a power
+//! cut leaves the old value or the new, and what is saved after it is found. A test cuts the power at every byte: `cargo test -p
+//! vocc-tx-firmware --test power_cut`.
 //!
 //! A memory that holds something else is taken over unit by unit, as the records reach it.
 //!
@@ -37,6 +38,7 @@ use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 use link::{
     checksum::crc32c,
+    framing::{KeyId, Signature},
     intensity::IntensityLimit,
     l2a_table::{L2aTable, image::IMAGE_MAX},
     serial::{Faults, Measured},
@@ -46,6 +48,11 @@ use link::{
 use thiserror::Error;
 
 use crate::calibration::Calibration;
+
+#[cfg(feature = "signing")]
+mod signing;
+#[cfg(feature = "signing")]
+pub use signing::RESERVED;
 
 /// Bytes of a record: a multiple of any flash's words.
 const RECORD: usize = 512;
@@ -58,8 +65,10 @@ const TABLE: Range<usize> = item(NUMBER.end, IMAGE_MAX);
 const CALIBRATION: Range<usize> = item(TABLE.end, 64);
 const SYMBOL_TIMING: Range<usize> = item(CALIBRATION.end, 4);
 const INTENSITY_LIMIT: Range<usize> = item(SYMBOL_TIMING.end, 8);
+/// What a transmitter that signs keeps; others leave it as it is.
+const SIGNING_KEY: Range<usize> = item(INTENSITY_LIMIT.end, 68);
 const CRC_AT: usize = RECORD - 4;
-const _: () = assert!(INTENSITY_LIMIT.end <= CRC_AT);
+const _: () = assert!(SIGNING_KEY.end <= CRC_AT);
 
 /// The format of a record.
 const FORMAT: u8 = 1;
@@ -84,6 +93,12 @@ pub enum StoreError {
     /// What is stored makes no sense.
     #[error("what the flash memory holds is damaged or no store's: write it again")]
     Damaged,
+    /// There is no place for a key, or nothing that signs.
+    #[error("this firmware signs no messages: build it with the feature `signing`")]
+    NoSigning,
+    /// The key's signatures have all been made.
+    #[error("the key has no counter left to sign with: give it a new key")]
+    NoCounter,
 }
 
 /// Where a transmitter keeps what it must not forget.
@@ -111,6 +126,39 @@ pub trait Memory {
     /// # Errors
     /// [`StoreError`]; the one before is then still there.
     fn save_intensity_limit(&mut self, limit: Option<IntensityLimit>) -> Result<(), StoreError>;
+
+    /// The name of the key that signs, and the counter of its next signature; none where there is no key.
+    ///
+    /// # Errors
+    /// [`StoreError::NoSigning`] where this memory keeps none; others when it cannot be read.
+    fn key(&mut self) -> Result<Option<(KeyId, u32)>, StoreError> {
+        Err(StoreError::NoSigning)
+    }
+
+    /// Keeps the key of this seed in place of the one before, whose every trace is erased. Its first signature has this counter; that of the
+    /// key that is there already has the next one, where that is greater.
+    ///
+    /// # Errors
+    /// [`StoreError`]; then the old key or the new is there, and traces of the old one may be: do it again.
+    fn save_key(&mut self, _seed: [u8; 32], _counter: u32) -> Result<(), StoreError> {
+        Err(StoreError::NoSigning)
+    }
+
+    /// Erases every trace of the key.
+    ///
+    /// # Errors
+    /// As [`save_key`](Self::save_key).
+    fn erase_key(&mut self) -> Result<(), StoreError> {
+        Err(StoreError::NoSigning)
+    }
+
+    /// Signs a message; none where there is no key. No two signatures of a key have one counter, whenever the power goes.
+    ///
+    /// # Errors
+    /// [`StoreError`]; then nothing was signed.
+    fn sign(&mut self, _message: &[u8]) -> Result<Option<Signature>, StoreError> {
+        Ok(None)
+    }
 }
 
 /// What a transmitter starts with.
@@ -134,6 +182,9 @@ pub struct Store<F: NorFlash> {
     found: Option<Found>,
     /// The record that counts, or a blank one.
     record: Record,
+    /// Counters of signatures that are stored as used, and are not used yet.
+    #[cfg(feature = "signing")]
+    reserved: Range<u32>,
 }
 
 /// What a flash memory holds.
@@ -165,6 +216,8 @@ impl<F: NorFlash> Store<F> {
             addresses,
             found: None,
             record: BLANK,
+            #[cfg(feature = "signing")]
+            reserved: 0..0,
         })
     }
 
@@ -254,8 +307,13 @@ impl<F: NorFlash> Store<F> {
     /// Writes the record that counts with this item in it as the next one.
     fn save(&mut self, item: Range<usize>, value: &[u8]) -> Result<(), StoreError> {
         let found = self.find()?;
-        let mut record = self.record;
         let address = self.blank_place(found)?;
+        self.write(found, address, item, Some(value))
+    }
+
+    /// Writes the record that counts with this item in it, or without it, at this address.
+    fn write(&mut self, found: Found, address: u32, item: Range<usize>, value: Option<&[u8]>) -> Result<(), StoreError> {
+        let mut record = self.record;
         // What is torn in between may read whole another time: it is older than this then.
         let number = match found {
             Found::Record(last) => number(&record).wrapping_add(self.places_on(last, address)),
@@ -263,9 +321,14 @@ impl<F: NorFlash> Store<F> {
         };
         record[FORMAT_AT] = FORMAT;
         record[NUMBER].copy_from_slice(&number.to_le_bytes());
-        let length = (value.len() as u16).to_le_bytes();
-        for (place, byte) in record[item].iter_mut().zip(length.iter().chain(value)) {
-            *place = *byte;
+        match value {
+            Some(value) => {
+                let length = (value.len() as u16).to_le_bytes();
+                for (place, byte) in record[item].iter_mut().zip(length.iter().chain(value)) {
+                    *place = *byte;
+                }
+            }
+            None => record[item].fill(0xff),
         }
         let crc = crc_of(&record);
         record[CRC_AT..].copy_from_slice(&crc);
@@ -291,8 +354,13 @@ impl<F: NorFlash> Store<F> {
             }
             address = self.next(address);
         }
-        self.flash.erase(address, address + unit).map_err(|_| StoreError::Flash)?;
+        self.erase_unit(address)?;
         Ok(address)
+    }
+
+    fn erase_unit(&mut self, address: u32) -> Result<(), StoreError> {
+        let end = address + F::ERASE_SIZE as u32;
+        self.flash.erase(address, end).map_err(|_| StoreError::Flash)
     }
 
     /// How many places behind `from` another one, `to`, stands.
@@ -366,6 +434,26 @@ impl<F: NorFlash> Memory for Store<F> {
     fn save_intensity_limit(&mut self, limit: Option<IntensityLimit>) -> Result<(), StoreError> {
         let numbers = IntensityLimit::numbers(limit);
         self.save(INTENSITY_LIMIT, numbers.map(u32::to_le_bytes).as_flattened())
+    }
+
+    #[cfg(feature = "signing")]
+    fn key(&mut self) -> Result<Option<(KeyId, u32)>, StoreError> {
+        self.key_in_use()
+    }
+
+    #[cfg(feature = "signing")]
+    fn save_key(&mut self, seed: [u8; 32], counter: u32) -> Result<(), StoreError> {
+        self.replace_key(seed, counter)
+    }
+
+    #[cfg(feature = "signing")]
+    fn erase_key(&mut self) -> Result<(), StoreError> {
+        self.remove_key()
+    }
+
+    #[cfg(feature = "signing")]
+    fn sign(&mut self, message: &[u8]) -> Result<Option<Signature>, StoreError> {
+        self.signature(message)
     }
 }
 

@@ -1,5 +1,7 @@
 //! The whole transmitter, but for its timers.
 
+#[cfg(feature = "signing")]
+use link::framing::Signature;
 use link::{
     fec::Code,
     framing::FramingError,
@@ -143,6 +145,15 @@ impl<M: LedMatrix> Transmitter<M> {
     /// [`FramingError`] when the message is empty or too long; what is being shown then goes on.
     pub fn send(&mut self, message: &[u8], code: Code, repeats: Repeats) -> Result<(), FramingError> {
         self.schedule.send(message, code, repeats)
+    }
+
+    /// The same with a signature after each repeat of the message, see [`Schedule::send_signed`].
+    ///
+    /// # Errors
+    /// As [`send`](Self::send).
+    #[cfg(feature = "signing")]
+    pub fn send_signed(&mut self, message: &[u8], code: Code, repeats: Repeats, signature: Signature) -> Result<(), FramingError> {
+        self.schedule.send_signed(message, code, repeats, signature)
     }
 
     /// Beacons from the next symbol on.

@@ -85,7 +85,8 @@ impl Signature {
 #[derive(Clone, Debug)]
 pub struct SignedFramer {
     framer: Framer,
-    signature: Signature,
+    /// None where the panels are not signed.
+    signature: Option<Signature>,
     /// The panels of the signature that is being shown, the next one last.
     shown: heapless::Vec<PanelFrame, SIGNATURE_PANELS>,
 }
@@ -97,15 +98,14 @@ impl SignedFramer {
     /// [`FramingError`] when the message is empty or too long.
     pub fn new(message: &[u8], code: Code, fresh: bool, signature: Signature) -> Result<Self, FramingError> {
         Ok(Self {
-            framer: Framer::new(message, code, fresh)?,
-            signature,
-            shown: heapless::Vec::new(),
+            signature: Some(signature),
+            ..Framer::new(message, code, fresh)?.into()
         })
     }
 
     /// Signs the message anew from the next repeat on. A greater counter tells receivers that the message is not a film of an earlier one.
     pub fn sign_anew(&mut self, signature: Signature) {
-        self.signature = signature;
+        self.signature = Some(signature);
     }
 
     /// The panel to show next; there is always one.
@@ -120,27 +120,44 @@ impl SignedFramer {
         }
         let repeat = self.framer.repeats();
         let panel = self.framer.next_panel_of(geometry);
-        if self.framer.repeats() != repeat {
-            self.code_signature(repeat);
+        if let Some(signature) = self.signature.filter(|_| self.framer.repeats() != repeat) {
+            self.code_signature(&signature, repeat);
         }
         panel
     }
 
     /// Panels that show message and signature once.
     pub fn panels_per_repeat(&self) -> u32 {
-        self.framer.panels_per_repeat() + SIGNATURE_PANELS as u32
+        self.framer.panels_per_repeat() + self.signature.map_or(0, |_| SIGNATURE_PANELS as u32)
     }
 
-    fn code_signature(&mut self, repeat: u32) {
+    /// Whole repeats given out so far, each with its signature; begins again from 0 after 2³².
+    pub fn repeats(&self) -> u32 {
+        let unfinished = u32::from(!self.shown.is_empty());
+        self.framer.repeats().wrapping_sub(unfinished)
+    }
+
+    fn code_signature(&mut self, signature: &Signature, repeat: u32) {
         let (fresh, crc) = self.framer.message_name();
         let header = SignatureHeader {
-            check: self.signature.check(),
+            check: signature.check(),
             fresh,
             crc,
         };
-        let payload = SIGNATURE_BLOCK.encode(&self.signature.to_bytes());
+        let payload = SIGNATURE_BLOCK.encode(&signature.to_bytes());
         self.shown.extend(coded(Announcement::Signature(header), payload, repeat));
         self.shown.reverse();
+    }
+}
+
+/// The panels of a framer, without signatures.
+impl From<Framer> for SignedFramer {
+    fn from(framer: Framer) -> Self {
+        Self {
+            framer,
+            signature: None,
+            shown: heapless::Vec::new(),
+        }
     }
 }
 
@@ -167,6 +184,7 @@ mod tests {
             let mut signed = SignedFramer::new(&message, code, true, signature(counter)).unwrap();
             let (repeat, round) = (plain.panels_per_repeat() as usize, signed.panels_per_repeat() as usize);
             let shown: Vec<_> = (0..2 * round).map(|_| signed.next_panel()).collect();
+            prop_assert_eq!((signed.repeats(), signed.panels_per_repeat() as usize), (2, round));
             for round in shown.chunks(round) {
                 prop_assert!(round[..repeat].iter().all(|&panel| panel == plain.next_panel()));
             }

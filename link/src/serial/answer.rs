@@ -53,6 +53,13 @@ pub enum Answer<'a> {
         /// Cycles of the carrier a symbol; 0: panels stand still.
         cycles: u16,
     },
+    /// Which key signs messages.
+    Key {
+        /// Its name, [`KeyId`](crate::framing::KeyId), as a number whose most significant byte is the first; none: messages are not signed.
+        id: Option<u32>,
+        /// The counter of its next signature, or, after a restart, a greater one; 0 without a key.
+        counter: u32,
+    },
 }
 
 /// Who a transmitter is.
@@ -183,6 +190,15 @@ pub enum Refusal {
     /// These LEDs show no carrier.
     #[error("its LEDs show no carrier, for they are lit row by row and not latched all at once (MAX7219): give 0 cycles for still panels")]
     NoLatch,
+    /// This firmware does not sign.
+    #[error("its firmware signs no messages: flash one that was built with the feature `signing`")]
+    NoSigning,
+    /// These bytes are no key.
+    #[error("a key's seed has 32 bytes, not all of them zero: make one with `vocc keys new`")]
+    Seed,
+    /// The counter of the key's signatures is at its end.
+    #[error("its key has no counter left to sign with, and nothing was changed: give it a new key (`vocc device key`)")]
+    NoCounter,
 }
 
 /// What is said of a carrier that a transmitter refuses: thousandths of a symbol a second, and cycles a symbol.

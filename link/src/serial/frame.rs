@@ -1,5 +1,7 @@
 //! Bodies to frames to bytes on the wire, and back.
 
+use core::fmt;
+
 use super::{Answer, CHUNK_MAX, Request, VERSION};
 use crate::checksum::crc32c;
 use crate::framing::MESSAGE_MAX;
@@ -124,7 +126,7 @@ pub enum FrameError {
 }
 
 /// A frame that arrived as it was sent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
     version: u8,
     kind: u8,
@@ -147,6 +149,19 @@ pub enum BodyError {
     /// It is no message of this version.
     #[error("the frame holds no message of protocol {VERSION}: update the older side")]
     Malformed,
+}
+
+/// Without its body: it may hold a key.
+impl fmt::Debug for Frame<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            version,
+            kind,
+            sequence,
+            body,
+        } = self;
+        write!(f, "Frame(version {version}, kind {kind}, number {sequence}, {} bytes)", body.len())
+    }
 }
 
 impl<'a> Frame<'a> {
@@ -224,7 +239,6 @@ impl<'a> Frame<'a> {
 /// [`REQUEST_FRAME_MAX`] or [`ANSWER_FRAME_MAX`].
 ///
 /// After garbage of any kind it finds the next frame at the next 0.
-#[derive(Debug)]
 pub struct FrameReader<const MOST: usize> {
     decoder: DecoderState,
     buffer: [u8; MOST],
@@ -265,6 +279,13 @@ impl<const MOST: usize> FrameReader<MOST> {
             ),
             Err(_) => Some(Err(FrameError::Truncated)),
         }
+    }
+}
+
+/// Without what was received: it may hold a key.
+impl<const MOST: usize> fmt::Debug for FrameReader<MOST> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "FrameReader({} of {MOST} bytes)", self.length)
     }
 }
 

@@ -56,7 +56,7 @@ pub use calibration::Measured;
 pub use frame::{
     ANSWER_FRAME_MAX, BodyError, EncodeError, FRAME_OVERHEAD, Frame, FrameError, FrameReader, Kind, REQUEST_FRAME_MAX, encode, wire_length,
 };
-pub use request::Request;
+pub use request::{Request, Seed};
 pub use status::{Counters, Faults, Light, Limit, Status};
 
 /// The version of the protocol. The places of version, kind, sequence number and CRC in a frame hold for every

@@ -1,8 +1,20 @@
 //! What a computer asks of a transmitter.
 
+use core::fmt;
+
 use super::Measured;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
+
+/// The seed of a key that signs. It is not printed.
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub struct Seed<'a>(#[serde(borrow)] pub &'a [u8]);
+
+impl fmt::Debug for Seed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "Seed({} bytes)", self.0.len())
+    }
+}
 
 /// A request. Doing twice what it asks for is the same as doing it once.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
@@ -87,4 +99,18 @@ pub enum Request<'a> {
         /// Cycles of the carrier a symbol, see [`Waveform`](crate::waveform::Waveform); 0: panels that stand still.
         cycles: u16,
     },
+    /// Which key signs? Answered by [`Answer::Key`](super::Answer::Key). Added later: an older transmitter refuses it as unknown.
+    ReadKey,
+    /// Check, store and use this key: messages sent from now on are signed. Every trace of the key before it is erased. No request reads it
+    /// back. Answered by [`Answer::Key`](super::Answer::Key). Added later: an older transmitter refuses it as unknown.
+    WriteKey {
+        /// 32 bytes, not all zero.
+        #[serde(borrow)]
+        seed: Seed<'a>,
+        /// The counter of its first signature; a key that is there already keeps its own where that is greater.
+        counter: u32,
+    },
+    /// Erase every trace of the key: messages sent from now on are not signed. Answered by [`Answer::Key`](super::Answer::Key). Added later:
+    /// an older transmitter refuses it as unknown.
+    EraseKey,
 }

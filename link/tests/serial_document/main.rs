@@ -5,8 +5,8 @@ mod layout;
 use fixed::types::{U0F32, U1F31, U12F20, U32F32};
 use link::l2a_table::{Illuminance, Interval, L2a, L2aTable};
 use link::serial::{
-    Answer, Counters, Faults, Hello, Kind, Light, Limit, Measured, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, Status, TablePart, encode,
-    wire_length,
+    Answer, Counters, Faults, Hello, Kind, Light, Limit, Measured, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, Seed, Status, TablePart,
+    encode, wire_length,
 };
 
 const DOCUMENT: &str = include_str!("../../../docs/serial.md");
@@ -222,6 +222,26 @@ fn examples() -> Vec<String> {
                 cycles: 34,
             }),
         ),
+        asked(
+            23,
+            "write key, a seed of 32 bytes that are 1 to 32, counter 1760000000",
+            Request::WriteKey {
+                seed: Seed(&core::array::from_fn::<u8, 32, _>(|byte| byte as u8 + 1)),
+                counter: 1_760_000_000,
+            },
+        ),
+        told(
+            23,
+            "key 79b5562e, counter 1760000000",
+            Answer::Key {
+                id: Some(0x79b5_562e),
+                counter: 1_760_000_000,
+            },
+        ),
+        asked(24, "read key", Request::ReadKey),
+        asked(25, "erase key", Request::EraseKey),
+        told(25, "key, none", Answer::Key { id: None, counter: 0 }),
+        told(26, "refused, no signing", Answer::Refused(Refusal::NoSigning)),
     ]
 }
 

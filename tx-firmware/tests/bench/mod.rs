@@ -95,6 +95,7 @@ impl<M: LedMatrix> Bench<M> {
     }
 
     /// Sends all parts of a table's image.
+    #[allow(dead_code, reason = "not every test sends tables")]
     pub fn stage(&mut self, image: &[u8], crc: u32) {
         let length = image.len() as u16;
         self.expect(&Request::BeginTable { length, crc }, &Answer::Staged { received: 0 });

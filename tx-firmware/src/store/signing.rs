@@ -1,0 +1,110 @@
+//! The private key that signs, and the counters of its signatures. Feature `signing`.
+//!
+//! The key stands in the record beside the first counter that is not reserved. A signature takes a counter that was reserved since the last
+//! start; when there is none, a record reserves the next [`RESERVED`] before the first of them is used. A power cut loses what was reserved,
+//! and no counter is used twice.
+//!
+//! A record that counts no longer still holds its key. So another key, or none, begins a unit, and all other units are erased.
+
+use core::ops::Range;
+
+use embedded_storage::nor_flash::NorFlash;
+use link::{
+    framing::{KeyId, Signature},
+    signing::{SECRET_BYTES, SecretKey},
+};
+
+use super::{BLANK, Found, RECORD, SIGNING_KEY, Store, StoreError};
+
+/// Counters that one record reserves: a start loses fewer than that, and so many signatures cost one write.
+pub const RESERVED: u32 = 64;
+
+/// Counter, 4 bytes, behind the key's.
+const _: () = assert!(SIGNING_KEY.end - SIGNING_KEY.start == 2 + SECRET_BYTES + 4);
+
+/// The key in the record that counts.
+struct StoredKey {
+    secret: SecretKey,
+    /// The first counter that is not reserved.
+    counter: u32,
+}
+
+impl StoredKey {
+    fn to_bytes(&self) -> [u8; SECRET_BYTES + 4] {
+        let mut bytes = [0; SECRET_BYTES + 4];
+        let parts = self.secret.to_bytes().into_iter().chain(self.counter.to_le_bytes());
+        bytes.iter_mut().zip(parts).for_each(|(to, from)| *to = from);
+        bytes
+    }
+}
+
+impl<F: NorFlash> Store<F> {
+    pub(super) fn key_in_use(&mut self) -> Result<Option<(KeyId, u32)>, StoreError> {
+        let next = self.reserved.clone().next();
+        let key = self.stored_key()?;
+        Ok(key.map(|key| (key.secret.public().id(), next.unwrap_or(key.counter))))
+    }
+
+    pub(super) fn replace_key(&mut self, seed: [u8; 32], counter: u32) -> Result<(), StoreError> {
+        let secret = SecretKey::from_seed(seed).map_err(|_| StoreError::Damaged)?;
+        let same = self.stored_key()?.filter(|old| old.secret.public() == secret.public());
+        let counter = same.map_or(counter, |old| old.counter.max(counter));
+        self.save_alone(Some(&StoredKey { secret, counter }.to_bytes()))
+    }
+
+    pub(super) fn remove_key(&mut self) -> Result<(), StoreError> {
+        self.save_alone(None)
+    }
+
+    pub(super) fn signature(&mut self, message: &[u8]) -> Result<Option<Signature>, StoreError> {
+        let Some(mut key) = self.stored_key()? else {
+            return Ok(None);
+        };
+        if self.reserved.is_empty() {
+            let first = key.counter;
+            key.counter = first.checked_add(RESERVED).ok_or(StoreError::NoCounter)?;
+            self.save(SIGNING_KEY, &key.to_bytes())?;
+            self.reserved = first..key.counter;
+        }
+        let counter = self.reserved.next();
+        Ok(counter.map(|counter| key.secret.sign(message, counter)))
+    }
+
+    fn stored_key(&mut self) -> Result<Option<StoredKey>, StoreError> {
+        if let Found::Foreign = self.find()? {
+            return Ok(None);
+        }
+        let Some(bytes) = self.load(SIGNING_KEY)? else {
+            return Ok(None);
+        };
+        let (secret, counter) = bytes.split_first_chunk::<SECRET_BYTES>().ok_or(StoreError::Damaged)?;
+        Ok(Some(StoredKey {
+            secret: SecretKey::from_bytes(*secret),
+            counter: u32::from_le_bytes(counter.try_into().map_err(|_| StoreError::Damaged)?),
+        }))
+    }
+
+    /// Writes the record that counts with this key, or without one, at the beginning of the next erase unit, and erases all others.
+    fn save_alone(&mut self, key: Option<&[u8]>) -> Result<(), StoreError> {
+        let found = self.find()?;
+        let Range { start, end } = self.addresses;
+        let unit = F::ERASE_SIZE as u32;
+        let address = match found {
+            Found::Record(last) if last - last % unit + unit < end => last - last % unit + unit,
+            Found::Record(_) | Found::Nothing | Found::Foreign => start,
+        };
+        self.erase_unit(address)?;
+        self.reserved = 0..0;
+        self.write(found, address, SIGNING_KEY, key)?;
+        for other in (start..end).step_by(F::ERASE_SIZE).filter(|&other| other != address) {
+            let mut is_used = false;
+            for place in (other..other + unit).step_by(RECORD) {
+                is_used = is_used || self.read(place)? != BLANK;
+            }
+            if is_used {
+                self.erase_unit(other)?;
+            }
+        }
+        Ok(())
+    }
+}
