@@ -210,6 +210,12 @@ impl OwnKey {
         }
     }
 
+    /// What a board takes it in by: as secret as the file.
+    pub fn seed(&self) -> [u8; KEY_BYTES] {
+        let bytes = self.key.to_bytes();
+        core::array::from_fn(|place| bytes[place])
+    }
+
     /// Signs a message.
     pub fn sign(&self, message: &[u8], counter: u32) -> Signature {
         self.key.sign(message, counter)
@@ -240,17 +246,17 @@ impl SigningArguments {
             return Ok(None);
         };
         let key = OwnKey::read(path)?;
-        let counter = match self.counter {
-            Some(counter) => counter,
-            None => seconds_since_1970().context("this computer's clock is not set: give the signature's counter with --counter")?,
-        };
-        Ok(Some((key, counter)))
+        Ok(Some((key, counter_or_seconds(self.counter)?)))
     }
 }
 
-fn seconds_since_1970() -> Option<u32> {
-    let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).ok()?;
-    u32::try_from(now.as_secs()).ok()
+/// The counter of a signature: the one that is given, or the seconds since 1970.
+pub fn counter_or_seconds(given: Option<u32>) -> anyhow::Result<u32> {
+    let now = || SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).ok();
+    let seconds = || u32::try_from(now()?.as_secs()).ok();
+    given
+        .or_else(seconds)
+        .context("this computer's clock is not set: give the signature's counter with --counter")
 }
 
 /// Whom a receiver trusts.

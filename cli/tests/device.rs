@@ -295,6 +295,9 @@ fn first_firmware(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
                 | Request::WriteIntensityLimit { .. }
                 | Request::ReadCarrier
                 | Request::WriteCarrier { .. }
+                | Request::ReadKey
+                | Request::WriteKey { .. }
+                | Request::EraseKey
         )
     };
     instead(bytes, &unknown, is_later).unwrap_or_else(|| fake.exchange(bytes))
@@ -310,6 +313,28 @@ fn firmware_that_knows_no_symbol_rates_is_told_from_other_refusals() {
     assert_eq!(status["symbol_rate_hz"], serde_json::Value::Null);
     assert_eq!(status["uptime_s"], 1);
     assert_eq!(board.stop().memory.timing, None);
+}
+
+#[test]
+fn firmware_that_signs_no_messages_takes_no_key() {
+    let key = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-signing-key.toml");
+    let _ = std::fs::remove_file(&key);
+    let key = key.to_str().unwrap();
+    ends(&vocc(&["keys", "new", key]), 0, &[]);
+    let boards = [
+        (Board::honest(), "built with the feature `signing`"),
+        (Board::start(first_firmware), "too old"),
+    ];
+    for (board, why) in boards {
+        for command in [
+            &["device", "key"][..],
+            &["device", "key", "--key", key],
+            &["device", "key", "--erase"],
+        ] {
+            ends(&board.vocc(command), 2, &[why, "flash"]);
+        }
+        assert_eq!(json(&board.vocc(&["device", "status", "--json"]))["signer"], Value::Null);
+    }
 }
 
 #[test]

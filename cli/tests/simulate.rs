@@ -368,6 +368,59 @@ fn what_is_sent_is_filmed_and_received() {
     assert!(text(&received.stdout).contains("ice ahead"), "{}", text(&received.stdout));
 }
 
+/// The key is told from its file, never by the board; counters go on after a restart.
+#[test]
+fn a_board_with_a_key_signs_what_it_is_sent_and_is_proven() {
+    let place = folder("simulated-key");
+    let [key, trusted, flash] = ["key.toml", "keys.toml", "flash"].map(|file| place.join(file));
+    let (key, trusted, flash) = (name(&key), name(&trusted), name(&flash));
+    says(&vocc(&["keys", "new", key]), 0, &[]);
+    let shown = vocc(&["keys", "show", key, "--json"]);
+    let signer = json(&shown)["signer"].clone();
+    std::fs::write(trusted, vocc(&["keys", "show", key]).stdout).expect("written");
+
+    let board = Simulated::start(&["--flash", flash]);
+    assert!(text(&board.vocc(&["device", "key"]).stdout).contains("has no key"));
+    assert_eq!(
+        (&board.status()["signer"], &board.status()["signer_counter"]),
+        (&Value::Null, &Value::Null)
+    );
+    let given = board.vocc(&["device", "key", "--key", key, "--counter", "100", "--json"]);
+    assert_eq!((&json(&given)["signer"], &json(&given)["signer_counter"]), (&signer, &100.into()));
+    assert_eq!(
+        (&board.status()["signer"], &board.status()["signer_counter"]),
+        (&signer, &100.into())
+    );
+    board.end();
+
+    for counter in [100, 164] {
+        let frames = place.join(format!("frames-{counter}"));
+        let small = ["--set", "camera.width_px=320", "--set", "camera.height_px=240"];
+        let film = ["--frames", name(&frames), "--count", "200", "--flash", flash];
+        let mut board = Simulated::start(&[&small[..], &film].concat());
+        says(&board.vocc(&["device", "send", "--message", "ice ahead"]), 0, &[]);
+        assert!(board.child.wait().expect("it ends").success());
+        let received = vocc(&["receive", name(&frames), "--trust", trusted, "--only-trusted", "--json"]);
+        says(&received, 0, &[]);
+        let lines = text(&received.stdout);
+        let proven = lines.lines().map(|line| serde_json::from_str::<Value>(line).expect("JSON"));
+        let proven: Vec<_> = proven.filter(|line| line["message"] == "ice ahead").collect();
+        assert!(!proven.is_empty(), "{lines}");
+        assert_eq!((&proven[0]["verdict"], &proven[0]["signer"]), (&"proven".into(), &signer));
+        assert_eq!(proven[0]["counter"], counter);
+    }
+
+    let board = Simulated::start(&["--flash", flash]);
+    assert!(text(&board.vocc(&["device", "key", "--erase"]).stdout).contains("has no key"));
+    board.end();
+    let secret = std::fs::read_to_string(key).expect("a key");
+    let secret = secret.lines().find_map(|line| line.strip_prefix("secret = \"")).expect("a secret");
+    let secret: Vec<u8> = (0..32)
+        .map(|byte| u8::from_str_radix(&secret[2 * byte..2 * byte + 2], 16).expect("digits"))
+        .collect();
+    assert!(!std::fs::read(flash).expect("a flash").windows(32).any(|window| window == secret));
+}
+
 #[test]
 fn what_is_sent_by_a_carrier_is_filmed_and_received() {
     let place = folder("simulated-carrier");

@@ -18,6 +18,7 @@ use crate::stop::stop;
 
 mod calibrate;
 mod calibration;
+mod key;
 mod limit;
 mod rate;
 mod receiver;
@@ -87,6 +88,8 @@ enum Action {
         #[command(flatten)]
         wanted: rate::Wanted,
     },
+    /// The key with which a transmitter signs its messages: name it, give it one, or erase it.
+    Key(key::Arguments),
     /// Give a transmitter a message to show.
     Send {
         #[command(flatten)]
@@ -125,6 +128,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         Action::Calibrate(arguments) => calibrate::run(arguments, shared),
         Action::Simulate(arguments) => simulate::run(arguments, shared),
         Action::Rate { port, wanted } => rate::run(port, wanted, shared),
+        Action::Key(arguments) => key::run(arguments, shared),
         Action::Send { port, stop, .. } if *stop => done(port, &Request::StopSending, shared),
         Action::Send {
             port, message, repeats, ..
@@ -288,6 +292,9 @@ fn report(status: &Status, client: &mut Connection, port: &Port, shared: &Shared
     };
     values["symbol_rate_hz"] = told.map(|told| told.symbol_rate_hz).into();
     values["carrier_cycles"] = told.and_then(|told| told.carrier_cycles).into();
+    let key = key::in_use(client).with_context(|| port.name())?;
+    values["signer"] = key.map(|(id, _)| id.to_string()).into();
+    values["signer_counter"] = key.map(|(_, counter)| counter).into();
     let identity = client.identity();
     values["port"] = port.name().into();
     values["board"] = identity.board.clone().into();

@@ -113,6 +113,9 @@ pub enum DeviceError {
          --carrier-cycles out"
     )]
     NoCarrier,
+    /// It is older than keys.
+    #[error("its firmware is too old to sign messages, and nothing was changed: flash the present one (docs/hardware.md)")]
+    NoKey,
     /// It is older than the limit of its intensity.
     #[error(
         "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the present one (docs/hardware.md), or leave \

@@ -128,6 +128,7 @@ pub const WORKS: &[Work] = &[
         ..work("device calibration", "--template @calibration.toml")
     },
     work("device rate", "27 --port %port --timeout 0.05"),
+    work("device key", "--key <key.toml --port %port --timeout 0.05"),
     work("device send", "--message-file <message.txt --port %port --timeout 0.05"),
     Work {
         again: Again::Clears,
@@ -198,6 +199,7 @@ pub const LARGEST: &[Work] = &[
     work("device snapshot", "--port %port --timeout 60 --out @snapshot.png"),
     work("device calibration", "--port %port --timeout 60"),
     work("device rate", "27 --port %port --timeout 60"),
+    work("device key", "--key <key.toml --port %port --timeout 60"),
     work("device send", "--message-file <long.txt --port %port --timeout 60"),
     work("device calibrate", "--frames duties --illuminance-lx 10000 --out @panel.toml"),
     Work {

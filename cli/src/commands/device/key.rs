@@ -1,0 +1,74 @@
+//! `vocc device key`: the key with which a transmitter signs its messages.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use link::framing::KeyId;
+use link::serial::{Answer, Refusal, Request, Seed};
+use serde_json::json;
+
+use crate::device::DeviceError;
+use crate::keys::{OwnKey, counter_or_seconds};
+use crate::options::{Connection, Port, Shared};
+use crate::output::{self, Verdict, line};
+
+/// Arguments of `vocc device key`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    port: Port,
+    /// Give it this private key, which `vocc keys new` makes: from now on it signs each message that it is sent. It never gives the key
+    /// back; `vocc keys show` prints what others need to trust it.
+    #[arg(long, value_name = "KEY.toml", conflicts_with = "erase")]
+    key: Option<PathBuf>,
+    /// The counter of the key's first signature; a board that has this key goes on with its own if that is greater. Without it, the seconds
+    /// since 1970.
+    #[arg(long, value_name = "N", requires = "key")]
+    counter: Option<u32>,
+    /// Erase the key: it signs no more.
+    #[arg(long)]
+    erase: bool,
+}
+
+/// Tells which key signs, after changing it if that is asked for.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+    let key = arguments.key.as_deref().map(OwnKey::read).transpose()?;
+    let counter = key.as_ref().map(|_| counter_or_seconds(arguments.counter)).transpose()?;
+    let port = &arguments.port;
+    let mut client = port.greet_transmitter()?;
+    let seed = key.as_ref().map(OwnKey::seed);
+    let request = match (&seed, counter) {
+        (Some(seed), Some(counter)) => Request::WriteKey { seed: Seed(seed), counter },
+        _ if arguments.erase => Request::EraseKey,
+        _ => Request::ReadKey,
+    };
+    let found = ask(&mut client, &request).with_context(|| port.name())?;
+    let (id, counter) = (found.map(|(id, _)| id.to_string()), found.map(|(_, counter)| counter));
+    if shared.json {
+        output::json(&json!({ "port": port.name(), "signer": id, "signer_counter": counter }))?;
+    } else if let Some((id, counter)) = found {
+        line(&format!("{}: signs with key {id}, the next counter is {counter}", port.name()))?;
+    } else {
+        line(&format!("{}: has no key, and signs no messages", port.name()))?;
+    }
+    Ok(Verdict::Yes)
+}
+
+/// The key in use and its next counter; none where there is no key, or the firmware signs no messages.
+pub fn in_use(client: &mut Connection) -> Result<Option<(KeyId, u32)>, DeviceError> {
+    match ask(client, &Request::ReadKey) {
+        Err(DeviceError::NoKey | DeviceError::Refused(Refusal::NoSigning)) => Ok(None),
+        outcome => outcome,
+    }
+}
+
+fn ask(client: &mut Connection, request: &Request<'_>) -> Result<Option<(KeyId, u32)>, DeviceError> {
+    let outcome = client.ask(request, |answer| match answer {
+        Answer::Key { id, counter } => Some(id.map(|id| (KeyId(id.to_be_bytes()), counter))),
+        _ => None,
+    });
+    outcome.map_err(|error| match error {
+        DeviceError::Refused(Refusal::Unknown) => DeviceError::NoKey,
+        other => other,
+    })
+}
