@@ -10,6 +10,8 @@ use vocc_tests::{emulator, firmware};
 pub struct Programs {
     /// The ELF file of the board.
     pub image: PathBuf,
+    /// The same for a board that signs no messages.
+    pub unsigned: PathBuf,
     /// That of the desk kit: with a MAX7219, and without a light sensor.
     pub kit: PathBuf,
     /// The `vocc` program.
@@ -22,6 +24,7 @@ impl Programs {
         emulator::provide()?;
         Ok(Self {
             kit: built("kit", &["--no-default-features", "--features", KIT])?,
+            unsigned: built("unsigned", &["--no-default-features", "--features", UNSIGNED])?,
             image: built("default", &[])?,
             vocc: programs::vocc()?,
         })
@@ -30,6 +33,9 @@ impl Programs {
 
 /// The features of the desk kit, as `docs/hardware/desk-kit.md` gives them.
 const KIT: &str = "rp2040,max7219,no-sensor";
+
+/// The default ones but for `signing`.
+const UNSIGNED: &str = "rp2040,opt3001";
 
 /// Builds the image and keeps it by this name: the next build has another in its place.
 fn built(name: &str, features: &[&str]) -> Result<PathBuf, Unready> {

@@ -15,6 +15,7 @@ mod power_cut;
 mod rate;
 mod restart;
 mod serial;
+mod signing;
 mod vocc;
 
 use std::path::Path;
@@ -41,6 +42,8 @@ fn main() -> ExitCode {
         light::a_failed_sensor_leads_to_a_safe_luminance,
         light::saturating_light_is_daylight,
         closed_loop::a_message_sent_to_the_board_is_received_by_a_camera,
+        signing::a_message_is_signed_on_the_board_and_proven_by_the_public_key,
+        signing::a_key_clears_a_full_store_while_symbols_go_on,
         restart::a_program_that_hangs_is_restarted,
         restart::it_is_dark_without_a_program,
         restart::a_panic_is_dark_and_restarts,

@@ -77,15 +77,8 @@ pub fn a_table_outlives_a_power_cut(programs: &Programs, folder: &Path) {
 
 /// A store's place that held something else, in the slowest flash: symbols go on in step, and nothing is reset.
 pub fn a_flash_that_held_something_else_is_taken_over_while_symbols_go_on(programs: &Programs, folder: &Path) {
-    const STORE_BYTES: usize = 64 * 1024;
     let table = write_table(folder, NIGHT, 1.25);
-    drop(Emulator::power_up(programs, folder, &[]));
-    let flashed = folder.join("flash.bin");
-    let mut bytes = std::fs::read(&flashed).expect("the flash is a file");
-    let place = bytes.len() - STORE_BYTES;
-    bytes[place..].fill(0x5a);
-    std::fs::write(&flashed, &bytes).expect("the flash is a file");
-
+    fill_store(programs, folder);
     let mut board = Emulator::power_up(programs, folder, &["--slow-flash"]);
     let mut record = Record::default();
     record.extend(&board.run_ms(500));
@@ -99,15 +92,31 @@ pub fn a_flash_that_held_something_else_is_taken_over_while_symbols_go_on(progra
     events.extend(board.run_ms(500));
     assert!(events.iter().all(|event| event.reset.is_none()));
     record.extend(&events);
+    assert_beacons(&record);
+    board.real_time(true);
+    let terminal = Terminal::open(board.socket());
+    let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
+    assert_eq!(status["table_crc"], crc(&table), "{status}");
+}
+
+/// Flashes a board whose store was something else's, to its last byte.
+pub fn fill_store(programs: &Programs, folder: &Path) {
+    const STORE_BYTES: usize = 64 * 1024;
+    drop(Emulator::power_up(programs, folder, &[]));
+    let flashed = folder.join("flash.bin");
+    let mut bytes = std::fs::read(&flashed).expect("the flash is a file");
+    let place = bytes.len() - STORE_BYTES;
+    bytes[place..].fill(0x5a);
+    std::fs::write(&flashed, &bytes).expect("the flash is a file");
+}
+
+/// From the first panel that is not dark on there are beacons, and none is left out.
+pub fn assert_beacons(record: &Record) {
     let mut beacons = Schedule::new();
     let first = record.symbols.iter().position(|symbol| symbol.panel.bits() != 0);
     for symbol in &record.symbols[first.expect("symbols are shown")..] {
         assert_eq!(symbol.panel, beacons.next_panel(), "at {} ns", symbol.ns);
     }
-    board.real_time(true);
-    let terminal = Terminal::open(board.socket());
-    let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
-    assert_eq!(status["table_crc"], crc(&table), "{status}");
 }
 
 /// The power goes in the middle of flash operations of updates: one of the two tables is there, whole.

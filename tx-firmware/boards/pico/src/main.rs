@@ -4,7 +4,7 @@
 //! |---|---|
 //! | hardware alone | the symbol clock and shifting ([`symbols`]); the latch and the dimming ([`leds`]) |
 //! | interrupt | the next panels ([`shared`]) |
-//! | interrupt executor | the serial ports and the flash ([`ports`], [`memory`]) |
+//! | interrupt executor | the serial ports, the flash and signatures ([`ports`], [`memory`]) |
 //! | thread | the light sensor ([`light_sensor`]) and the watchdog |
 //!
 //! `docs/hardware` has the wiring of both kits.

@@ -3,18 +3,19 @@
 use embassy_rp::{
     Peri,
     flash::{self, Blocking, Flash},
+    pac,
     peripherals::FLASH,
 };
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use tx_firmware::store::{Store, StoreError};
 
-use crate::shared::Shared;
+use crate::{WATCHDOG, shared::Shared};
 
 const FLASH_BYTES: usize = 2 * 1024 * 1024;
 /// What `memory-*.x` leaves free.
 const STORE_BYTES: u32 = 64 * 1024;
 
-/// A flash that lets the panels of the next half second be made ready before it stops the processor.
+/// A flash that lets the panels of the next half second be made ready before it stops the processor, and the watchdog wait for each erase.
 pub struct SteadyFlash(Flash<'static, FLASH, Blocking, FLASH_BYTES>);
 
 /// The store in the board's flash.
@@ -48,6 +49,10 @@ impl NorFlash for SteadyFlash {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), flash::Error> {
         prepare();
+        // A change of the key erases many sectors. The RP2040 counts down by two in a microsecond, the RP2350 by one.
+        pac::WATCHDOG
+            .load()
+            .write_value(pac::watchdog::regs::Load(2 * WATCHDOG.as_micros() as u32));
         self.0.blocking_erase(from, to)
     }
 

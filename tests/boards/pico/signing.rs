@@ -1,0 +1,122 @@
+//! A board that keeps a private key: what its LEDs show is proven by the public one.
+
+use std::io::Write as _;
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+
+use link::framing::{Deframer, Event, Signature};
+use link::panel::SoftPanel;
+use link::serial::{Kind, REQUEST_FRAME_MAX, Request, Seed, encode, wire_length};
+use link::signing::{SecretKey, TrustedKey, Verdict, verdict};
+use vocc_tests::firmware::say;
+
+use crate::emulator::{Emulator, Event as Happening};
+use crate::image::Programs;
+use crate::measure::JITTER_MAX_NS;
+use crate::panel::{Record, Symbol};
+use crate::serial::{assert_beacons, fill_store};
+use crate::terminal::Terminal;
+use crate::vocc::vocc;
+
+const SEED: [u8; 32] = *b"the private key of a board's own";
+const FIRST_COUNTER: u32 = 1_760_000_000;
+const WRITE_KEY: Request<'_> = Request::WriteKey {
+    seed: Seed(&SEED),
+    counter: FIRST_COUNTER,
+};
+/// How long the signature of a message may take, cycles: a quarter of a second.
+const SIGNING_MAX: u64 = 31_250_000;
+/// Within which a message that was sent is proven, with its signature of 20 panels, ms.
+const PROVEN_MS: u32 = 1_000;
+
+/// The bytes of a request, whose number names it.
+fn wire(sequence: u32, request: &Request<'_>) -> Vec<u8> {
+    let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
+    encode(Kind::Request, sequence, request, &mut wire).expect("it fits").to_vec()
+}
+
+/// What happens in some time after a request.
+fn after(board: &mut Emulator, sequence: u32, request: &Request<'_>, milliseconds: u32) -> Vec<Happening> {
+    let mut port = UnixStream::connect(board.socket()).expect("the emulator listens");
+    port.write_all(&wire(sequence, request)).expect("the board takes it");
+    board.run_ms(milliseconds)
+}
+
+/// What was shown, and how it was lit.
+fn record(events: &[Happening]) -> Record {
+    let mut record = Record::default();
+    record.extend(events);
+    record
+}
+
+/// The first signed message that symbols show.
+fn signed(symbols: &[Symbol]) -> Option<(Vec<u8>, Signature)> {
+    let mut deframer = Box::new(Deframer::new());
+    (0..).zip(symbols).find_map(|(index, symbol)| {
+        let seen = SoftPanel::certain(symbol.panel, 20);
+        match deframer.push(index, symbol.ns, &seen) {
+            Event::Signed(read) => Some((read.message.to_vec(), read.signature)),
+            _ => None,
+        }
+    })
+}
+
+/// (e) The board signs what it is sent while its symbols go on, goes on counting after a restart, and forgets its key for good.
+pub fn a_message_is_signed_on_the_board_and_proven_by_the_public_key(programs: &Programs, folder: &Path) {
+    let public = SecretKey::from_seed(SEED).expect("a key").public();
+    let mut trusted = [TrustedKey::new(public, None)];
+    for (start, message) in [(0, &b"Signed by a board"[..]), (1, b"Signed after a restart")] {
+        let mut board = Emulator::power_up(programs, folder, &["--time", "9SecretKey4sign"]);
+        board.run_ms(100);
+        if start == 0 {
+            after(&mut board, 1, &WRITE_KEY, PROVEN_MS);
+        }
+        let events = after(&mut board, 2, &Request::Send { repeats: None, message }, PROVEN_MS);
+        let symbols = record(&events).symbols;
+        let (read, signature) = signed(&symbols).expect("a signed message");
+        assert_eq!(read, message);
+        let told = Verdict::Proven {
+            signer: public.id(),
+            counter: FIRST_COUNTER + 64 * start,
+        };
+        assert_eq!(verdict(&mut trusted, &read, &signature), told);
+
+        let lengths_ns = symbols.windows(2).map(|pair| pair[1].ns - pair[0].ns);
+        let (shortest_ns, longest_ns) = lengths_ns.fold((u64::MAX, 0), |(least, most), ns| (least.min(ns), most.max(ns)));
+        assert!(longest_ns - shortest_ns <= JITTER_MAX_NS as u64, "{shortest_ns} to {longest_ns} ns");
+        let cycles = events.last().and_then(|last| last.cycles.as_ref()).expect("cycles were counted");
+        let cycles = cycles["9SecretKey4sign"]["most"].as_u64().expect("it signed");
+        say(&format!(
+            "a signature of {} bytes: {cycles} cycles with interrupts; symbols of {shortest_ns} to {longest_ns} ns meanwhile",
+            message.len()
+        ));
+        assert!(cycles <= SIGNING_MAX);
+    }
+    let flash = || std::fs::read(folder.join("flash.bin")).expect("the flash is a file");
+    let holds_key = |flash: &[u8]| flash.windows(SEED.len()).any(|window| window == SEED);
+    assert!(holds_key(&flash()));
+
+    let mut board = Emulator::power_up(programs, folder, &[]);
+    board.run_ms(100);
+    board.real_time(true);
+    let terminal = Terminal::open(board.socket());
+    let key = |words: &[&str]| vocc(programs, folder, &[&["device", "key"], words].concat(), terminal.name()).json();
+    assert_eq!(key(&[])["signer"], public.id().to_string());
+    assert_eq!(key(&["--erase"])["signer"], serde_json::Value::Null);
+    assert!(!holds_key(&flash()));
+}
+
+/// Each of 16 sectors takes the longest to erase, longer in all than the watchdog waits.
+pub fn a_key_clears_a_full_store_while_symbols_go_on(programs: &Programs, folder: &Path) {
+    fill_store(programs, folder);
+    let mut board = Emulator::power_up(programs, folder, &["--slow-flash"]);
+    let mut events = board.run_ms(100);
+    events.extend(after(&mut board, 1, &WRITE_KEY, 8_000));
+    assert!(events.iter().all(|event| event.reset.is_none()));
+    assert_beacons(&record(&events));
+    let message = b"Signed by a board";
+    let events = after(&mut board, 2, &Request::Send { repeats: None, message }, PROVEN_MS);
+    assert!(signed(&record(&events).symbols).is_some_and(|(read, _)| read == message));
+    let flash = std::fs::read(folder.join("flash.bin")).expect("the flash is a file");
+    assert!(!flash.windows(64).any(|window| window == [0x5a; 64]));
+}
