@@ -6,43 +6,25 @@
 //! ```
 #![no_main]
 
+#[path = "../../../tx-firmware/tests/flash/mod.rs"]
+mod flash;
+
 use std::cell::RefCell;
 
+use flash::{ERASE, Flash};
 use libfuzzer_sys::fuzz_target;
-use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
 use link::serial::{ANSWER_FRAME_MAX, Answer, FrameReader, Kind, Request, encode};
-use link::symbol_rate::SymbolRate;
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::matrix::RecordingMatrix;
 use tx_firmware::service::{ANSWER_MAX, Identity, Service};
-use tx_firmware::store::{Memory, StoreError};
+use tx_firmware::store::Store;
 use tx_firmware::transmitter::Transmitter;
-
-/// A memory that takes everything and keeps nothing.
-struct Nothing;
-
-impl Memory for Nothing {
-    fn save_table(&mut self, _: &L2aTable) -> Result<(), StoreError> {
-        Ok(())
-    }
-
-    fn save_calibration(&mut self, _: &Calibration) -> Result<(), StoreError> {
-        Ok(())
-    }
-
-    fn save_symbol_rate(&mut self, _: SymbolRate) -> Result<(), StoreError> {
-        Ok(())
-    }
-
-    fn save_intensity_limit(&mut self, _: Option<IntensityLimit>) -> Result<(), StoreError> {
-        Ok(())
-    }
-}
 
 struct Board {
     transmitter: Transmitter<RecordingMatrix>,
+    store: Store<Flash<4>>,
     service: Service,
 }
 
@@ -51,6 +33,7 @@ impl Board {
         let calibration = Calibration::new(BENCH).expect("possible values");
         Self {
             transmitter: Transmitter::new(RecordingMatrix::default(), calibration, L2aTable::default(), Smoothing::default()),
+            store: Store::new(Flash::new(), 0..2 * ERASE as u32).expect("a store"),
             service: Service::new(Identity {
                 firmware: "fuzzed",
                 board: "none",
@@ -63,8 +46,12 @@ impl Board {
         let mut is_hello = None;
         for &byte in bytes {
             let mut out = [0; ANSWER_MAX];
-            let (transmitter, service) = (&mut self.transmitter, &mut self.service);
-            let Some(answer) = service.receive(byte, transmitter, &mut Nothing, &mut out) else {
+            let Self {
+                transmitter,
+                store,
+                service,
+            } = self;
+            let Some(answer) = service.receive(byte, transmitter, store, &mut out) else {
                 continue;
             };
             let mut reader = FrameReader::<ANSWER_FRAME_MAX>::new();
