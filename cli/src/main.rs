@@ -1,16 +1,16 @@
-//! `vocc`: optical camera communication between vehicles, from a command line.
+//! `vocc`, the command line of optical camera communication between vehicles.
 //!
-//! Arguments, files and printing only: the camera is simulated by `sim`, results are learnt by `studies`, frames are read by
-//! `rx-pipeline`, and panels are shown by `tx-firmware`. In layers, each of which knows those below it:
+//! Arguments, files and printing only: `sim` simulates the camera, `studies` computes results, `rx-pipeline` reads frames, and
+//! `tx-firmware` shows panels. Each layer uses those below it:
 //!
-//! - [`commands`]: one a module, arguments in, library calls, answers out; [`options`] are what several of them take;
-//! - [`report`]: what is told of results, on disk and while work goes on;
-//! - [`stop`]: Ctrl-C; [`plot`]: charts; [`numbers`]: numbers as they are shown; [`output`]: standard output; [`progress`]: standard error;
-//! - [`frames`] reads what cameras film, [`camera`] what is told of them, [`pictures`] writes frames, [`show`] draws what is seen in them;
-//! - [`results`] and [`checkpoint`] keep what long runs have finished, [`checksum`] tells whether it was changed since;
-//! - [`files`] are written whole or not at all, where [`outputs`] lets them;
-//! - [`keys`] sign messages, and tell who is trusted;
-//! - [`device`] talks to transmitters.
+//! - [`commands`]: one module each: arguments in, library calls, answers out; [`options`]: arguments that several commands share;
+//! - [`report`]: reports on results, on disk and during the work;
+//! - [`stop`]: Ctrl-C; [`plot`]: charts; [`numbers`]: number formats; [`output`]: standard output; [`progress`]: standard error;
+//! - [`frames`] reads films, [`camera`] reads camera files, [`pictures`] writes frames, [`show`] draws readings onto them;
+//! - [`results`] and [`checkpoint`] save the finished part of long runs, [`checksum`] detects later changes to it;
+//! - [`files`] writes files whole or not at all, if [`outputs`] permits the place;
+//! - [`keys`]: signing keys, and keys that are trusted;
+//! - [`device`] talks to transmitters and receiving boards.
 
 // They end the program when nobody listens: `output` has what does not.
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]

@@ -1,9 +1,8 @@
-//! What both ends of an optical camera link agree on, and nothing else.
+//! The parts of an optical camera link that both ends share: panels, framing, error correction, tables and serial messages.
 //!
-//! A camera on one vehicle reads an 8×8 LED panel on another. The transmitter shows one
-//! [`PanelFrame`](panel::PanelFrame), 64 bits, at a time; the receiver gets a
-//! [`SoftPanel`](panel::SoftPanel), 64 log-likelihood ratios, from each. This crate turns messages into the
-//! former and the latter into messages. It needs neither `std` nor a heap, and panics on no input.
+//! A camera on one vehicle reads an 8×8 LED panel on another. The transmitter shows one [`PanelFrame`](panel::PanelFrame) at a time, 64
+//! bits; from each the receiver gets a [`SoftPanel`](panel::SoftPanel), 64 log-likelihood ratios. This crate encodes messages as panels and
+//! decodes panels to messages. It needs neither `std` nor a heap, and panics on no input.
 //!
 //! ```
 //! use link::fec::Code;
@@ -15,7 +14,7 @@
 //! let mut deframer = Deframer::new();
 //! let delivered = (0..framer.panels_per_repeat()).any(|index| {
 //!     let shown = framer.next_panel();
-//!     // The camera takes one LED of each panel for the opposite.
+//!     // The camera misreads one LED of each panel.
 //!     let seen = PanelFrame::from_bits(shown.bits() ^ 1 << (7 * index % 64));
 //!     match deframer.push(index, u64::from(index), &SoftPanel::certain(seen, 12)) {
 //!         Event::Delivered(delivery) => delivery.message == message,
@@ -44,15 +43,24 @@
 //!      └──────────────────────  LEDs ─ light ─ camera  ───────────────────┘
 //! ```
 //!
-//! Beside them, [`l2a_table`] holds how bright the LEDs should be at which ambient light: the host computes
-//! it, the transmitter looks it up. [`serial`] is how it gets there: what a computer and a transmitter say to
-//! each other over a cable. [`symbol_rate`] is how often the panel changes, and which rate a camera follows; [`waveform`] is what LEDs do in
-//! between.
-//! [`camera`] is what a receiver is told of the camera, [`exposure`] how an automatic one exposes, and [`geometry`] what a panel tells of itself.
+//! The other modules:
+//!
+//! | module | has |
+//! |---|---|
+//! | [`l2a_table`] | the best ratio of LED to ambient light, by light and LED interval: computed on the host, looked up by the transmitter |
+//! | [`serial`] | the messages between a computer and a transmitter over a cable |
+//! | [`symbol_rate`] | the panel's symbol rate, and the highest that a camera follows |
+//! | [`waveform`] | the LEDs' waveform within a symbol: still, or a carrier |
+//! | [`camera`] | a camera's description for receiver and simulator |
+//! | [`exposure`] | a model of automatic exposure |
+//! | [`geometry`] | the panel's size, as the panel transmits it |
+//! | [`orientation`] | the eight ways in which a picture may show a panel |
+//! | [`intensity`] | the limit of a panel's luminous intensity |
 //!
 //! # The frame format
 //!
-//! Segments of a message follow one another and repeat without end, every second one in complement:
+//! A message is a sequence of segments that repeats without end. Neighbouring segments have opposite polarity, and so have neighbouring
+//! repeats:
 //!
 //! ```text
 //!   panel      0         1          2           3                ···                last
@@ -70,13 +78,13 @@
 //!
 //! * **To send messages**: [`framing::Framer`] with [`Code::for_length`](fec::Code::for_length), and
 //!   [`framing::Deframer`] at the other end. Text below 9 bytes is 5 panels; 1024 bytes are 216.
-//! * **Another code** is worth naming where the channel is known: [`fec::Code::Tm1280`] at error rates well
-//!   below 1 % (1024 bytes in 184 panels), [`fec::Code::Tc512`] where one repeat must suffice at 4 % and
-//!   more. `cargo run --release -p vocc-link --example code_choice` prints how all of them do at all lengths.
-//! * **To sign messages, and to know who says so**: [`framing::SignedFramer`], and the feature `signing`, module `signing`.
+//! * **To choose another code**, if you know the channel: [`fec::Code::Tm1280`] at error rates well below 1 % (1024 bytes in 184 panels),
+//!   [`fec::Code::Tc512`] if one repeat must suffice at 4 % and more. `cargo run --release -p vocc-link --example code_choice` compares all
+//!   codes at all lengths.
+//! * **To sign messages and verify them**: [`framing::SignedFramer`], and the module `signing` of the feature of that name.
 //! * **To measure bit error rates**, or to compare with Do & Yoo 2020: [`raw`], 64 message bits a panel and
 //!   nothing else.
-//! * **To say what the receiver lost and why**: every variant of [`framing::Event`].
+//! * **To report losses and their reasons**: the variants of [`framing::Event`].
 
 #![cfg_attr(not(test), no_std)]
 

@@ -1,4 +1,4 @@
-//! The link in a browser: what a page asks of the simulator and the receiver, and what they answer.
+//! The link in a browser: the page's requests to simulator and receiver, and their answers.
 //!
 //! ```
 //! use page::Page;
@@ -13,17 +13,17 @@
 //! # Layers
 //!
 //! ```text
-//! exports                             what WebAssembly gives to JavaScript: the one place with `unsafe`
+//! exports                             WebAssembly's exports to JavaScript: the only place with `unsafe`
 //! ask                                 requests and answers, as JSON
-//! explore   compare   count   curve   a scene's frames · what accuracy costs · how often bits are wrong · over L2A
+//! explore   compare   count   curve   a scene's frames · error against time · bit error rates · the same over L2A
 //! send      decode    receive         a message over the road · a picture's bits · a film's messages
-//! told                                a scene as the page tells it
-//! fault                               what can be wrong, in words for the page
+//! scene_text                          a scene as the page describes it
+//! fault                               error texts for the page
 //! ```
 //!
 //! # Which to choose
 //!
-//! [`Page::ask`] for all that is done now and then; [`Page::frame`] for the frames that a person watches, which allocates nothing.
+//! [`Page::ask`] for single requests; [`Page::frame`], which does not allocate, for frames that play.
 //! The page itself, its buttons and its pictures are in `page/web`, and `page/build` puts both into one file.
 
 mod ask;

@@ -1,4 +1,4 @@
-//! A scene as the page tells it.
+//! A scene as the page describes it.
 
 use serde::{Deserialize, Serialize};
 use sim::road;

@@ -1,10 +1,10 @@
-//! `import vocc`: the simulator and the receiver for people who work in Python.
+//! `import vocc`: the simulator and the receiver for Python.
 //!
-//! A skin over the same libraries as the program: no physics and no signal processing in it. Classes and functions are documented in
-//! Python, where examples run as tests; a file bears the name of the command that does the same.
+//! A skin over the same libraries as the command line, without physics or signal processing of its own. Each file has the name of the
+//! command that does the same. Classes and functions are documented in Python, where their examples run as tests.
 //!
-//! Long calls leave Python's lock to others, hear Ctrl-C, and start no threads but those asked for: see `work`. Arrays are borrowed on
-//! their way in, and handed over on their way out, without being copied.
+//! Long calls release the GIL, respond to Ctrl-C, and start only the threads that the caller asks for: see `work`. Arrays are borrowed on
+//! input and moved on output, never copied.
 
 mod arrays;
 mod camera;

@@ -1,7 +1,7 @@
-//! The receiver of an optical camera link: camera frames in, text out.
+//! The receiver of an optical camera link: camera frames in, messages out.
 //!
 //! A panel of 8×8 LEDs shows 64 bits at a time; a camera films it. This crate finds the panel in the frames, follows it, reads its bits
-//! and puts the messages together again. It is `no_std`, takes no heap, and panics on no input.
+//! and assembles the messages. It is `no_std`, takes no heap, and panics on no input.
 //!
 //! ```
 //! use link::fec::Code;
@@ -9,7 +9,7 @@
 //! use rx_pipeline::corners::Corners;
 //! use rx_pipeline::{Frame, FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
 //!
-//! // What a camera would send: 96×96 pixels of a panel, a spot of light where an LED is On.
+//! // A synthetic camera: 96×96 pixels of a panel, a spot of light for each LED that is On.
 //! let message = b"ice ahead";
 //! let mut framer = Framer::new(message, Code::for_length(message.len()), false)?;
 //! let panel = Corners::new([[32.0, 30.0], [63.5, 30.0], [63.5, 61.5], [32.0, 61.5]])?.homography();
@@ -26,7 +26,7 @@
 //!     light.into_iter().map(|light: f64| (118.0 * light.powf(1.0 / 2.2)) as u8).collect()
 //! };
 //!
-//! // Nobody tells the receiver where the panel is.
+//! // The receiver does not know where the panel is.
 //! let memory = Box::<ReceiverMemory<4096>>::default();
 //! let search = FrameSearch::new(Box::<SearchMemory>::default());
 //! let mut receiver = Receiver::new(ReceiverSettings::default(), memory, search)?;
@@ -44,7 +44,7 @@
 //!
 //! # Layers
 //!
-//! Each does one step and can be used alone; [`receiver`] runs them in a row.
+//! Each module does one step and can be used alone; [`receiver`] runs them in sequence.
 //!
 //! | module | from | to |
 //! |---|---|---|
@@ -54,38 +54,39 @@
 //! | [`cells`] | a pose | for each pixel its LED's cell and the direction to the LED: once for a pose |
 //! | [`features`] | a frame and the cells | AGR, GRI and NGR of each LED: for each frame |
 //! | [`detect`] | features | 64 bits, and how sure each is |
-//! | [`likelihood`] | a frame and a pose | the same, better: the bits that make the pixels likeliest |
-//! | [`pose`] | a frame, its corners and bits, and the camera's focal length | where the panel is in metres, and how sure that is |
+//! | [`likelihood`] | a frame and a pose | the same with fewer errors: the bits that make the pixels likeliest |
+//! | [`pose`] | a frame, its corners and bits, and the camera's focal length | where the panel is, in metres and with covariance |
 //! | [`symbols`] | readings of frames | symbols, each once, numbered |
 //! | `link::framing` | symbols | messages |
 //!
-//! Beside them: [`settings`] holds the numbers that a user may turn, [`profile`] tells how long each stage takes, and [`approximate`] has the
-//! roots and losses that loops over pixels compute quickly, with their bounds.
+//! [`standalone`] is the application of a board without a computer, [`hm01b0`] its camera's driver, and [`camera`] the learnt camera.
+//! [`settings`] has the user's settings, [`profile`] measures the time of each stage, and [`approximate`] has the fast roots and losses of
+//! loops over pixels, with bounds of their errors.
 //!
 //! All positions are in pixels; (0, 0) is the *centre* of the top-left pixel, x points right and y down. LED 8·row + column is
 //! bit 8·row + column, with row 0 at the top as the camera sees it.
 //!
 //! # Choosing
 //!
-//! - **From a camera to messages:** [`receiver::Receiver`], of one panel or several. Its [memory](receiver::ReceiverMemory) is sized by
-//!   the pixels that a panel is read in: `9216`, 96×96, serves panels of any size, as near ones are read in larger pixels.
-//! - **A panel that may not stand out** is found by its blinking in two or three frames: give the search room for the earlier ones
-//!   ([`receiver::FrameSearch::with_history`]). With a little more of it, panels that fill the picture are found too
+//! - **From a camera to messages:** [`receiver::Receiver`], for one panel or several. Its [memory](receiver::ReceiverMemory) is sized by the
+//!   pixels that a panel is read in. `9216`, 96×96, suits panels of any size, because near ones are read in larger pixels.
+//! - **A panel in clutter** is found by its blinking in two or three frames: give the search memory for the earlier ones
+//!   ([`receiver::FrameSearch::with_history`]). With a little more memory it also finds panels that fill the picture
 //!   ([`receiver::FrameSearch::bytes`]).
-//! - **A panel whose place is known:** [`receiver::Receiver::place`], and [`receiver::NoSearch`] if it is always known; on a
-//!   microcontroller, or wherever a part of the frame is enough, [`receiver::Receiver::region`].
+//! - **A panel at a known place:** [`receiver::Receiver::place`], and [`receiver::NoSearch`] if the place is always known. On a
+//!   microcontroller, or if a part of the frame is enough, [`receiver::Receiver::region`].
 //! - **A detector:** [`likelihood`] errs least by far and is the default; k-means is the fastest; [`detect`] compares them.
-//! - **How hard it tries**, and when it gives up: [`settings`].
-//! - **What the frames have told of the camera and of broken LEDs:** [`receiver::Receiver::learnt`].
+//! - **Search effort and patience:** [`settings`].
+//! - **The learnt camera and broken LEDs:** [`receiver::Receiver::learnt`].
 //! - **Single frames:** [`corners::Corners`], [`cells::CellMap`], [`features::Features`] and [`detect::Detector`], as in the latter's
 //!   example.
 //!
 //! # Speed
 //!
 //! `cargo bench -p vocc-rx-pipeline` measures cells, features, detectors and the search in a frame of 1920×1080 pixels. The features of a
-//! panel of 35×35 pixels are meant to take no more than 5 µs on one core of a computer.
+//! panel of 35×35 pixels should take at most 5 µs on one core of a computer.
 //!
-//! The source of the features, and of the numbers of the camera that are defaults here: Do & Yoo, "The Necessity of LED to Ambient Light
+//! Source of the features and of the default camera: Do & Yoo, "The Necessity of LED to Ambient Light
 //! Ratio Optimization for Vehicular Optical Camera Communication", Sensors 2020, 20(1), 292.
 #![no_std]
 

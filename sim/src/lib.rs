@@ -1,5 +1,5 @@
-//! The road between the two ends of an optical camera link: from a described scene to the frames a camera would take, and a message
-//! from end to end.
+//! The simulator of an optical camera link: from the description of a scene to the frames that a camera would take, and a message from end
+//! to end.
 //!
 //! A frame of a scene, as the camera records it:
 //!
@@ -20,7 +20,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A message over the road, by the transmitter's and the receiver's own code:
+//! A message from end to end, with the real code of transmitter and receiver:
 //!
 //! ```
 //! use sim::{road::{LinkSettings, Road}, scene::Scene};
@@ -39,28 +39,28 @@
 //! # Layers
 //!
 //! ```text
-//! scene ── view ── effects ── plan ── formation    what there is · worked out · what matters · the image asked for
+//! scene ── view ── effects ── plan ── formation    description · geometry · which effects matter · image formation
 //!                                         │
-//! accuracy ── disc ──────────────────── renderer   how exactly · the image of one LED · all of it drawn
+//! accuracy ── disc ──────────────────── renderer   error bounds · the image of one LED · the whole image
 //!                                         │
 //! camera, air ──────────────────────────┘ │        exposure, projection, noise
-//!                                  cost, road      what each effect takes · transmitter's code, frames, receiver's code
+//!                                  cost, road      time of each effect · transmitter, frames, receiver
 //! ```
 //!
 //! - [`scene`]: the user's description, from TOML, checked. [`view`]: exposure, [`air`], projections, backgrounds.
-//! - [`effects`], [`plan`]: each effect bounds what leaving it out would change; the plan includes those that matter, and each
-//!   writes its part of the image formation. [`cost`]: what each takes, measured by [`timing`].
+//! - [`effects`], [`plan`]: each effect has a bound on the change from leaving it out. The plan includes the effects that matter, and each
+//!   of them writes its part of the image formation. [`cost`]: the time of each effect, measured by [`timing`].
 //! - [`renderer`]: draws the linear image of each LED's [`disc`], then has the [`camera`] read it out as grey levels with noise.
-//! - [`keys`]: the names of a scene's keys, and the nearest to a name that is none.
-//! - [`road`]: a message from end to end. [`l2a`]: which LED-to-ambient ratio a panel is driven to. [`input`]: files that are read.
+//! - [`keys`]: the names of a scene's keys, and the nearest key to a wrong name.
+//! - [`road`]: a message from end to end. [`l2a`]: a panel's LED-to-ambient ratio. [`input`]: ordinary files of bounded size.
 //!
-//! What is learnt with frames (error rates, the best ratio, what accuracy costs) is in the crate `studies`.
+//! The crate `studies` computes error rates, the best ratio and the cost of accuracy from these frames.
 //!
 //! # Which to choose
 //!
-//! For pictures: [`renderer::Renderer`], at the level that [`accuracy`] names for the purpose: `fast` where grey levels are counted by
-//! the million, `fine` where they are looked at, `reference` where others are tested. For the question whether a message arrives:
-//! [`road::Road`]. For the reasons behind a picture: [`plan::Plan`].
+//! - **Frames:** [`renderer::Renderer`], at a level of [`accuracy`]: `fast` for statistics, `fine` for pictures, `reference` for tests.
+//! - **Does a message arrive?** [`road::Road`].
+//! - **Which effects does a frame contain, and why?** [`plan::Plan`].
 //!
 //! Random numbers are counter-based ([`random`]): frame k of seed s is the same alone, in any run, on any number of threads.
 

@@ -1,6 +1,7 @@
-//! What is learnt with the simulator of an optical camera link.
+//! Studies of an optical camera link with its simulator: error rates, the best LED-to-ambient ratio (L2A), tables, figures, accuracy
+//! against time.
 //!
-//! How often is a bit read wrongly, and how sure is that? Which LED-to-ambient ratio (L2A) tells On from Off best?
+//! A bit error rate with its interval, and the best ratio of a scene:
 //!
 //! ```
 //! use sim::scene::Scene;
@@ -25,36 +26,36 @@
 //!
 //! # Layers
 //!
-//! Each knows those above it, and none below.
+//! Each module uses only those above it.
 //!
 //! ```text
-//! statistics    detectors            moments, error rates and their intervals; the receivers by name, and a genie
-//! stop          checksum             may work go on? was what is kept changed?
+//! statistics    detectors            moments, error rates and their intervals; the detectors by name, and a genie
+//! stop          checksum             interruption; integrity of saved results
 //! monte_carlo                        many random frames at one setting, in chunks that add up
-//! splitting     optimum              error rates too small to count; the best LED-to-ambient ratio
+//! splitting     optimum, reach       error rates too small to count; the best LED-to-ambient ratio, by features or by reach
 //! sweep         table                grids of settings, in shards that add up to one run; tables of the best ratios
-//! reproduction                       the figures of Do & Yoo 2020, and what becomes of their claims
-//! work_precision                     what accuracy costs in time
-//!   baselines   random_scenes        what it compares with: renderers by rasters; panels anywhere in their range
-//! random_cameras                     what a receiver makes of cameras that it is told nothing of
+//! reproduction                       the figures of Do & Yoo 2020, and a verdict on each claim
+//! work_precision                     error against computing time
+//!   baselines   random_scenes        for comparison: raster renderers; panels anywhere in their range
+//! random_cameras                     reception through cameras that are not configured
 //! photometry                         a panel's calibration from pictures beside a grey card
-//! signalling                         the symbol rate and the code that bring most through a camera
-//! flicker                            how much a panel's light goes up and down, and what people see of it
+//! signalling                         the symbol rate and code of the highest net rate through a camera
+//! flicker                            the modulation of a panel's light, and its visibility
 //! ```
 //!
 //! # Which to choose
 //!
-//! | wanted | take |
+//! | to compute | use |
 //! |---|---|
 //! | variances and bit error rate at one setting | [`monte_carlo::Evaluator`] |
 //! | the same at many settings, divided among machines | [`sweep::Sweep`] |
 //! | bit error rates down to 1e-8 and less | [`splitting::SplittingEvaluator`] |
-//! | the ratio that tells On from Off best | [`optimum::optimum`] |
-//! | what a transmitter carries of it | [`table::Survey`] |
+//! | the best ratio of one scene | [`optimum::optimum`] |
+//! | a transmitter's table of best ratios | [`table::Survey`] |
 //! | the paper's figures and claims, point by point | [`reproduction::Study`] |
-//! | what to show a camera: symbol rate, code, net rate | [`signalling::Search`] |
-//! | how much a panel flickers, against IEEE Std 1789 | [`flicker::Flicker`] |
-//! | error against time of all that has more than one way to be done | [`work_precision::PARTS`] |
+//! | the best symbol rate and code for a camera | [`signalling::Search`] |
+//! | a panel's flicker, by IEEE Std 1789 | [`flicker::Flicker`] |
+//! | error against time of the alternatives at each step | [`work_precision::PARTS`] |
 //!
 //! Random numbers are counter-based ([`sim::random`]): frame k of seed s is the same alone, in any run, on any number of threads.
 

@@ -1,10 +1,9 @@
 //! The transmitter of an optical camera link: ambient light in, an 8×8 LED panel out.
 //!
-//! A camera tells On from Off best at one ratio of LED light to ambient light (L2A): too little and
-//! they look alike, too much and each LED floods its neighbours (Do & Yoo 2020). So this firmware
-//! measures the light, looks the best ratio up in a table, dims its LEDs to it, and shows its
-//! message panel by panel. It needs no operating system, no heap and no particular chip: hardware
-//! is reached through [`embedded_hal`] traits alone.
+//! A camera distinguishes On from Off best at one ratio of LED light to ambient light (L2A). With too little light both look alike; with
+//! too much each LED floods its neighbours (Do & Yoo 2020). This firmware measures the light, looks up the best ratio in a table, dims its
+//! LEDs to it, and shows its message panel by panel. It needs no operating system and no heap, and reaches hardware through
+//! [`embedded_hal`] traits alone.
 //!
 //! ```
 //! use fixed::types::I32F32;
@@ -42,9 +41,9 @@
 //!
 //! light sensor                                               message
 //!    │  a reading, or none                                      │  bytes
-//! light_watch  can it be believed?                              │
+//! light_watch  sensor plausible?                                │
 //!    │  lux                                                     │
-//! ambient      gain, smoothing → illuminance E               schedule   so many repeats, then beacons
+//! ambient      gain, smoothing → illuminance E               schedule   repeats, then beacons
 //!    │                                                          │        (framing and error correction: link)
 //! L2A table (link)    E, interval → ratio r                     │  PanelFrame: 64 bits
 //!    │                                                          │
@@ -55,34 +54,29 @@
 //!                 drive, shift_register, max7219, or a driver of yours
 //! ```
 //!
-//! - [`transmitter`] ties them together: [`Transmitter`](transmitter::Transmitter) has one method
-//!   for each timer.
-//! - [`light_watch`] finds a sensor out that is missing, stuck, saturated or silent, in a stated time.
-//! - [`ambient`] smooths readings: quickly into the dark, not at all with the flicker of lamps.
-//! - [`calibration`] holds what a bench measured of one panel, checked once at start-up.
-//! - [`dimming`] turns light and ratio into a duty, and says what limited it.
-//! - [`schedule`] decides which panel comes next.
-//! - [`service`] answers a computer at the serial port, and [`store`] keeps table and calibration in
-//!   flash memory.
-//! - [`drive`] chooses the pulses of a duty: which PWM frequency, at which resolution.
-//! - [`symbol_clock`] divides a board's clock down to symbols, or to the quarters of a carrier's cycles.
-//! - [`matrix`] is what any LED hardware has to offer; [`shift_register`] and [`max7219`] offer it.
+//! - [`transmitter`] ties them together: [`Transmitter`](transmitter::Transmitter) has one method for each timer.
+//! - [`light_watch`] detects a sensor that is missing, stuck, saturated or silent, within a stated time.
+//! - [`ambient`] smooths readings: it follows dusk quickly, and ignores the flicker of lamps.
+//! - [`calibration`] holds the bench measurements of one panel, checked once at start-up.
+//! - [`dimming`] turns light and ratio into a duty, and names the limit that applied.
+//! - [`schedule`] selects the next panel.
+//! - [`service`] answers a computer at the serial port; [`store`] keeps table and calibration in flash memory.
+//! - [`drive`] chooses PWM frequency and resolution for a duty.
+//! - [`symbol_clock`] divides a board's clock into symbols, or into quarters of a carrier's cycles.
+//! - [`matrix`] is the trait of LED hardware; [`shift_register`] and [`max7219`] implement it.
 //!
 //! # What to choose
 //!
 //! **Your LEDs.** For a panel with an output for each LED, eight shift registers and a PWM on their
-//! output enable, take [`ShiftRegisterPanel`](shift_register::ShiftRegisterPanel); for a cheap
-//! row-scanned module [`Max7219Panel`](max7219::Max7219Panel), which says what it cannot do. For anything
-//! else implement [`LedMatrix`](matrix::LedMatrix), two methods; its documentation has a whole
-//! driver. For a simulator or a test take [`RecordingMatrix`](matrix::RecordingMatrix): it keeps
-//! the panel and the duty that a real one would be showing, and everything above it is the very
-//! code that is flashed.
+//! output enable, take [`ShiftRegisterPanel`](shift_register::ShiftRegisterPanel). For a cheap
+//! row-scanned module take [`Max7219Panel`](max7219::Max7219Panel), whose page lists its limits. For anything else implement
+//! [`LedMatrix`](matrix::LedMatrix), two methods; its documentation has a complete driver. In a simulator or a test take
+//! [`RecordingMatrix`](matrix::RecordingMatrix): it records the panel and the duty, below the same code that is flashed.
 //!
-//! **The dimming's frequency.** An exposure should hold 20 PWM periods or more. But the shortest pulse
-//! that the driver can give is a share of the period, and the panel's dimmest light with it: 100 ns in
-//! 20 µs is 1/200 of full luminance. Where the timer lets you choose period and pulse, let [`drive`] do
-//! it: 1/470 with the same error, and eight times less with a low LED current. Below the floor
-//! [`dimming`] holds it for as long as it does not flare, then goes dark.
+//! **The PWM frequency.** An exposure should contain 20 PWM periods or more. But a short period makes the driver's shortest pulse, and so
+//! the dimmest light, a larger share of the full luminance: 100 ns in 20 µs is 1/200. If your timer can set period and pulse, [`drive`]
+//! chooses both: 1/470 with the same error, and eight times less with a low LED current. Below the floor [`dimming`] stays at the floor as
+//! long as that does not flare, then goes dark.
 //!
 //! **The smoothing.** [`Smoothing::default`](ambient::Smoothing) suits a road; give it your
 //! sensor's period.
@@ -96,7 +90,7 @@
 //! The control path is fixed point throughout, for microcontrollers without a floating-point unit.
 //! Each type holds the whole range of its quantity (E: 0.01 to 130 000 lx, luminance: to 10⁶
 //! cd/m²), so nothing overflows; the errors against the same formulas in `f64` are constants of
-//! their modules, held to by property tests: [`ambient::FILTER_ERROR_OCTAVES`],
+//! their modules, checked by property tests: [`ambient::FILTER_ERROR_OCTAVES`],
 //! [`power::EXP2_ERROR`], [`dimming::LUMINANCE_ERROR_CD_M2`], [`dimming::DUTY_ERROR`], [`drive::FIDELITY_PPM`].
 //! Nothing panics on any input.
 

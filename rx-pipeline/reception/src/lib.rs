@@ -1,8 +1,7 @@
-//! The receiver on a computer: pixels of any kind and the times at which they were taken go in, readings, poses and messages come out.
+//! The receiver on a computer: frames of any pixel format with their time stamps in; readings, poses and messages out.
 //!
-//! [`Reception`] is what the command line, the Python package and the page are skins of. It has the receiver, looks for the symbol rate
-//! where nobody tells it, measures where panels are, and says why no message came. It knows neither the simulator nor what is studied with
-//! it.
+//! The command line, the Python package and the page are skins of [`Reception`]. It runs the receiver, finds a symbol rate that is not
+//! configured, measures where panels are, and diagnoses why no message came. It depends neither on the simulator nor on the studies.
 //!
 //! ```
 //! use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
@@ -23,13 +22,13 @@
 //!
 //! | part | does |
 //! |---|---|
-//! | [`Reception`] | frames one after another, of up to [`PANELS_MAX`] panels: the symbol rate, where nobody tells it; why no message came |
+//! | [`Reception`] | frame after frame, with up to [`PANELS_MAX`] panels; finds the symbol rate, diagnoses missing messages |
 //! | [`whereabouts`] | where panels are, in metres |
-//! | [`learnt`] | what was learnt of a camera, in words |
+//! | [`learnt`] | the learnt camera, in words |
 //! | [`still`] | single frames |
-//! | [`picture`], [`colour`], [`deep`] | 8-bit grey of pictures, of colours, and of 9 to 16 bits |
-//! | [`bytes`] | messages that are no text |
-//! | [`stream`] | frames of films that are not compressed: y4m, raw bytes |
+//! | [`picture`], [`colour`], [`deep`] | 8-bit grey from pictures, from colours, and from 9 to 16 bits |
+//! | [`bytes`] | messages that are not text |
+//! | [`stream`] | frames of uncompressed films: y4m, raw bytes |
 
 pub mod bytes;
 pub mod colour;
