@@ -1,16 +1,16 @@
-//! Bits as the phase of a carrier: which sign each frame has.
+//! Carriers: the sign of each frame whose bits are the phase of a carrier.
 //!
-//! A panel may show a symbol not as a still panel but as some whole cycles of a square carrier, its bits as the carrier's phase. An exposure
-//! of T sees bit b as ½ + c·b/2 of full light, b = ±1, where c depends on where in a cycle of the carrier f it falls: the panel or its
-//! complement, at a contrast |c| that is common to all LEDs of a global shutter. Frames are too far apart to follow the carrier itself:
-//! from frame to frame they sample it at an alias of its frequency (undersampling; Roberts 2013, UPSOOK: Luo et al. 2015).
+//! A symbol may be a whole number of cycles of a square carrier, with the bits as its phase, instead of a still panel. An exposure of T
+//! sees bit b = ±1 as ½ + c·b/2 of full light. The contrast c depends on the phase of the carrier f at which the exposure falls: it shows
+//! the panel or its complement, and with a global shutter |c| is common to all LEDs. Frames are too far apart to follow the carrier itself.
+//! They sample it at an alias of its frequency (undersampling; Roberts 2013, UPSOOK: Luo et al. 2015).
 //!
-//! Nothing tells that but the frames: how much of the light there the bits make, which is |c| times a constant, and whether two frames that
-//! show the same symbol show it alike or in complement, which is the sign of the product of their c. [`Carrier`] finds frequency, phase and
-//! the waveform that explain both, follows them, and gives each reading the sign that it has. One sign is common to all, and is told by the
-//! sync panel: [`Deframer`](link::framing::Deframer) reads messages in complement, too.
+//! The receiver learns the carrier from the frames alone. Two measurements tell: the share of the light that the bits modulate, which is
+//! |c| times a constant, and whether two frames of the same symbol show it alike or in complement, which is the sign of the product of
+//! their c. [`Carrier`] finds the frequency, phase and waveform that explain both, tracks them, and gives each reading its sign. The sign
+//! common to all frames comes from the sync panel: [`Deframer`](link::framing::Deframer) reads messages in complement, too.
 //!
-//! Where no frame shows the complement of another, as those of still panels never do, it does nothing, but for rows that sync panels show
+//! If no frame shows the complement of another, as with still panels, the carrier changes nothing but the rows that sync panels show
 //! inverted.
 
 mod fit;

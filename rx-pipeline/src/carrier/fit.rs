@@ -1,4 +1,4 @@
-//! Which frequency and phase explain what frames showed.
+//! The frequency and phase that explain what frames showed.
 
 use super::history::{FRAMES, Sighting};
 use super::waveform::{PHASES, SHAPES, WAVEFORMS};

@@ -1,4 +1,4 @@
-//! What the last frames showed of a carrier.
+//! Sightings of the carrier in the last frames.
 
 /// Frames that are remembered.
 pub(super) const FRAMES: usize = 128;

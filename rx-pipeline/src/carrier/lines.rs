@@ -1,10 +1,10 @@
-//! A carrier as lines see it that are exposed one after another: its phase grows with time and from line to line.
+//! A carrier before a rolling shutter: its phase grows with time and from line to line.
 //!
-//! An LED's light differs from its mean by a·b·c, where c = S(φ) depends on the phase φ = f·t + κ·y + φ₀ of its line y at the frame's
-//! time t, and the bit b = ±1 is not known. Its square does not depend on the bit: c² = (1 + cos 4πφ)/2, about, is a plane wave over time and
-//! lines of twice the frequency and twice the slope, which is looked for in the squares of the last frames' light ([`Lines::search`]).
-//! Half of its phase is φ but for half a cycle. So it is not known whether every second frame has the other sign, and where rows of LEDs are
-//! as far apart each, whether every second row has; the sync panel, and frames that show the same symbol, tell.
+//! An LED's light differs from its mean by a·b·c, with the unknown bit b = ±1 and the contrast c = S(φ) at the phase φ = f·t + κ·y + φ₀ of
+//! its line y at the frame's time t. The square does not depend on the bit: c² is about (1 + cos 4πφ)/2, a plane wave over time and lines
+//! with twice the frequency and twice the slope. [`Lines::search`] looks for that wave in the squares of the last frames' light. Half of
+//! the wave's phase is φ up to half a cycle. This leaves open whether every second frame has the other sign and, if rows of LEDs are
+//! equally far apart, whether every second row has. The sync panel and frames of the same symbol decide.
 
 use super::fit::step;
 use super::history::{FRAMES, is_steady};

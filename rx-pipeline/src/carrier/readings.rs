@@ -1,4 +1,4 @@
-//! The last readings, to be read again once the carrier is known.
+//! The last readings, which are read again once the carrier is known.
 
 use super::fit::Fit;
 use super::history::FRAMES;

@@ -1,7 +1,6 @@
-//! Rows of LEDs that have one sign each in all frames: those of a carrier that is in step with the frames, of lines that are exposed one
-//! after another.
+//! Rows of LEDs with one sign each in all frames: a carrier in step with the frames, before a rolling shutter.
 //!
-//! No frame then shows the complement of another, nor any contrast that changes. But the sync panel shows which rows are inverted.
+//! No frame then shows the complement of another, and the contrast does not change. But the sync panel shows which rows are inverted.
 
 use super::NEAR;
 use link::framing::SYNC_SEEN;

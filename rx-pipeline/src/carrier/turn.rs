@@ -1,4 +1,4 @@
-//! Sums of waves.
+//! Sums of rotating phasors.
 
 /// The part of a number beyond the greatest whole one below it.
 pub(super) fn frac(x: f32) -> f32 {

@@ -1,4 +1,4 @@
-//! What exposures see of a square carrier, by the phase at which they fall.
+//! The contrast of an exposure of a square carrier, by the phase at which it falls.
 
 use link::waveform::Waveform;
 
