@@ -1,22 +1,22 @@
-//! Where in the frame is a panel?
+//! Search: finding panels in whole frames.
 //!
-//! 1. `survey`: one pass over the frame finds busy places and, with an earlier frame at hand, places that have changed.
-//! 2. `blob`: how large is what stands out there?
-//! 3. `pose_candidates`: the poses of greatest `evidence` around it. The evidence of 64 spots of any brightness follows from one
-//!    convolution of the patch (`patch`), so hundreds of poses can be asked; `hill_climbing` finds its maxima, with spots of a few widths.
-//! 4. `verification`: 64 spots of two brightnesses and of any width, fitted to the pixels in linear light, must explain them, end on all
-//!    four sides where the LEDs do, and show a pattern as random as a scrambled message. Else they say why not. In a single frame nothing
-//!    like these LEDs may lie beyond them on the same lattice.
+//! 1. `survey`: one pass over the frame finds busy places and, with an earlier frame, places that have changed.
+//! 2. `blob`: the size of what stands out there.
+//! 3. `pose_candidates`: the poses with the greatest `evidence` around it. One convolution of the patch (`patch`) gives the evidence of 64
+//!    spots of any brightness, so hundreds of poses can be tried; `hill_climbing` finds the maxima, with spots of a few widths.
+//! 4. `verification`: 64 spots of two brightnesses and of any width are fitted to the pixels in linear light. They must explain the light,
+//!    end on all four sides, and show a pattern as random as a scrambled message; otherwise the error names the failed criterion. In a
+//!    single frame nothing like these LEDs may lie beyond them on the same lattice.
 //!
-//! A single frame is first searched for spots that stand by themselves alone ([`Effort::Spots`]), which takes a twentieth of the time and
-//! finds most panels; then by all of that.
+//! A single frame is first searched for isolated spots only ([`Effort::Spots`]), which takes a twentieth of the time and finds most panels.
+//! The full search follows.
 //!
-//! The difference of two frames is free of everything that stands still, and so steps 2 to 4 work on it before any background. In a single
-//! frame step 3 looks at what is left without what is smooth, and again without edges (`patch`), bright spots or dark ones, so that
-//! neither a board nor what is around it counts; and step 4 at pixels within the lattice's own outline alone.
+//! The difference of two frames contains nothing that stands still, so steps 2 to 4 do not depend on the background. In a single frame step
+//! 3 works on the patch without its smooth part, and again without edges (`patch`), for bright or for dark spots; step 4 looks only at
+//! pixels within the lattice's own outline. So neither a board nor its surroundings count.
 //!
-//! The locator takes the sensor's encoding; the blur it is told is where it begins. Beyond it are panels that show no pattern, such as all
-//! On. Panels of more than 110 px are looked for in larger pixels ([`crate::receiver::FrameSearch`]), and seen in perspective there.
+//! The locator needs the sensor's encoding; a configured blur is only its starting point. It does not find panels without a pattern, such
+//! as all On. Panels of more than 110 px are searched in larger pixels ([`crate::receiver::FrameSearch`]), in perspective.
 
 mod bimodality;
 mod blob;

@@ -1,16 +1,16 @@
 //! Two brightnesses, or any? A Bayesian comparison of the two models.
 //!
-//! Where spots overlap, 64 of them make up for anything smooth, as the dots of a halftone do. So a panel has to be likelier than spots of
-//! any brightness in the same places, whose brightnesses are normal numbers of the same mean μ and variance A. A panel's are normal numbers
-//! around those of its bits, of a variance V that is far less: LEDs are not quite equal. Where spots overlap V is 0, as it would make up
-//! for anything smooth, too. With d the panel's brightnesses less μ, h the spots' agreement with what it leaves unexplained, G their
-//! overlaps and n what it leaves in a pixel,
+//! Overlapping spots can imitate anything smooth, as the dots of a halftone do. A panel therefore has to be likelier than spots of any
+//! brightness in the same places, whose brightnesses are normal with the same mean μ and variance A. A panel's brightnesses are normal
+//! around those of its bits, with a far smaller variance V, because LEDs are not quite equal. If spots overlap, V is 0, because it could
+//! imitate anything smooth, too. With d the panel's brightnesses less μ, h the spots' correlation with the residual, G their overlaps and n
+//! the residual variance of a pixel,
 //!
 //!   log odds = ½·(2·dᵀ·h + dᵀ·G·d)/n − 64·log 2 + free(h, V) − free(h + G·d, A),
 //!   free(b, A) = ½·bᵀ·(G + n/A)⁻¹·b/n − ½·log det(1 + A·G/n):
 //!
-//! what the panel's bits explain and how long they are, against the same of free brightnesses. On a lattice with right angles G is a
-//! Kronecker product, so that the eigenvectors of two 8×8 matrices are all that is needed.
+//! the gain from the panel's bits, less their description length, against the same for free brightnesses. On a lattice with right angles G
+//! is a Kronecker product, so the eigenvectors of two 8×8 matrices suffice.
 
 use crate::spots::{LatticeModel, Slope};
 use link::panel::{LEDS, SIDE};

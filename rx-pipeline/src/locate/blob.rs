@@ -1,4 +1,4 @@
-//! How large is what stands out at a peak of the survey?
+//! The size of what stands out at a peak of the survey.
 
 use super::survey::Peak;
 use crate::frame::Frame;

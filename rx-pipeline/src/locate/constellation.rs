@@ -1,8 +1,8 @@
-//! The lattice on which spots lie, from nothing but the spots.
+//! The lattice of isolated spots, by autocorrelation.
 //!
-//! Where only spots are left, a patch agrees with itself one LED further on, along rows and along columns, whatever the panel's bits, its
-//! board and what is around it: the autocorrelation has a peak at each of the lattice's steps. The shortest two of them are its columns
-//! and rows, and the panel is where 64 such places hold most.
+//! If only spots are left, a patch correlates with itself one LED further on, along rows and along columns, whatever the panel's bits, its
+//! board and its surroundings: the autocorrelation has a peak at each of the lattice's steps. The two shortest steps are its columns and
+//! rows. The panel is where 64 such places hold the most light.
 
 use super::patch::{PATCH_SIDE, Patch};
 use crate::lattice::Lattice;

@@ -1,12 +1,12 @@
-//! How well does a lattice of spots of any brightness explain a patch?
+//! The evidence of a pose: how well a lattice of spots of any brightness explains a patch.
 //!
-//! For a signal s = Σ aₖ·g(p − pₖ) + noise, with Gaussian spots g, brightnesses aₖ of prior variance A and noise of variance n a
-//! sample, the logarithm of the evidence of a pose is, but for a constant,
+//! For a signal s = Σ aₖ·g(p − pₖ) + noise, with Gaussian spots g, brightnesses aₖ of prior variance A and noise of variance n a sample,
+//! the log evidence of a pose is, up to a constant,
 //!
 //!   ½·bᵀ·(G + λ)⁻¹·b/n − ½·log det(1 + G/λ),   bₖ = Σ s·g(p − pₖ),   Gₖₗ = Σ g·g,   λ = n/A.
 //!
-//! b is the patch convolved with g, looked up at the lattice's places: one convolution serves all poses. On a lattice whose rows and
-//! columns are at right angles G is the Kronecker product of two 8×8 matrices; λ is shared out between them.
+//! b is the patch convolved with g, sampled at the lattice's places: one convolution serves all poses. On a lattice with right angles G is
+//! the Kronecker product of two 8×8 matrices, which share λ.
 
 use super::patch::{PATCH_SIDE, Patch};
 use crate::lattice::Lattice;

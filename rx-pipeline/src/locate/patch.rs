@@ -1,4 +1,4 @@
-//! A square of the frame around a blob, coarsened so that a panel of any size is about equally large in it.
+//! A square of the frame around a blob, reduced so that panels of any size are about equally large in it.
 
 use crate::frame::Frame;
 use crate::lattice::Lattice;

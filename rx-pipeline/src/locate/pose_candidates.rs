@@ -1,5 +1,5 @@
-//! Pose candidates: poses worth a closer look. In the patch around a blob, coarsened so that no panel's LEDs are told apart in it, the
-//! evidence is a smooth hill, which a few steps climb from anywhere near. The same at the frame's own resolution then counts the lines.
+//! Pose candidates: poses worth a closer look. In the patch around a blob, reduced until single LEDs merge, the evidence is a smooth hill,
+//! which a few steps climb from anywhere nearby. The same at the frame's own resolution then determines the lines.
 
 use super::blob::Blob;
 use super::constellation;

@@ -1,9 +1,9 @@
-//! One pass over a frame: where is it busy, and where has it changed?
+//! Survey: one pass over a frame for places that are busy or have changed.
 //!
 //! The frame is taken in sums of 2×2 pixels. For each tile of 16×16 pixels the pass adds up
 //!
-//! - the second differences over 4 pixels, along rows and along columns: LEDs make both large, edges and stripes one of them;
-//! - the differences from an earlier frame, where there is one: before what stands still, only a panel's LEDs change.
+//! - the second differences over 4 pixels, along rows and along columns: LEDs make both large, edges and stripes only one;
+//! - the differences from an earlier frame, if there is one: before a still background only a panel's LEDs change.
 
 use crate::frame::Frame;
 use heapless::Vec;

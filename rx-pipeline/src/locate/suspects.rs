@@ -1,4 +1,4 @@
-//! Changes that may be a panel's, but are not sure: what is seen again is one.
+//! Uncertain changes: one that is seen again on the same lattice is a panel.
 
 use crate::lattice::Lattice;
 use heapless::Vec;

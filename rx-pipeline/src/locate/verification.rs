@@ -1,4 +1,4 @@
-//! Is it a panel? A lattice fitted to the pixels is verified to be one, or says why it is not.
+//! Verification: a lattice fitted to the pixels is confirmed as a panel, or rejected with a reason.
 
 mod beyond;
 mod criteria;

@@ -1,9 +1,9 @@
-//! Does the lattice go on? A panel ends on all four sides. Boards of lamps, dot-matrix signs, fronts of windows and the modules of a code
-//! show more of the same on the same lattice.
+//! Does the lattice continue? A panel ends on all four sides. Boards of lamps, dot-matrix signs, windows and the modules of a code continue
+//! on the same lattice.
 //!
-//! At each LED the light is curved, along rows and along columns; the LEDs found say by how much, as this camera sees them. Places on the
-//! lattice up to [`LINES`] lines beyond it where the light is curved just so show one more LED. What an edge, a gradient or a texture of
-//! another size makes is hardly ever curved so both ways.
+//! At an LED the light is curved along rows and along columns; the LEDs found give the amount for this camera. Each place on the lattice,
+//! up to [`LINES`] lines beyond it, with the same curvature counts as one more LED. Edges, gradients and textures of another size rarely
+//! have it in both directions.
 
 use super::led_likeness::{light_at, median_of, second_differences, unexplained};
 use crate::spots::{LatticeModel, Observation};

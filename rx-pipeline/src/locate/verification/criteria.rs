@@ -1,4 +1,4 @@
-//! What a fitted lattice has to be like to be a panel, one criterion a function.
+//! The criteria of a panel, one function each.
 
 use super::{Scope, distinctness, shows_off};
 use crate::fit::Fit;

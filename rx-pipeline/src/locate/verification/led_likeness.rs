@@ -1,7 +1,7 @@
-//! Which lines are the panel's? A look at single places of the lattice, and at those a line beyond it.
+//! Which lines are the panel's? The light at single places of the lattice, and a line beyond it.
 //!
-//! An LED that is On is brighter than halfway to its neighbours, along rows and along columns; or where the board is brighter than LEDs
-//! that are Off, these are darker than that. What an edge, a board's end or a gradient makes is curved along one of them at most.
+//! An On LED is brighter than the points halfway to its neighbours, along rows and along columns. If the board is brighter than Off LEDs,
+//! these are darker than those points. Edges, a board's end and gradients are curved along one direction at most.
 
 use super::shows_off;
 use crate::frame::Frame;

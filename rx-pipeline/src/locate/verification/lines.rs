@@ -1,4 +1,4 @@
-//! Is it the right line? A lattice beside those that are counted from a neighbouring row or column.
+//! Is it the right line? A comparison with the lattices that start a row or a column beside it.
 
 use crate::fit;
 use crate::spots::{LatticeModel, Observation, Residuals, Window};

@@ -1,4 +1,4 @@
-//! From a pose that is about right to the lattice that the pixels show, counted from the right line.
+//! From an approximate pose to the lattice that the pixels show, on the right lines.
 
 use super::led_likeness::LEAST_OFF;
 use super::led_likeness::LedLikeness;
