@@ -1,11 +1,11 @@
-//! Where a panel has gone from one frame to the next, by what stands around it.
+//! The place of a panel after the camera has moved, from its surroundings.
 //!
 //! A panel's bits change from frame to frame, but its surroundings move with the camera. A place is likely if each LED there is at one of
-//! two levels, no matter which, and if everything around them looks as it did. Each place is rated by the logarithm of its odds against a
-//! part of the picture that has nothing to do with the panel, where grey levels are as frequent as in the whole picture.
+//! two levels, whichever, and if everything around them looks as before. Its rating is the log odds against a part of the picture without a
+//! panel, with the grey levels of the whole picture's histogram.
 //!
-//! The picture is drawn in tiles that are a quarter of the LEDs' pitch wide and turned with the panel. A candidate's odds are then a sum of
-//! table look-ups: over the 64 LEDs for every candidate, and over the surroundings for those that the LEDs leave likely.
+//! The picture is drawn in tiles a quarter of the LEDs' pitch wide, rotated with the panel. The odds of a candidate are then a sum of table
+//! look-ups: over the 64 LEDs for every candidate, and over the surroundings for those that the LEDs leave likely.
 
 mod odds;
 mod places;

@@ -1,8 +1,8 @@
-//! Following a panel from frame to frame.
+//! Tracking: following a panel from frame to frame.
 //!
-//! A track predicts where the panel will be (its lattice, and how fast that changes), the bits are read there, and the frame, compared
-//! with what those bits should look like, says how far off the prediction was. So a frame costs one look at the pixels of each spot. How
-//! well the comparison fits tells whether the panel is still there.
+//! A track predicts the panel's lattice from its motion. The bits are read there, and the difference between the frame and the image that
+//! these bits should give corrects the prediction. A frame costs one look at the pixels of each spot. The quality of the fit tells whether
+//! the panel is still there.
 
 use crate::coarse::Grid;
 use crate::corners::{Corners, CornersError};

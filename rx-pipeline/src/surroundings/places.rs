@@ -1,4 +1,4 @@
-//! The places of a panel's LEDs and those around them.
+//! The places of a panel's LEDs and of the surroundings that are known.
 
 use super::tiles::{SAMPLES, TILES};
 use super::{Level, Sums};

@@ -1,4 +1,4 @@
-//! A picture in tiles, a quarter of the LEDs' pitch wide and turned with the panel.
+//! A picture in tiles, a quarter of the LEDs' pitch wide, rotated with the panel.
 
 use super::places::{AROUND, Place, SPAN, pixel, places, samples};
 use crate::frame::Frame;
