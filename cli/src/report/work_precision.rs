@@ -30,7 +30,7 @@ pub fn page(parts: &[Part], made: &Provenance, figures: &[Figure]) -> Document {
         made.scale.turns
     ));
     document.text(&format!(
-        "Measured with `cargo run --release -- accuracy{}` on: {}.",
+        "Measured with `cargo run --release -- accuracy{}` on: {}. Other pages give times of other runs: compare ratios, not times.",
         made.options, made.machine
     ));
     for (part, figure) in parts.iter().zip(figures) {

@@ -206,7 +206,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let quick = diagrams.first().and_then(|diagram| variant(diagram, QUICK));
     let quick = quick.map_or(String::new(), |quick| {
         format!(
-            " With 512 frames (`--quick`) it takes {} times less time, and they are {} %.",
+            " With 512 frames (`--quick`) a search is {} times as fast, with errors of {} %.",
             rounded(1.0 / quick.ratio.median),
             errors(|point| point.variant == QUICK)
         )
@@ -215,8 +215,8 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let grids = grids.filter(|point| point.curve == "grid");
     format!(
         "{DEFAULT_FRAMES} frames or as many as the tolerance needs: the errors of the ratio and its reach are {} %.{quick} Grids take \
-         {} times as long as the default, with errors of {} %: they spend most frames where nothing is decided, and their steps make \
-         neighbours equal.",
+         {} times as long as the default, with errors of {} %, because most of their frames are far from the limit of the reach, and \
+         neighbouring ratios end at the same distance of the grid.",
         errors(|point| point.is_default),
         range(grids.map(|point| point.ratio.median)),
         errors(|point| point.curve == "grid"),

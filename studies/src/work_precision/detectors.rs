@@ -101,9 +101,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let on_front = on_front.iter().map(|(name, places)| format!("{name} at {places}"));
     format!(
         "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: without an error at {errorless}, and {} times less \
-         often than the next best at the others. It takes {} times as long as k-means here, where it searches groups of LEDs pixel by \
-         pixel (`cargo bench -p vocc-rx-pipeline --bench features -- read_by` has clearer panels). Faster variants on the front, and at \
-         how many places: {}. Fisher's discriminant needs training, k-means does not. Soft values add {} µs.",
+         often than the next best at the others. It takes {} times as long as k-means, because frames this unclear make it search groups \
+         of LEDs pixel by pixel (`cargo bench -p vocc-rx-pipeline --bench features -- read_by` has clearer panels). Faster variants on \
+         the Pareto front, by the number of places: {}. Fisher's discriminant needs training, k-means does not. Soft values add {} µs.",
         best.len(),
         range(rarer.map(|(ours, next)| next / ours.error)),
         range(best.iter().map(|(ours, _)| ours.ratio.median)),

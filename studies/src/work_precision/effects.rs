@@ -81,10 +81,10 @@ pub fn why(diagrams: &[Diagram]) -> String {
         Some(format!("`{}`: {}", drive.title, default.note))
     });
     format!(
-        "{DEFAULT} grey levels, as much as rounding changes ({}). With all effects a frame takes {} times as long. Larger tolerances \
-         take {} of the time at best and change pixels by up to {} grey levels. The tolerance applies to each effect alone, so several \
-         omissions can add up to more; but the bounds hold for any bits and phases, and the greatest change in these frames is {} of \
-         their sum.",
+        "{DEFAULT} grey levels, as much as rounding changes ({}). With all effects a frame takes {} times as long. The fastest \
+         larger tolerance takes {} of the time, and larger tolerances change pixels by up to {} grey levels. The tolerance applies to \
+         each effect alone, so several omissions can exceed it together. In these frames the greatest change is {} of the sum of the \
+         bounds, which hold for any bits and phases.",
         left_out.collect::<Vec<_>>().join("; "),
         range(everything.map(|point| point.ratio.median)),
         range(quickest),

@@ -276,9 +276,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let with = |title: fn(&str) -> bool| diagrams.iter().filter(move |diagram| title(&diagram.title));
     let gain_of = |title| range(with(title).flat_map(gain));
     format!(
-        "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance needs. Common numbers compare two ratios {} \
-         times more exactly and find the best L2A {} times more exactly; independent numbers would need the square of that in time. \
-         Common numbers cost nothing, because frame k of a seed is the same at any setting. The interval of the bit error rate treats a \
+        "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance needs. Common numbers divide the error of \
+         a comparison of two ratios by {} and that of the best L2A by {}; for the same error, independent numbers take the square of \
+         these factors in time. Common numbers cost nothing, because frame k of a seed is the same at any setting. The interval of the bit error rate treats a \
          frame as the unit; one that treats bits as independent is {} times as wide.",
         gain_of(|title| title.starts_with("B2W at L2A 1.6")),
         gain_of(|title| title == "best L2A"),

@@ -72,8 +72,8 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let times = times.map(|(least, usual)| least.ratio.median / usual.ratio.median);
     let errors = points(Estimator::TOLERANCE).map(|point| point.error);
     format!(
-        "A last step of {} standard deviations. The remaining error of the fit is then {} of the noise's part; a tenth of that step \
-         takes {} times as long.",
+        "A last step of {} standard deviations. The fit's remaining error is then {} of the error from noise. A tenth of that \
+         step takes {} times as long.",
         rounded(Estimator::TOLERANCE),
         range(errors.collect::<Vec<_>>()),
         range(times.collect::<Vec<_>>()),

@@ -80,7 +80,7 @@ pub fn measure(scale: &Scale, _steps: &mut Steps) -> Result<Measurement, Precisi
             LIGHT_LX[0], LIGHT_LX[1]
         ),
         reference: "The formulas in f64 with the computer's own logarithm and powers, in another form: E₀^(1−s)·E^s. Readings within \
-                    0.01 octaves of where the filter changes its pace are left out."
+                    0.01 octaves of the threshold at which the filter changes its speed are excluded."
             .into(),
         diagrams,
     })
