@@ -5,7 +5,7 @@
 //! the panel or its complement, and with a global shutter |c| is common to all LEDs. Frames are too far apart to follow the carrier itself.
 //! They sample it at an alias of its frequency (undersampling; Roberts 2013, UPSOOK: Luo et al. 2015).
 //!
-//! The receiver learns the carrier from the frames alone. Two measurements tell: the share of the light that the bits modulate, which is
+//! The receiver learns the carrier from the frames alone. It uses two measurements: the share of the light that the bits modulate, which is
 //! |c| times a constant, and whether two frames of the same symbol show it alike or in complement, which is the sign of the product of
 //! their c. [`Carrier`] finds the frequency, phase and waveform that explain both, tracks them, and gives each reading its sign. The sign
 //! common to all frames comes from the sync panel: [`Deframer`](link::framing::Deframer) reads messages in complement, too.
