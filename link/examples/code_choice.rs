@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release -p vocc-link --example code_choice [TRIALS [SEED [bsc|awgn P]]]`
 //!
-//! 200 trials (of messages of more than 128 bytes fewer, in proportion), seed 1, and all channels unless
-//! told. On two processors the default takes a quarter of an hour, `1000 1 bsc 0.02` two minutes.
+//! 200 trials (of messages of more than 128 bytes fewer, in proportion), seed 1, and all channels by default. On two processors the default
+//! takes a quarter of an hour, `1000 1 bsc 0.02` two minutes.
 //!
 //! Each cell: the mean number of panels until the message is delivered, and in brackets how many per cent of
 //! messages one repeat alone did not deliver. `–` where half of the messages or more did not come in 10

@@ -1,6 +1,6 @@
 //! What a receiver makes of panels that are no transmission at all: counts its events over random panels.
 //!
-//! `cargo run --release -p vocc-link --example false_alarms [PANELS [SEED]]` (10 000 000 and 1 unless told)
+//! `cargo run --release -p vocc-link --example false_alarms [PANELS [SEED]]` (default: 10 000 000 and 1)
 
 use link::framing::{Deframer, Event};
 use link::panel::{PanelFrame, SoftPanel};

@@ -1,6 +1,6 @@
-//! What a receiver is told of the camera whose frames it reads.
+//! The description of a camera, for receivers and simulator.
 //!
-//! It is told little, and learns the rest from the frames: how long an exposure was, how noisy it is, where the panel stands.
+//! A receiver needs little of it, and learns the rest from the frames: blur, noise, and the panel's place.
 
 mod encoding;
 
@@ -9,11 +9,11 @@ use core::ops::RangeInclusive;
 pub use encoding::Encoding;
 use serde::{Deserialize, Serialize};
 
-/// The grey level of linear light 1: that of a grey card which the exposure meter was held against (Do & Yoo 2020, Eq. 11).
+/// The grey level of linear light 1: that of a grey card on which the exposure was metered (Do & Yoo 2020, Eq. 11).
 pub const MIDDLE_GREY: f32 = 118.0;
 
-/// A camera, as far as a receiver has to know it. Each value is a hint: where nobody gives one, the [default](Camera::default) is a
-/// start, and the frames tell the rest.
+/// A camera, as far as a receiver uses it. Each value is a starting point, with a [default](Camera::default); the receiver learns from the
+/// frames.
 ///
 /// ```
 /// use link::camera::{Camera, CameraError, Encoding};

@@ -11,15 +11,14 @@
 //! | [`Code::Tm1280`] | 128 bytes | 16 + 4 | 4/5 | CCSDS 131.0-B-2 |
 //! | [`Code::Tm1536`] | 128 bytes | 16 + 8 | 2/3 | CCSDS 131.0-B-2 |
 //!
-//! **Shortening.** A [`Block`] is one code word of which only the first bytes carry message. The rest are
-//! zeros, known to both ends. Panels that would hold nothing else are not sent, and the decoder is told the
-//! known bits with certainty: a short block is not only shorter on the air but also better protected.
+//! **Shortening.** A [`Block`] is one code word of which only the first bytes carry message. The rest are zeros, known to both ends. Panels
+//! that would hold nothing else are not sent, and the decoder treats the known bits as certain. A short block is therefore shorter on the
+//! air and also better protected.
 //!
-//! **Decoding** is min-sum on 8-bit log-likelihood ratios. At the steps of [`LLR_STEP`](crate::panel::LLR_STEP)
-//! they decode as well as 32-bit floating point does (a test compares them), and frames in which every bit is as sure as can be, some of
-//! them wrongly, decode too. The TM codes have
-//! punctured parity bits (128 and 256), which are never sent but take part in the decoding and enlarge its
-//! working area: see [`Decoder`].
+//! **Decoding** is min-sum on 8-bit log-likelihood ratios. In steps of [`LLR_STEP`](crate::panel::LLR_STEP) they decode as well as 32-bit
+//! floating point (a test compares them). Frames in which every bit has the greatest certainty, some of them wrongly, decode too. The TM
+//! codes have punctured parity bits (128 and 256), which are never sent but take part in the decoding and enlarge its working area: see
+//! [`Decoder`].
 
 use crate::panel::{LEDS, Llr, PanelFrame, SoftPanel};
 use labrador_ldpc::LDPCCode;
@@ -30,7 +29,7 @@ pub const PANEL_BYTES: usize = LEDS / 8;
 pub const INFO_BYTES_MAX: usize = 128;
 /// The most panels of any code word.
 pub const CODEWORD_PANELS_MAX: usize = 24;
-/// After so many rounds of min-sum without a code word the decoder gives up.
+/// Rounds of min-sum after which the decoder gives up.
 ///
 /// Fewer would save time only where decoding fails; more would find a few more code words in heavy noise, at a
 /// cost that a small processor feels.
@@ -38,11 +37,11 @@ pub const MAX_ITERATIONS: usize = 100;
 
 const BITS_MAX: usize = CODEWORD_PANELS_MAX * LEDS;
 const LARGEST: LDPCCode = LDPCCode::TM1536;
-/// The surest that a received bit counts as, in steps of [`LLR_STEP`](crate::panel::LLR_STEP): half of what the decoder's
-/// messages hold. A message is a saturating sum less one of its terms; with bits as sure as the greatest sum that
-/// difference is 0, and nothing is told any more.
+/// The greatest certainty of a received bit, in steps of [`LLR_STEP`](crate::panel::LLR_STEP): half the range of the decoder's messages. A
+/// message is a saturating sum less one of its terms. With bits as sure as the greatest sum that difference would be 0 and carry no
+/// information.
 pub const SUREST: Llr = 63;
-/// What is known for certain to be 0: in the decoder's sign, which is opposite to [`Llr`]'s.
+/// A bit that is certainly 0, in the decoder's sign, which is opposite to [`Llr`]'s.
 const CERTAIN_ZERO: i8 = i8::MAX;
 
 /// An error-correcting code; the number is its value in the header.

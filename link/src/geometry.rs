@@ -1,4 +1,4 @@
-//! What a panel says of its own size, so that a camera can tell how far away it is.
+//! The panel's size, which a panel transmits so that cameras can measure its range.
 
 use core::ops::RangeInclusive;
 

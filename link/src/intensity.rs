@@ -1,4 +1,4 @@
-//! The most luminous intensity that a panel may have, whatever the light around it asks for.
+//! The limit of a panel's luminous intensity, in any ambient light.
 
 use core::num::NonZeroU32;
 use core::ops::RangeInclusive;

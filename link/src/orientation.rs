@@ -1,4 +1,4 @@
-//! Which way up a picture shows a panel.
+//! Orientation: the eight ways in which a picture may show a panel.
 
 use crate::panel::{LEDS, SIDE};
 
@@ -35,7 +35,7 @@ impl Orientation {
         Self::new(3, true),
     ];
 
-    /// A panel turned clockwise by so many right angles, after left and right were exchanged if it `is_mirrored`.
+    /// A panel turned clockwise by `quarter_turns` right angles, after left and right were exchanged if it `is_mirrored`.
     pub const fn new(quarter_turns: u8, is_mirrored: bool) -> Self {
         Self {
             quarter_turns: quarter_turns % 4,

@@ -1,4 +1,4 @@
-//! The 8×8 LED panel and what a receiver believes of it.
+//! The 8×8 LED panel, and a receiver's soft decisions on it.
 
 use crate::orientation::Orientation;
 
@@ -109,8 +109,7 @@ impl SoftPanel {
         self.0.iter().enumerate().fold(0, |bits, (i, &llr)| bits | u64::from(llr != 0) << i)
     }
 
-    /// The same reading with the LEDs of `mask` taken for their opposite: undoes an XOR with `mask` at the
-    /// transmitter.
+    /// The same reading with the LEDs of `mask` inverted: undoes an XOR with `mask` at the transmitter.
     ///
     /// Values of −128, which no reading should hold, count as −127.
     pub fn flipped(&self, mask: u64) -> Self {

@@ -10,7 +10,7 @@
 //! * **Balance.** Runs of zeros would be dark panels: flicker for an observer, and no contrast for a receiver
 //!   that learns its threshold from On and Off LEDs of the same frame.
 //!
-//! It is no secret and no protection: someone who knows the words can write a message that undoes them.
+//! It is neither secret nor a protection: a message can be written that cancels the words.
 
 /// The scrambling word of panel `panel` of a segment; 0 for the sync panel (panel 0), which is shown as it
 /// is.

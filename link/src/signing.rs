@@ -1,4 +1,4 @@
-//! Who says so: keys, signatures of messages, and what a receiver makes of them. Feature `signing`.
+//! Signed messages: keys, signatures and a receiver's verdicts. Feature `signing`.
 //!
 //! A signature is Ed25519 (RFC 8032) over these bytes:
 //!
@@ -6,9 +6,9 @@
 //!  "vocc message 1" │ counter, 4 bytes │ length, 2 bytes │ message        numbers little-endian
 //! ```
 //!
-//! The counter rises with each signature of a key, also over restarts. A receiver remembers the greatest that it has seen of each key:
-//! what comes with another is genuine, but old, a film shown again. How old, it cannot tell, nor can it tell a film of a signature that
-//! it has never seen from the panel itself.
+//! The counter rises with each signature of a key, also over restarts. A receiver remembers the greatest counter of each key. A message
+//! with a lower or equal one is genuine but old: a replayed film. The receiver cannot tell how old, and it cannot recognise the replay of a
+//! signature that it has never seen.
 //!
 //! The arithmetic is [ed25519-compact]'s, which needs neither a heap nor another crate, and whose signing takes the same time whatever the
 //! key. Public keys, and points in signatures, that are of small order or not in their one form are refused.

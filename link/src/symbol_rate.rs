@@ -1,4 +1,4 @@
-//! Symbols a second: what transmitters can show, and what a camera can follow.
+//! Symbol rates: the range of transmitters, and the share of a camera's frame rate.
 
 use core::fmt;
 use core::ops::RangeInclusive;
@@ -20,7 +20,7 @@ pub struct SymbolRate {
     millihertz: u32,
 }
 
-/// No transmitter shows so many symbols a second.
+/// No transmitter has this symbol rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("{}", Outside(*.millihertz, SymbolRate::MIN.millihertz..=SymbolRate::MAX.millihertz))]
 pub struct SymbolRateError {
@@ -29,12 +29,12 @@ pub struct SymbolRateError {
 }
 
 impl SymbolRate {
-    /// 9 a second: what a camera of 10 frames a second follows, and the slowest that a 16-bit counter behind a divider by 255 gives at 150
+    /// 9 a second: the rate for a camera of 10 frames a second, and the slowest that a 16-bit counter behind a divider by 255 gives at 150
     /// MHz.
     pub const MIN: Self = Self { millihertz: 9_000 };
     /// 300 a second: a board then still has panels ready for the 0.4 s for which flash memory may stop its processor.
     pub const MAX: Self = Self { millihertz: 300_000 };
-    /// 90 a second, for a camera of 100 frames a second: what a transmitter shows that was told nothing.
+    /// 90 a second, for a camera of 100 frames a second: the rate of a transmitter that is not configured.
     pub const DEFAULT: Self = Self { millihertz: 90_000 };
 
     /// The share of a camera's frames a second at which its symbols come.
@@ -44,7 +44,7 @@ impl SymbolRate {
     /// what this costs.
     pub const SHARE_OF_FRAMES: f64 = 0.9;
 
-    /// So many thousandths of a symbol a second.
+    /// A rate in thousandths of a symbol a second.
     ///
     /// # Errors
     /// [`SymbolRateError`] outside [`MIN`](Self::MIN) to [`MAX`](Self::MAX).
@@ -55,7 +55,7 @@ impl SymbolRate {
         Ok(Self { millihertz })
     }
 
-    /// So many symbols a second, to the nearest thousandth.
+    /// A rate in symbols a second, rounded to thousandths.
     ///
     /// # Errors
     /// [`SymbolRateError`] outside [`MIN`](Self::MIN) to [`MAX`](Self::MAX), and for what is no number.

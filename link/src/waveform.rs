@@ -1,4 +1,4 @@
-//! What an LED does while a symbol is shown: it stays as it is, or a fast carrier bears the symbol, which nobody sees flicker.
+//! The waveform of an LED within a symbol: still, or a carrier too fast to be seen.
 //!
 //! ```text
 //!              │◀─ a cycle ─▶│             │             ║
@@ -49,7 +49,7 @@ pub struct Waveform {
 /// No transmitter shows such a carrier.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum WaveformError {
-    /// So many cycles a symbol make no carrier.
+    /// The number of cycles a symbol is out of range.
     #[error(
         "{cycles} cycles of a carrier a symbol are outside {} to {}: give 0 for still panels, or a number in between",
         Waveform::MIN_CYCLES,

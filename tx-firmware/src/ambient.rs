@@ -31,8 +31,7 @@ use link::l2a_table::{Illuminance, log2};
 
 use crate::power::exp2;
 
-/// The least illuminance told apart from darkness, lx: a moonless clear night, and the least that
-/// common sensors resolve.
+/// The least illuminance above darkness, lx: a moonless clear night, and the resolution of common sensors.
 pub const DARKEST_LX: Illuminance = Illuminance::lit("0.01");
 
 /// The greatest illuminance, lx: direct sun at the zenith, with a clear sky around it.

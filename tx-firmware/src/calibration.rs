@@ -1,4 +1,4 @@
-//! What a bench measures of one transmitter, checked once.
+//! The bench measurements of one transmitter, checked once.
 
 use core::ops::RangeInclusive;
 

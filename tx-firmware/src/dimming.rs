@@ -1,15 +1,13 @@
 //! Ambient light and an L2A ratio → the duty of the LEDs.
 //!
-//! The L2A is r = L/(E·R) (Do & Yoo 2020, Eq. (9)): the LED's own luminance L over the ambient
-//! illuminance E times the reflectance R of the LED's surface. Solved for the luminance, the ratio
-//! that the table wants asks for
+//! The L2A is r = L/(E·R) (Do & Yoo 2020, Eq. (9)): the LED's own luminance L over the ambient illuminance E times the reflectance R of the
+//! LED's surface. Solved for the luminance of the table's ratio:
 //!
 //! ```text
 //! L* = r·E·R
 //! ```
 //!
-//! A panel cannot always give it. [`Dimming`] holds both the wanted luminance and the one given,
-//! and says what stood between them:
+//! A panel cannot always give it. [`Dimming`] has both the wanted and the given luminance, and the limit between them:
 //!
 //! | [`Limit`] | when | given |
 //! |---|---|---|
@@ -19,12 +17,10 @@
 //! | `Off` | L* < floor, and the floor's L2A would be above [`L2A_MAX`]; or floor > most | dark |
 //!
 //! *Most* is full luminance, or less where the calibration limits the panel's intensity ([`Calibration::luminance_most_cd_m2`]) or where
-//! its board has a [`ceiling`] of the duty.
-//! The floor is the shortest clean pulse in each PWM period,
-//! [`Calibration::luminance_floor_cd_m2`]. Just below it the floor is held, because a link somewhat
-//! brighter than best still works. Far below it, at night, the same pulse would flare and blind a
-//! driver, and the camera's image of it would bloom until On and Off cannot be told apart: then no
-//! light is the better choice, and the receiver sees an absent panel instead of a wrong one.
+//! its board has a [`ceiling`] of the duty. The floor is the shortest clean pulse in each PWM period,
+//! [`Calibration::luminance_floor_cd_m2`]. Just below it the floor is held, because a link somewhat brighter than best still works. Far
+//! below it, at night, the same pulse would flare and blind a driver, and the camera's image of it would bloom until On and Off are
+//! indistinguishable. No light is then the better choice, and the receiver sees no panel instead of a wrong one.
 //!
 //! ## Accuracy
 //!

@@ -1,7 +1,7 @@
-//! Whether the light sensor can be believed: what it reads → what is known of the light.
+//! The light sensor's plausibility: its readings → the known light.
 //!
-//! A panel that goes by a broken sensor dazzles at night or vanishes at noon. So each [`LightSample`] is evidence for
-//! the light or it is none, and light for which there has been no evidence for [`HOLD_MS`] counts as lost:
+//! A panel controlled by a broken sensor dazzles at night or vanishes at noon. Each [`LightSample`] therefore either is evidence of the
+//! light or is not, and light without evidence for [`HOLD_MS`] counts as lost:
 //!
 //! | reading | is evidence |
 //! |---|---|
@@ -23,15 +23,13 @@
 //!      └───────────────────────▶ Lost ◀───────────────────────────┘
 //! ```
 //!
-//! **The stated times.** From the last evidence a sensor that is missing, silent or saturated is found out after
-//! [`HOLD_MS`]; one that is stuck after [`STUCK_MS`] + [`HOLD_MS`] from its last change. To this comes the time
-//! between two calls of [`LightWatch::watch`].
+//! **The stated times.** A sensor that is missing, silent or saturated is detected [`HOLD_MS`] after the last evidence; one that is stuck,
+//! [`STUCK_MS`] + [`HOLD_MS`] after its last change. To this comes the time between two calls of [`LightWatch::watch`].
 //!
-//! **The cross-check.** Steady light gives the same reading again and again, and so does a sensor that hangs.
-//! The two are told apart by asking in another range, set by gain or integration time, where a living sensor's
-//! register must differ. [`LightWatch::next_range`] says when: after a saturated reading, and after [`PROBE_MS`]
-//! without a change. A sensor that has one range only may pass anything that changes with each conversion as its
-//! `word`; its saturation is then never confirmed.
+//! **The cross-check.** Steady light gives the same reading again and again, and so does a sensor that hangs. A measurement in another
+//! range, set by gain or integration time, distinguishes them, because a working sensor's register must then differ.
+//! [`LightWatch::next_range`] selects it: after a saturated reading, and after [`PROBE_MS`] without a change. A sensor that has one range
+//! only may pass anything that changes with each conversion as its `word`; its saturation is then never confirmed.
 
 use fixed::types::I32F32;
 use link::serial::{Faults, Light};
@@ -44,7 +42,7 @@ pub const PROBE_MS: u64 = 1_000;
 pub const STUCK_MS: u64 = 3_000;
 /// Within which time a saturated reading is confirmed by one in the other range, ms.
 pub const CONFIRM_MS: u64 = 1_000;
-/// After so many readings in succession that are evidence, a lost sensor is believed again.
+/// Readings in succession that are evidence, after which a lost sensor is trusted again.
 pub const RECOVERY: u8 = 5;
 
 /// One of two ranges of a sensor, set by its gain or its integration time: its register differs in the same light.
@@ -166,7 +164,7 @@ impl LightWatch {
         evidence
     }
 
-    /// Lets time pass; to be called often, and not by whoever asks the sensor, who may hang.
+    /// Advances the time. Call it often, and not from the code that reads the sensor, which may hang.
     pub fn watch(&mut self, now_ms: u64) {
         if now_ms.saturating_sub(self.asked_ms) > HOLD_MS {
             self.doubt = Faults::SENSOR_SILENT;

@@ -1,4 +1,4 @@
-//! What a transmitter asks of its LEDs.
+//! The trait of LED hardware.
 
 use fixed::types::U0F32;
 use link::{panel::PanelFrame, serial::Measured, waveform::SymbolTiming};
@@ -143,7 +143,7 @@ pub struct RecordingMatrix {
 impl LedMatrix for RecordingMatrix {
     type Error = core::convert::Infallible;
 
-    /// Whoever looks at it knows the waveform.
+    /// The code that inspects it knows the waveform.
     const SHOWS_CARRIER: bool = true;
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {

@@ -1,4 +1,4 @@
-//! Messages → the sequence of panels: a message so many times, then beacons.
+//! Messages → the sequence of panels: a message's repeats, then beacons.
 //!
 //! A [`Schedule`] always has a next panel. It beacons until there is a message and again after its
 //! last repeat, so that receivers keep seeing a transmitter that is there and idle.
@@ -30,8 +30,8 @@ type Panels = Framer;
 pub enum Repeats {
     /// Until another message takes its place.
     Forever,
-    /// So many times, then beacons; an even number lights every LED for exactly half of the time, but for the three panels by which one of
-    /// known size tells it. 0 shows nothing of it.
+    /// This many repeats, then beacons. An even number lights every LED for exactly half of the time, except for the three panels that show
+    /// a known size. 0 shows nothing of it.
     Times(u32),
 }
 
@@ -114,7 +114,7 @@ impl Schedule {
         self.next_panel_of(None)
     }
 
-    /// The same of a panel that says how large it is, if that is known: see [`Framer::next_panel_of`].
+    /// The panel to show next, with the panel's size if that is known: see [`Framer::next_panel_of`].
     pub fn next_panel_of(&mut self, geometry: Option<Geometry>) -> PanelFrame {
         if self.repeats.is_some() && !self.is_sending() {
             self.stop();

@@ -170,7 +170,7 @@ impl Service {
         let sequence = frame.sequence();
         let table;
         let outcome = match frame.request() {
-            // An answer that came back: whoever speaks there is no computer.
+            // An answer that came back: the other end is no computer.
             Err(BodyError::OtherKind) => return None,
             Err(error) => Err(error.into()),
             Ok(Request::Hello) => Ok(Answer::Hello(self.identity.hello())),

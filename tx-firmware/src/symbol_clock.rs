@@ -109,7 +109,7 @@ mod tests {
                 let ticks_s = ticks_s(clock, system_hz);
                 let waveform = timing.waveform();
                 for (tick, edges) in ticks_s.windows(2).enumerate() {
-                    // As a camera is told of it: the state in the middle of the tick, by the time in symbols.
+                    // For a simulated camera: the state in the middle of the tick, by the time in symbols.
                     let middle = (edges[0] + edges[1]) / 2.0 * timing.rate().hz();
                     let is_panel = QUARTERS[tick % QUARTERS.len()];
                     prop_assert!(waveform.is_still() || waveform.is_on(true, middle) == is_panel, "{timing:?}, tick {tick}");

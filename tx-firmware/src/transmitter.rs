@@ -29,7 +29,7 @@ use crate::{
 ///   [`next_range`](Self::next_range) asked for: dims the panel;
 /// - some ten times a second, [`watch`](Self::watch): makes the panel safe when readings stay away;
 /// - once a symbol, as often as [`symbol_rate`](Self::symbol_rate) says, [`tick`](Self::tick): shows the next panel;
-/// - whenever there is something to say, [`send`](Self::send).
+/// - whenever there is a message, [`send`](Self::send).
 ///
 /// Until the first reading the panel stays dark: there is no telling how bright it may be. **When light is lost**
 /// ([`light_watch`](crate::light_watch) says when) its luminance falls to the night limit, that of [`L2A_MAX`] at

@@ -1,4 +1,4 @@
-//! The message in progress: what its segments said, over all repeats.
+//! The message in progress, from its segments over all repeats.
 
 use super::header::{Header, SignatureHeader, message_crc};
 use super::signature::{SIGNATURE_BLOCK, SIGNATURE_BYTES, Signature};

@@ -1,4 +1,4 @@
-//! Which code suits a message of which length.
+//! The code for a message's length.
 
 use crate::fec::Code;
 

@@ -33,7 +33,7 @@ pub struct Header {
     pub length: u16,
     /// The segment's number: 0 to 127.
     pub segment: u8,
-    /// Toggles with each new message, so that the same text sent anew is told from a repeat.
+    /// Toggles with each new message, so that the same text sent anew differs from a repeat.
     pub fresh: bool,
     /// [`message_crc`] of the whole message: its identity and its check in one.
     pub crc: u32,
@@ -130,8 +130,8 @@ pub enum HeaderError {
 
 /// The CRC-32C of the message's bytes followed by its length (2 bytes, little-endian).
 ///
-/// The length is part of it, so that messages which differ only in zeros at the end, which the shortened
-/// codes cannot tell apart, have different CRCs.
+/// The length is part of it, so that messages which differ only in zeros at the end, which the shortened codes cannot distinguish, have
+/// different CRCs.
 pub fn message_crc(message: &[u8]) -> u32 {
     crc32c(&[message, &(message.len() as u16).to_le_bytes()])
 }

@@ -1,4 +1,4 @@
-//! How a message is cut into segments, and which code suits its length.
+//! The layout of a message: its segments and their code.
 
 use super::MESSAGE_MAX;
 use crate::fec::{Block, Code};

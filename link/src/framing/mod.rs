@@ -33,14 +33,13 @@
 //! ```
 //!
 //! * *version*: 1. The places of version and CRC-8 hold for every version to come.
-//! * *code*: the code of the payload, 0 to 4 as in [`Code`](crate::fec::Code); 7 is a **beacon**: sync and
-//!   header alone, which an idle transmitter shows, with all fields after it zero. 6 is a **size**: sync and header alone, too, which a
-//!   transmitter that was told its panel's size shows after the first of every 16 repeats: 20 bits (6 to 25) of an LED's diameter in
-//!   µm, 16 bits (26 to 41) of the interval in 1/4096, the gap between LEDs over their diameter, then zeros. Every second one is in
-//!   complement. It costs 3 panels in 16 repeats; those of a transmitter that was told nothing are as they were. 5 is a **signature**,
-//!   below.
+//! * *code*: the code of the payload, 0 to 4 as in [`Code`](crate::fec::Code); 7 is a **beacon**: sync and header alone, which an idle
+//!   transmitter shows, with all fields after it zero. 6 is a **size**: sync and header alone, too, which a transmitter that knows its
+//!   panel's size shows after the first of every 16 repeats: 20 bits (6 to 25) of an LED's diameter in µm, 16 bits (26 to 41) of the
+//!   interval in 1/4096, the gap between LEDs over their diameter, then zeros. Every second one is in complement. It costs 3 panels in 16
+//!   repeats; transmitters that do not know it show none. 5 is a **signature**, below.
 //! * *length* of the message in bytes, *segment* number from 0.
-//! * *fresh* toggles with each new message: the same text sent anew is told from a repeat.
+//! * *fresh* toggles with each new message: the same text sent anew differs from a repeat.
 //! * *CRC-32C* (CRC-32/ISCSI) of the message's bytes and then its length as 2 bytes, little-endian: what
 //!   names the message, and what checks it.
 //! * *CRC-8* (CRC-8/AUTOSAR) of bytes 0 to 6.
@@ -49,8 +48,8 @@
 //! those that are left. They are coded and shortened as [`fec`](crate::fec) says: ⌈bytes/8⌉ panels of
 //! information, then 1, 2, 4, 4 or 8 panels of parity. There is nothing else in a panel.
 //!
-//! **Signature.** A transmitter that signs shows one after each repeat of its message; where it does not, panels are as above. Sync,
-//! header, and 72 bytes under the code for that length: [`SIGNATURE_PANELS`] in all, with the polarity of the repeat.
+//! **Signature.** A transmitter that signs shows one after each repeat of its message. Sync, header, and 72 bytes under the code for that
+//! length: [`SIGNATURE_PANELS`] in all, with the polarity of the repeat.
 //!
 //! ```text
 //!  bit 0    3      6             16         23     24                                    56       63
@@ -72,8 +71,8 @@
 //! **Scrambling.** Panel n of a segment is XORed with [`scramble::word`](crate::scramble::word)`(n)`; the
 //! sync panel is not.
 //!
-//! **Polarity.** Where segment + repeat is odd, the whole segment, sync included, is shown in complement. The
-//! receiver learns which from the sign of the sync panel's correlation.
+//! **Polarity.** If segment + repeat is odd, the whole segment, sync included, is shown in complement. The receiver learns which from the
+//! sign of the sync panel's correlation.
 //!
 //! # Flicker
 //!

@@ -10,14 +10,13 @@ use crate::orientation::Orientation;
 use crate::panel::{PanelFrame, SoftPanel};
 use crate::scramble;
 
-/// A sync panel is taken for found where the reading's correlation with [`SYNC`] is at least so many standard
-/// deviations of a random reading's.
+/// Minimum correlation of a sync panel with [`SYNC`], in standard deviations of a random reading.
 const SYNC_DEVIATIONS: i64 = 4;
 /// As [`SYNC_DEVIATIONS`], for an unreadable header at its expected place: sync and header together,
 const EXPECTED_DEVIATIONS: i64 = 5;
 /// and the header alone.
 const EXPECTED_HEADER_DEVIATIONS: i64 = 3;
-/// After so many headers in a row that were neither read nor recognised, no more are expected.
+/// Headers in a row that were neither read nor recognised, after which no more are expected.
 const HEADERS_MISSED_MAX: u8 = 8;
 /// After a longer gap, in panels, the place within the message is no longer relied upon.
 const GAP_MAX: i32 = 1024;
@@ -37,35 +36,30 @@ pub const SYNC_SEEN: [PanelFrame; 8] = {
 ///
 /// # How it finds a message
 ///
-/// **Hunting.** At every panel it looks whether the panel two symbols ago was a sync panel, as it is or in
-/// complement: Σ llr·s ≥ 4·√Σ llr², that is a correlation coefficient of 0.5. If so it decodes the two panels
-/// since as a header. For readings that have nothing to do with a sync panel this fires with a probability of
-/// at most 2·exp(−4²/2) = 6.7e-4 a panel, whatever their magnitudes, and 7.7e-5 for 64 readings of equal
-/// strength (16 or fewer of 64 differ).
+/// **Hunting.** At every panel it tests whether the panel two symbols ago was a sync panel or its complement: Σ llr·s ≥ 4·√Σ llr², a
+/// correlation coefficient of 0.5. If so, it decodes the two panels since as a header. The test is true for other readings with a
+/// probability of at most 2·exp(−4²/2) = 6.7e-4 a panel, whatever their magnitudes, and 7.7e-5 for 64 readings of equal strength (16 or
+/// fewer of 64 differ).
 ///
-/// **Which way up.** Pictures may have the panel in any of eight [orientations](Orientation). The one in which
-/// the sync panel agrees best is tried, and kept with a header that is read: until one is missed, the panel is
-/// looked for in no other. While all eight are, the chances above are eight times as great. A false header
-/// must also decode, match the CRC-8, the version and the ranges: of 10⁸ random panels 61 400 were taken for
-/// sync and none led to a header (`cargo run --release -p vocc-link --example false_alarms 100000000`).
+/// **Which way up.** Pictures may have the panel in any of eight [orientations](Orientation). It tries the one in which the sync panel
+/// agrees best, and keeps it once a header decodes, until a header is missed. While all eight are tried, the probabilities above are eight
+/// times as great. A false header must also decode, match the CRC-8, the version and the ranges: of 10⁸ random panels 61 400 passed as sync
+/// and none led to a header (`cargo run --release -p vocc-link --example false_alarms 100000000`).
 ///
-/// **Expecting.** After a header all that follows is known: which segment comes next, where, and its header's
-/// every LED. Where the header is not readable there, the three panels are compared with what was to be
-/// expected: accepted when the correlation is at least 5 standard deviations over sync and header together,
-/// and 3 over the header alone. Random readings pass with a probability of at most exp(−5²/2) = 3.7e-6. A
-/// lost sync panel, or one lost header panel, so does not cost the segment. After 8 headers missed in a row
-/// no more are expected.
+/// **Expecting.** After a header all that follows is known: the next segment, its place, and every LED of its header. If that header is not
+/// readable, the three panels are compared with the expected ones, and accepted if the correlation is at least 5 standard deviations over
+/// sync and header together, and 3 over the header alone. Random readings pass with a probability of at most exp(−5²/2) = 3.7e-6. A lost
+/// sync panel, or one lost header panel, so does not cost the segment. After 8 headers missed in a row no more are expected.
 ///
 /// # How it puts a message together
 ///
-/// A segment is decoded at the end of its payload, alone, then, where that fails, summed with its earlier
-/// repeats. Lost panels count as unknown. A message is delivered when all its segments have decoded **and**
-/// the CRC-32 matches; never otherwise. If it does not match, everything is forgotten. A delivered message is
-/// not delivered again until another message or a beacon has come between. Where decoding errs, the CRC-32
-/// lets one wrong message in 2³² pass.
+/// A segment is decoded at the end of its payload: alone and, if that fails, summed with its earlier repeats. Lost panels count as unknown.
+/// A message is delivered when all its segments have decoded **and** the CRC-32 matches; never otherwise. If it does not match, everything
+/// is forgotten. A delivered message is not delivered again until another message or a beacon has come between. Where decoding errs, the
+/// CRC-32 lets one wrong message in 2³² pass.
 ///
-/// **A signature** is decoded once the message before it is whole, alone, then summed with its earlier repeats, and told once; one with
-/// another counter is told anew. Where it belongs to no message that is known, it is passed over.
+/// **A signature** is decoded once the message before it is whole: alone, then summed with its earlier repeats. It is reported once, and
+/// again with another counter. If it belongs to no known message, it is ignored.
 ///
 /// **A header of another message** than that in progress replaces it when its segment decodes, or when it is
 /// seen twice with no header of the message in progress between. So a false header, which passes the CRC-8 by
@@ -647,7 +641,7 @@ fn add(one: (i32, i32), other: (i32, i32)) -> (i32, i32) {
     (one.0 + other.0, one.1 + other.1)
 }
 
-/// Whether a correlation is positive and at least so many standard deviations of a random reading's.
+/// Whether a correlation is positive and at least `deviations` standard deviations of a random reading's.
 fn exceeds(sum: i32, squares: i32, deviations: i64) -> bool {
     sum > 0 && i64::from(sum) * i64::from(sum) >= deviations * deviations * i64::from(squares)
 }

@@ -1,4 +1,4 @@
-//! The signature that follows a message, on the panel: which bytes it is, and when it is shown.
+//! The signature after a message on the panel: its bytes, and when it is shown.
 
 use super::header::{Announcement, SignatureHeader};
 use super::transmit::coded;
@@ -113,7 +113,7 @@ impl SignedFramer {
         self.next_panel_of(None)
     }
 
-    /// The same of a panel that says how large it is: see [`Framer::next_panel_of`].
+    /// The panel to show next, for a panel of known size: see [`Framer::next_panel_of`].
     pub fn next_panel_of(&mut self, geometry: Option<Geometry>) -> PanelFrame {
         if let Some(panel) = self.shown.pop() {
             return panel;

@@ -9,7 +9,7 @@ use crate::scramble;
 
 const SEGMENT_PANELS_MAX: usize = OVERHEAD_PANELS + CODEWORD_PANELS_MAX;
 
-/// A panel that says how large it is does so after the first of every so many repeats.
+/// A panel of known size shows its size after the first of this many repeats.
 const GEOMETRY_REPEATS: u32 = 16;
 
 /// The panels of one message, or of a beacon, repeated without end.
@@ -90,7 +90,7 @@ impl Framer {
         self.next_panel_of(None)
     }
 
-    /// The same of a panel of known size, which after the first of every 16 repeats says in three panels more how large it is; they belong
+    /// The panel to show next, for a panel of known size: three more panels after the first of every 16 repeats show the size, and belong
     /// to no repeat.
     ///
     /// ```

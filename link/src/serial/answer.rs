@@ -1,4 +1,4 @@
-//! What a transmitter answers.
+//! A transmitter's answers.
 
 use core::fmt;
 
@@ -20,7 +20,7 @@ pub enum Answer<'a> {
     Status(Status),
     /// A part of the running table.
     Table(TablePart<'a>),
-    /// So many bytes of the new table are there.
+    /// The bytes of the new table that have arrived.
     Staged {
         /// Bytes from its beginning without a gap.
         received: u16,

@@ -1,4 +1,4 @@
-//! What a bench measures of one transmitter.
+//! The bench measurements of one transmitter.
 
 use crate::l2a_table::Interval;
 use fixed::types::{U1F31, U12F20, U32F32};

@@ -24,7 +24,7 @@ pub const fn wire_length(length: usize) -> usize {
     length + 1 + length / 254 + 2
 }
 
-/// Which way a frame goes. An echo of a request is not taken for an answer.
+/// The direction of a frame, so that an echo of a request is no answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// From the computer to the transmitter.

@@ -1,4 +1,4 @@
-//! The messages of the transmitter's serial port: what a computer asks, and what the transmitter answers.
+//! The messages of the transmitter's serial port: a computer's requests and the transmitter's answers.
 //!
 //! # The layers
 //!
@@ -12,15 +12,14 @@
 //!   0 … 0                      on the wire, found again after any garbage
 //! ```
 //!
-//! `docs/serial.md` describes it byte by byte, with test vectors; a test holds it to this code.
+//! `docs/serial.md` describes it byte by byte, with test vectors that a test compares with this code.
 //!
 //! # The conversation
 //!
-//! The computer asks, the transmitter answers each request once and says nothing by itself. An answer carries
-//! the sequence number of its request. A frame that does not arrive whole is as if it had never been: there is no
-//! answer to it. **So who gets no answer asks again**, in the very same frame, and that is safe: doing twice what
-//! any request asks for is the same as doing it once. (Showing a message anew is not, so the transmitter knows
-//! the number of the message it was given last, and answers the same number without another showing.)
+//! The transmitter answers each request once and sends nothing by itself. An answer carries the sequence number of its request. A frame
+//! that does not arrive whole is ignored and gets no answer. **If no answer comes, send the same frame again.** That is safe, because all
+//! requests are idempotent. (Showing a message is not by itself. The transmitter therefore remembers the number of the last message, and
+//! answers the same number without showing it again.)
 //!
 //! # Choosing
 //!

@@ -1,4 +1,4 @@
-//! What a computer asks of a transmitter.
+//! A computer's requests to a transmitter.
 
 use core::fmt;
 
@@ -58,8 +58,7 @@ pub enum Request<'a> {
     WriteCalibration(Measured),
     /// Show this message from the next symbol on. Answered by [`Answer::Done`](super::Answer::Done).
     ///
-    /// The sequence number of the frame is the message's name: the same number again is taken for a request
-    /// whose answer was lost.
+    /// The sequence number of the frame identifies the message: the same number again counts as a request whose answer was lost.
     Send {
         /// How often; none: until another message comes.
         repeats: Option<u32>,

@@ -1,4 +1,4 @@
-//! How a transmitter is.
+//! A transmitter's status.
 
 use crate::l2a_table::{Illuminance, L2a};
 use bitflags::bitflags;
@@ -13,7 +13,7 @@ pub struct Status {
     pub uptime_s: u32,
     /// What it knows of the light.
     pub light: Light,
-    /// The ambient illuminance it goes by, lx; none before the first reading.
+    /// The ambient illuminance in use, lx; none before the first reading.
     pub illuminance_lx: Option<Illuminance>,
     /// The L2A wanted; 0 while dark before the first reading.
     pub l2a: L2a,

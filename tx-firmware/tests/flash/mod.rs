@@ -37,7 +37,7 @@ pub enum Tear {
 pub enum Power {
     /// For ever.
     Stays,
-    /// For so many more words or units; it goes during the one after them.
+    /// For this many more words or units; it fails during the next one.
     #[allow(dead_code, reason = "not every test cuts the power")]
     For(u64),
     /// It is gone.

@@ -1,4 +1,4 @@
-//! An I2C bus on which nothing waits for ever.
+//! An I2C bus with a time limit on every wait.
 
 use core::{future::Future, future::poll_fn, pin::pin, task::Poll};
 
