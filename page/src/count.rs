@@ -31,7 +31,7 @@ impl Count {
         })
     }
 
-    /// Adds so many frames.
+    /// Adds frames.
     pub fn add(&mut self, frames: u64) -> Result<(), Fault> {
         let from = self.sum.errors.frames();
         let part = self.evaluator.evaluate(from..from + frames, &mut self.workspace)?;

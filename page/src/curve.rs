@@ -1,4 +1,4 @@
-//! How well On and Off are told apart over the LED-to-ambient ratio: a curve that grows while one looks.
+//! Distinguishability of On and Off over the LED-to-ambient ratio: a curve that grows on the page.
 
 use link::l2a_table::{L2A_MAX, L2A_MIN};
 use serde::Deserialize;
@@ -28,8 +28,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// So many ratios, evenly by their logarithm, over all that a transmitter keeps to. Reflectances are drawn, as in the paper's
-    /// Figure 14.
+    /// `points` ratios, evenly by their logarithm, over a transmitter's range. Reflectances are drawn, as in the paper's Figure 14.
     pub fn new(scene: &Scene, measure: Measure, detector: DetectorChoice, level: Level, seed: u64, points: usize) -> Result<Self, Fault> {
         if !(3..=100).contains(&points) {
             return Err(Fault::Range {
@@ -50,7 +49,7 @@ impl Curve {
         })
     }
 
-    /// Adds so many frames to each ratio.
+    /// Adds frames to each ratio.
     pub fn add(&mut self, frames: u64) -> Result<(), Fault> {
         self.points.iter_mut().try_for_each(|(_, count)| count.add(frames))
     }

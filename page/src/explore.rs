@@ -75,7 +75,7 @@ pub struct Explore {
     pub(crate) sight: Sight,
 }
 
-/// What the page is told of a scene once.
+/// A scene's properties, sent to the page once.
 #[derive(Serialize)]
 struct SceneReport<'a> {
     region: Place,

@@ -2,7 +2,7 @@
 
 use reception::stream::StreamError;
 
-/// Why the page gets no answer, as a sentence for whoever sits before it.
+/// Why the page gets no answer, as a sentence for the user.
 #[derive(Debug, thiserror::Error)]
 pub enum Fault {
     /// The page has asked for what there is not: a fault of the page's own.

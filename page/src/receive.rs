@@ -91,7 +91,7 @@ impl Film {
         })
     }
 
-    /// Takes frame `number`, which was taken so many frame periods `late`.
+    /// Takes frame `number`, which was taken `late` frame periods late.
     pub fn take(&mut self, number: u64, late: f64, format: Format, bytes: &[u8]) -> Result<Value, Fault> {
         if number < self.next {
             return Err(Fault::Range {

@@ -25,7 +25,7 @@ pub struct Sending {
     scene: Scene,
     message: Vec<u8>,
     next: u64,
-    /// After so many it is given up.
+    /// The number after which it is given up.
     frames: u64,
     /// Panels of one repeat.
     panels: u32,

@@ -6,8 +6,8 @@
 //! | `fine` | f32, table | 0.01 unrounded grey levels from the reference | figures, pictures |
 //! | `fast` | f32, table | 0.25 unrounded grey levels from the reference: half of what rounding does | Monte Carlo |
 //!
-//! The bound of `reference` is held against values of thirty digits by `cargo test -p vocc-tests --test numerics disc_integral`,
-//! those of the others against the reference by `cargo test -p vocc-tests --test levels`.
+//! The bound of `reference` is tested with values of thirty digits by `cargo test -p vocc-tests --test numerics disc_integral`, those of
+//! the others against the reference by `cargo test -p vocc-tests --test levels`.
 //!
 //! A level is a promise; [`Accuracy`] holds the knobs that keep it in one scene, and a renderer can be made of knobs set by hand
 //! ([`crate::renderer::Renderer::with_accuracy`]). The errors and what bounds them:

@@ -76,9 +76,9 @@ pub struct LinkSettings {
     pub level: Level,
     /// The code; none: the one for the message's length.
     pub code: Option<Code>,
-    /// What the receiver is told of the camera; it learns the rest.
+    /// The receiver's camera settings; it learns the rest.
     pub camera: Camera,
-    /// Whether the receiver is told where the panel is, and need not look for it.
+    /// Whether the receiver knows the panel's place and does not search.
     pub true_corners: bool,
 }
 
@@ -325,7 +325,7 @@ impl Road {
     }
 }
 
-/// A panel followed within this of the truth is read as well as one whose place is told, in pixels.
+/// A panel followed within this of the truth, in pixels, is read as well as one at a known place.
 const FOLLOWED_PX: f32 = 0.5;
 
 fn are_near(a: &Corners, b: &Corners) -> bool {
@@ -333,7 +333,7 @@ fn are_near(a: &Corners, b: &Corners) -> bool {
     pairs.into_iter().all(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]) < FOLLOWED_PX)
 }
 
-/// A reading in the panel's own rows and columns, which whoever knows the truth need not learn from the first header.
+/// A reading in the panel's own rows and columns, which are known here before the first header.
 fn own_way_up(reading: &Reading, truth: &Corners) -> Reading {
     let off = |reading: &Reading| {
         let [[x, y], [true_x, true_y]] = [&reading.corners, truth].map(|corners| corners.points()[0]);
@@ -385,7 +385,7 @@ pub fn camera_of(scene: &Scene) -> Camera {
     }
 }
 
-/// What one knows who has measured the camera's blur too.
+/// The scene's camera, with its blur.
 pub fn calibrated_camera_of(scene: &Scene) -> Camera {
     Camera {
         blur_sigma_px: scene.camera.blur_sigma_px as f32,

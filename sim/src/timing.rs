@@ -20,7 +20,7 @@ pub fn system_clock() -> Duration {
 
 /// Runs shorter than this are repeated until they take so long: below, calls of the clock count.
 const SHORTEST_NS: f64 = 20_000.0;
-/// And until they take so many of the clock's own steps, which in a browser are of 0.1 ms and more.
+/// And until they take this many of the clock's own steps, which in a browser are of 0.1 ms and more.
 const SHORTEST_STEPS: f64 = 30.0;
 /// But not for longer than this, however coarse the clock is.
 const SHORTEST_MOST_NS: f64 = 5e6;
@@ -90,7 +90,7 @@ impl Length {
     }
 }
 
-/// The time of so many repetitions, in ns.
+/// The time of the repetitions, in ns.
 fn run(work: &mut Work, repetitions: usize, clock: Clock) -> f64 {
     let started = clock();
     (0..repetitions).for_each(|_| work());
@@ -113,7 +113,7 @@ mod tests {
     use std::cell::Cell;
 
     thread_local! {
-        /// A time that goes by where work is done, in ns.
+        /// A simulated clock that advances with the work, in ns.
         static TIME_NS: Cell<u64> = const { Cell::new(0) };
     }
 

@@ -31,7 +31,7 @@ pub struct Chords(pub Vec<Chord>);
 /// The most chords that are tried: enough for 1e-13 at a blur of a hundredth of the disc's radius. With more, an
 /// [`Outline`] is quicker pixel by pixel.
 const MOST: usize = 512;
-/// The same of a polygon, which is drawn once a frame and not 64 times.
+/// The same for a polygon, which is drawn once a frame and not 64 times.
 const MOST_OF_POLYGON: usize = 4096;
 
 impl Chords {

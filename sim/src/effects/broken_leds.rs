@@ -1,4 +1,4 @@
-//! LEDs that do not do as they are told: dead ones, stuck ones, a row that is dimmer than the others.
+//! Faulty LEDs: dead ones, stuck ones, a dim row.
 
 use link::panel::{LEDS, SIDE};
 use rand::seq::SliceRandom;
@@ -81,7 +81,7 @@ fn faults_of(panel: &Panel, index: usize) -> [Fault; LEDS] {
     faults
 }
 
-/// The LEDs meant: those of the list, or so many of the panel's `order`.
+/// The selected LEDs: those of the list, or the first of the panel's `order`.
 fn choose<'a>(leds: &Leds, order: impl Iterator<Item = &'a u8>) -> Vec<usize> {
     match leds {
         Leds::Count(count) => order.take(usize::from(*count)).map(|&led| led.into()).collect(),

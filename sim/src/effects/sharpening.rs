@@ -6,7 +6,7 @@ use super::{About, Effect};
 use crate::formation::{Formation, GreyStage};
 use crate::view::{LinearRange, View};
 
-/// The mask reaches so many of its standard deviations.
+/// The mask's radius, in standard deviations.
 const REACH_SIGMA: f64 = 3.0;
 
 /// See the [module](self).
@@ -59,7 +59,7 @@ impl UnsharpMask {
         }
     }
 
-    /// The mean across of each pixel of a row whose ends go on for ever.
+    /// The mean across each pixel of a row, whose end pixels continue beyond it.
     #[inline(always)]
     fn across(&self, row: &[u8], padded: &mut Vec<f32>, mean: &mut [f32]) {
         let reach = self.reach_px();

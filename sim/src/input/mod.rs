@@ -1,6 +1,6 @@
-//! Files that are read: ordinary ones, no larger than what they hold can be, so that neither memory nor patience ends first.
+//! Input files: only ordinary ones, with a size limit, so that neither memory nor time runs out.
 //!
-//! Without the feature `files` there are none: whoever asks for one is told so.
+//! Without the feature `files` there are none, and reading one is an error.
 
 #[cfg_attr(feature = "files", path = "files.rs")]
 #[cfg_attr(not(feature = "files"), path = "no_files.rs")]

@@ -10,9 +10,8 @@
 //! ]
 //! ```
 //!
-//! is a whole table. One made by a search says besides where it comes from (`search`, `scene`, `entries`, `cells`, or `reach` or
-//! `regret` with their entries and points), which is no concern of whoever reads the ratios. A ratio that is not found yet is `nan`: such a table cannot be
-//! used.
+//! is a whole table. One made by a search says besides where it comes from (`search`, `scene`, `entries`, `cells`, or `reach` or `regret`
+//! with their entries and points), which readers of the ratios ignore. A ratio that is not found yet is `nan`: such a table cannot be used.
 
 use std::path::Path;
 
@@ -163,7 +162,7 @@ impl RatioFile {
         read_with(path, Self::from_toml)
     }
 
-    /// The same of a text.
+    /// The same for a text.
     ///
     /// # Errors
     /// When it is no TOML with the keys of a table, or of another version.

@@ -9,7 +9,7 @@ use crate::disc::phase_table::PhaseTable;
 use crate::disc::spread::Spread;
 use crate::renderer::separable::{ChordImage, SeparableImage};
 
-/// Values across come in whole vectors of so many.
+/// Values across come in whole vectors of this length.
 pub const LANES: usize = 8;
 /// The most rows of a table: beyond, to work them out takes longer than a table of the kernel alone saves.
 const MOST_ROWS: usize = 4096;

@@ -7,7 +7,7 @@ use super::{Link, Scene};
 const PANELS_MAX: usize = 4096;
 
 impl Scene {
-    /// Checks every key against its range; the names in `[effects]` are checked by whoever knows the effects.
+    /// Checks every key against its range; the names in `[effects]` are checked where the effects are known.
     ///
     /// # Errors
     /// The first key that is out of range.

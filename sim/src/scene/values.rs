@@ -39,7 +39,7 @@ impl Encoding {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Leds {
-    /// So many that the panel's seed picks, 0 to 64.
+    /// A number of LEDs, 0 to 64, picked by the panel's seed.
     Count(u8),
     /// Those of these numbers, 8·row + column.
     List(Vec<u8>),

@@ -5,8 +5,8 @@ use glam::DVec2;
 /// A rectangle along the axes: its lowest corner and its highest one.
 pub type Box2 = [DVec2; 2];
 
-/// Tells of each pair of boxes that have more than an edge in common. They are looked at from left to right, so that the time is that
-/// of the pairs that meet along x, and of the sorting.
+/// Reports each pair of boxes that overlap by more than an edge. A sweep from left to right takes the time of sorting and of the pairs that
+/// overlap along x.
 pub(crate) fn for_each_meeting(boxes: &[Box2], mut met: impl FnMut(usize, usize)) {
     let mut rightwards: Vec<usize> = (0..boxes.len()).collect();
     rightwards.sort_by(|&a, &b| boxes[a][0].x.total_cmp(&boxes[b][0].x));

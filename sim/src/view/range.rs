@@ -10,7 +10,7 @@ use crate::scene::{Camera, Psf};
 
 /// The range of a view's linear values, whichever effects are simulated, and what changes within it come to.
 ///
-/// Whoever knows the effects begins with that of background and LEDs, and has each effect widen it.
+/// It starts with that of background and LEDs, and each effect widens it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearRange {
     /// No pixel is darker than this linear value, noise apart.

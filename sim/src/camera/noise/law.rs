@@ -1,4 +1,4 @@
-//! The law of what is read: Poisson electrons and a normal number, held against thresholds.
+//! The distribution of grey levels: Poisson electrons and normal read noise, compared with thresholds.
 
 use libm::erfc;
 
@@ -46,7 +46,7 @@ impl Law {
         law
     }
 
-    /// The level of a pixel that caught so many electrons.
+    /// The level of a pixel, by the electrons that it caught.
     pub fn of_electrons(&self, electrons: f64) -> Band {
         let reach = FAR * self.read_noise_e;
         let [first, last] = [-reach, reach].map(|r| self.thresholds_e.partition_point(|&t| t <= electrons + r));
