@@ -1,4 +1,4 @@
-//! Messages are bytes. Where a text stands for them, what it does not hold is told as hexadecimal digits.
+//! Messages are bytes. Text output adds hexadecimal digits for bytes that text cannot represent.
 
 /// Bytes as hexadecimal digits.
 pub fn hex(bytes: &[u8]) -> String {

@@ -85,7 +85,7 @@ impl FromStr for Channel {
     }
 }
 
-/// Which standard a video's colours go by.
+/// The standard of a video's colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standard {
     /// Up to 576 lines.

@@ -29,7 +29,7 @@ pub fn of_samples(learnt: Encoding) -> Encoding {
     }
 }
 
-/// What becomes of each sample, up to the white of a depth.
+/// The grey level of each sample, up to the white of a depth.
 pub struct Compander {
     white: u16,
     grey: Vec<u8>,
@@ -41,7 +41,7 @@ pub struct Compander {
 }
 
 impl Compander {
-    /// For samples of so many bits, by default as many as they need, and of that encoding; each black below `black` of 255.
+    /// For samples of `depth` bits, by default as many as they need, in that encoding; levels below `black` of 255 are black.
     pub fn new(depth: Option<u8>, encoding: Encoding) -> Self {
         let mut compander = Self {
             white: 0,
@@ -61,7 +61,7 @@ impl Compander {
         self.fixed |= self.white > 0;
     }
 
-    /// White, as it is taken for the pictures so far; 0 before the first.
+    /// The white of the pictures so far; 0 before the first.
     pub fn white(&self) -> u16 {
         self.white
     }

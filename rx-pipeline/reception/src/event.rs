@@ -1,4 +1,4 @@
-//! What is told of a panel beside its readings.
+//! Events of a panel beside its readings.
 
 use link::fec::Undecodable;
 use link::framing::{Event, Rejection, SegmentOutcome, Signature};
@@ -56,7 +56,7 @@ pub enum PanelEvent {
 }
 
 impl PanelEvent {
-    /// What is to be told of an event of the deframer's, if anything.
+    /// The event to report for one of the deframer's, if any.
     pub(crate) fn of(event: &Event<'_>) -> Option<Self> {
         Some(match event {
             Event::Delivered(delivery) => Self::Message(Message {
@@ -85,7 +85,7 @@ impl PanelEvent {
         })
     }
 
-    /// Whether it is news of who says so, after what was told of that since the last message.
+    /// Whether it is news of the signer, after the last report since the message.
     pub(crate) fn is_news_after(&self, told: Option<&Self>) -> bool {
         match (told, self) {
             (Some(_), Self::Unsigned) => false,

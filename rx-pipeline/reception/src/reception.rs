@@ -17,14 +17,14 @@ use crate::symbol_rate::{self, RateSearch};
 use crate::whereabouts::{PoseInput, PoseMeter, Whereabouts};
 use crate::{PANELS_MAX, USUAL_FPS};
 
-/// What a reception is told before its first frame.
+/// The settings of a reception.
 #[derive(Clone, Copy, Debug)]
 pub struct ReceptionSettings {
     /// The camera of the 8-bit grey frames.
     pub camera: Camera,
     /// By how many exposures each of its lines is later than the one above, if that is known.
     pub line_delay: Option<f32>,
-    /// How bits are told apart.
+    /// The detector.
     pub method: Method,
     /// Frames a second.
     pub fps: f32,
@@ -139,7 +139,7 @@ struct Panel {
     rates: Option<RateSearch>,
     orientation: Option<Orientation>,
     whereabouts: Whereabouts,
-    /// What was told of who says so since the last message.
+    /// The last report of the signer since the message.
     told: Option<PanelEvent>,
 }
 

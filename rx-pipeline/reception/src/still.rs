@@ -49,7 +49,7 @@ impl StillDecoder {
         }
     }
 
-    /// What a frame of a camera shows at the corners given, or wherever a panel is found, and what it tells of the camera.
+    /// The panel in a single frame, at given corners or wherever one is found, and what was learnt of the camera.
     ///
     /// # Errors
     /// [`StillError`] where what is given is at fault.

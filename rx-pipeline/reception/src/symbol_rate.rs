@@ -1,5 +1,5 @@
-//! The symbol rate, where nobody tells it: the usual ones are tried beside the receiver's own, on the same readings. Whichever makes a
-//! message whole is right, as messages bear checksums.
+//! The search for a symbol rate that is not configured: the usual rates are tried beside the receiver's own, on the same readings. The rate
+//! that completes a message is right, because messages have checksums.
 
 use link::geometry::Geometry;
 use link::orientation::Orientation;
@@ -31,7 +31,7 @@ const AS_SEEN: f32 = 0.15;
 /// Pairs of frames that tell how often the panel changes.
 const PAIRS_MIN: u32 = 20;
 
-/// The rate that is assumed where none is told, with a camera of `fps` frames a second.
+/// The rate that is assumed if none is configured, with a camera of `fps` frames a second.
 pub fn usual(fps: f32) -> f32 {
     if TRANSMITTERS_HZ <= fps { TRANSMITTERS_HZ } else { FOLLOWED * fps }
 }
@@ -112,14 +112,14 @@ impl Trial {
 }
 
 impl RateSearch {
-    /// All usual ones but the receiver's own, where none was told, and those of usual exposures; else none. `fps` is the camera's.
+    /// If none is configured, all usual rates but the receiver's own, and those of usual exposures; else none. `fps` is the camera's.
     pub fn beside(own_hz: f32, fps: f32, is_told: bool) -> Self {
         let others = OTHERS_HZ.into_iter().chain([TRANSMITTERS_HZ, fps, FOLLOWED * fps]);
         let others = others.filter(|rate| !is_told && (rate / own_hz - 1.0).abs() > APART);
         let mut trials: Vec<Trial> = others.filter_map(|rate| Trial::new(rate, fps)).collect();
         trials.sort_by(|a, b| a.rate_hz.total_cmp(&b.rate_hz));
         trials.dedup_by(|a, b| (a.rate_hz / b.rate_hz - 1.0).abs() < APART);
-        // Transmitters are told a whole number of frames a second.
+        // Transmitters are configured for a whole number of frames a second.
         let of_exposure = |exposure_s| SymbolRate::for_camera(f64::from(fps.round()), exposure_s);
         let of_exposures = EXPOSURES_S.into_iter().filter_map(|exposure_s| of_exposure(exposure_s).ok());
         for rate in of_exposures.map(|rate| rate.hz() as f32).filter(|_| !is_told) {
@@ -222,7 +222,7 @@ impl RateSearch {
             events.push(PanelEvent::RateFound(rate_hz));
         }
         match own {
-            // What a panel says of its size is told once, whichever rate it is read by.
+            // A panel's size is reported once, at whichever rate it was read.
             Some(PanelEvent::Geometry(geometry)) => self.geometry = Some(geometry),
             Some(event @ (PanelEvent::Signed(_) | PanelEvent::Unsigned)) => self.vouched = Some(event),
             Some(event) if self.found_hz.is_none() && !self.repeats(&event) => events.push(event),

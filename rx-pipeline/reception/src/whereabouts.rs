@@ -1,4 +1,4 @@
-//! Where panels are, with what a computer knows beside a frame: the panels' size and the lens, as told by a person or by the panels.
+//! Where panels are, from their size and the lens, which a person or the panels themselves give.
 
 use link::camera::Camera;
 use link::geometry::Geometry;
@@ -28,7 +28,7 @@ pub type PoseResult = Result<Pose, String>;
 /// ```
 ///
 /// # Errors
-/// [`PanelSizeError`], also of what was told by half.
+/// [`PanelSizeError`], also if only half of the size is given.
 pub fn told_size(led_diameter_m: Option<f64>, interval: Option<f64>) -> Result<Option<PanelSize>, PanelSizeError> {
     let size = PanelSize::new(led_diameter_m.unwrap_or(USUAL.0), interval.unwrap_or(USUAL.1))?;
     Ok((led_diameter_m.is_some() && interval.is_some()).then_some(size))
