@@ -1,4 +1,4 @@
-//! Panels from 3 m on before cameras of any kind, of which a receiver is told nothing, and what it makes of them.
+//! Panels from 3 m on before random cameras that the receiver does not know, and how it reads them.
 
 use image::GrayImage;
 use link::camera::Camera;
@@ -25,7 +25,7 @@ use crate::statistics::Reliability;
 pub const MESSAGE: &[u8] = b"Lane closed ahead";
 /// Frames of a film: the message passes twice, and begins anywhere.
 pub const FRAMES: u64 = 36;
-/// A panel is to be found within so many frames.
+/// Frames within which a panel should be found.
 pub const IN_TIME: u64 = 5;
 
 /// The least and the greatest distance, in metres.
@@ -49,7 +49,7 @@ pub struct RandomFilm {
     pub corners: [[f64; 2]; 4],
     /// Distance of neighbouring LEDs along the panel's shorter side, in pixels.
     pub pitch_px: f64,
-    /// What the renderer knows of the camera, for a receiver that is told.
+    /// The renderer's camera, for a receiver that is configured.
     pub camera: Camera,
     /// Whether LEDs are broken, whose bits no single frame tells.
     pub has_broken_leds: bool,
@@ -252,15 +252,15 @@ pub struct Fate {
     pub errors: u64,
     /// See `errors`.
     pub bits: u64,
-    /// How sure those bits were said to be.
+    /// The reported confidence of those bits.
     pub reliability: Reliability,
-    /// The same of the frames in which the panel was seen where it is.
+    /// The same for the frames in which the panel was seen at its place.
     pub reliability_in_place: Reliability,
     /// What the receiver said last of why there is nothing.
     pub why: String,
 }
 
-/// Receives a film until its message has arrived, told of the camera what `camera` says.
+/// Receives a film until its message has arrived, with the camera settings `camera`.
 ///
 /// # Panics
 /// When a film has no pixels.

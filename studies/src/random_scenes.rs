@@ -177,7 +177,7 @@ impl RandomScene {
         Self::draw_turned(seed, 0.0, size, count, photographs)
     }
 
-    /// The same, turned further by so many degrees, 0 to 180.
+    /// The same, turned further by an angle in degrees, 0 to 180.
     ///
     /// # Errors
     /// As [`RandomScene::draw`].

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// A flag that ends work from elsewhere, such as from a handler of Ctrl-C. Copies are of the same flag.
 ///
 /// It is looked at frame by frame: work that is asked to stop ends with an error that says so
-/// ([`crate::monte_carlo::EvaluateError::Stopped`]), and whoever adds pieces of work up keeps those that are finished.
+/// ([`crate::monte_carlo::EvaluateError::Stopped`]), and the finished pieces of work are kept.
 ///
 /// ```
 /// use std::sync::atomic::{AtomicBool, Ordering};

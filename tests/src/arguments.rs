@@ -1,4 +1,4 @@
-//! What the examples are told that look for panels in many pictures.
+//! Arguments of the examples that search panels in many pictures.
 
 use std::ops::Range;
 use std::path::Path;
@@ -6,8 +6,7 @@ use std::path::Path;
 use image::GrayImage;
 use studies::random_scenes::photographs;
 
-/// `COUNT [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]`: 100 of full HD from seed 0 on before the studies' photographs, where
-/// nothing is told.
+/// `COUNT [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]`: by default 100 of full HD from seed 0 on before the studies' photographs.
 pub struct Arguments {
     /// The seeds of what is drawn.
     pub seeds: Range<u64>,

@@ -21,7 +21,7 @@ pub const ISO_AT_GAIN_1: f64 = 200.0;
 /// By how much symbols may differ in length that one frame sees, as a part.
 const LENGTH_ERROR_MAX: f64 = 0.01;
 
-/// What the camera is told, line by line.
+/// The camera's settings, line by line.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Request {

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use crate::trials::Unready;
 
-/// By this status the scripts of this folder say that a program is absent and cannot be had.
+/// With this status the scripts of this folder report that a program is absent and cannot be installed.
 const ABSENT: i32 = 77;
 
 /// The repository's root.

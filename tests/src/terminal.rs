@@ -40,7 +40,7 @@ impl Terminal {
         let [here, there] = [open.clone(), open.clone()];
         let threads = vec![
             std::thread::spawn(move || while pass_on(&mut master, &mut to_board, &here) {}),
-            // Who has the terminal open is told when the board is gone, as by an adapter that is pulled out.
+            // A program that has the terminal open notices if the board disappears, as if an adapter is pulled out.
             std::thread::spawn(move || {
                 while pass_on(&mut from_board, &mut screen, &there) {}
                 there.store(false, Ordering::Relaxed);

@@ -12,7 +12,7 @@ use libtest_mimic::{Arguments, Trial};
 /// Why what a test needs is not there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Unready {
-    /// A program is not installed and cannot be had: the tests are skipped.
+    /// A program is neither installed nor available: the tests are skipped.
     Absent(String),
     /// All programs are there, but a build or a start went wrong: the tests fail.
     Failed(String),

@@ -1,4 +1,4 @@
-//! The likeliest panel of a frame, found by one that is told everything but the bits.
+//! The genie: the likeliest panel of a frame, if everything but the bits is known.
 //!
 //! The genie knows the true place, blur, levels and noise of the panel: it is given each LED's image by the renderer itself and the
 //! probability of each grey level by the sensor's noise model. It looks for the bits of greatest likelihood from several starts, the true
@@ -25,7 +25,7 @@ use sim::renderer::{PanelExposure, Renderer};
 
 /// Steps of the table of probabilities, evenly spaced in the root of the linear value.
 const STEPS: usize = 1024;
-/// From so many electrons at middle grey on, their number counts as normally distributed.
+/// Electrons at middle grey from which on their number counts as normally distributed.
 const NORMAL_ELECTRONS: f64 = 300.0;
 /// No grey level is less likely than this, in nats: a frame never excludes any bits for certain.
 const LEAST_LOG: f32 = -200.0;

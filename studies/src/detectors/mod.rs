@@ -7,7 +7,7 @@ use std::str::FromStr;
 use rx_pipeline::detect::{Detector, FisherFeatures, Method};
 use serde::{Deserialize, Serialize};
 
-/// A choice of detector; in files it goes by its name in [`DETECTORS`].
+/// A choice of detector; in files it has its name of [`DETECTORS`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum DetectorChoice {
@@ -26,7 +26,7 @@ pub enum DetectorChoice {
     FisherNgr,
     /// Otsu's threshold on the grey.
     Otsu,
-    /// Maximum likelihood by one who is told everything but the bits: a bound of wrong panels, not a receiver.
+    /// Maximum likelihood with everything but the bits known: a bound on wrong panels, not a receiver.
     Genie,
 }
 

@@ -4,9 +4,9 @@
 //! that fill an aligned pair (2k, 2k + 1) are merged, left before right, then two such pairs, and so on, like carries
 //! of a binary counter, up to whole *blocks*. Shards of a run so add up to what one run gives, bit for bit.
 //!
-//! Blocks are where a run may stop: the chunks from 2^k to 2^(k + 1) are divided into eight blocks, and the first sixteen chunks are
-//! blocks of their own. So at most an eighth more is done than a stopping rule asks for, and of n chunks about
-//! 8·log₂ n sums are kept. The rule is asked at the ends of blocks and in their order alone, whoever worked on them.
+//! Blocks are where a run may stop: the chunks from 2^k to 2^(k + 1) are divided into eight blocks, and the first sixteen chunks are blocks
+//! of their own. So at most an eighth more is done than a stopping rule asks for, and of n chunks about 8·log₂ n sums are kept. The rule is
+//! applied at the ends of blocks only, in their order, whichever thread did them.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -276,7 +276,7 @@ mod tests {
         accumulator
     }
 
-    /// One frame a chunk, with so many errors.
+    /// One frame a chunk, with these errors.
     fn sum_with(chunks: impl IntoIterator<Item = u64>, errors: impl Fn(u64) -> u32) -> Accumulator {
         let mut accumulator = Accumulator::default();
         for chunk in chunks {

@@ -43,7 +43,7 @@ pub enum EvaluateError {
         "the genie is told the panel's place, light and noise, which no receiver is: use it with `evaluate`, or choose another detector"
     )]
     NoReceiver,
-    /// Whoever waits for it has asked to stop.
+    /// The caller asked to stop.
     #[error("stopped before it was finished")]
     Stopped,
 }

@@ -41,7 +41,7 @@ impl Evaluation {
         self.rare.merge(&other.rare);
     }
 
-    /// Whether it may be of no more than so many frames, at most 2⁵⁰.
+    /// Whether it may be of at most `frames` frames, at most 2⁵⁰.
     pub(crate) fn is_within(&self, frames: u64) -> bool {
         self.errors.frames() <= frames
             && self.symbol_changes.are_within(frames)
@@ -49,7 +49,7 @@ impl Evaluation {
             && self.rare.swarms() <= frames / SWARM as u64
     }
 
-    /// Whether it is of exactly so many frames: counted ones, or those that swarms began with.
+    /// Whether it is of exactly `frames` frames: counted ones, or those that swarms began with.
     pub(crate) fn is_of(&self, frames: u64, rare: bool) -> bool {
         let pairs = self.on.count() + self.off.count();
         if rare {

@@ -51,7 +51,7 @@ pub struct Settings {
     pub detector: DetectorChoice,
     /// How exactly frames are drawn.
     pub level: Level,
-    /// What the receiver is told of the camera; none: what a maker knows of the scene's.
+    /// The receiver's camera settings; none: those of the scene.
     pub camera: Option<Camera>,
     /// What ends the work early.
     pub stop: Stop,
@@ -143,7 +143,7 @@ impl Evaluator {
         Self::begun(scene, settings, None, None)
     }
 
-    /// The same of a receiver that has followed a panel much like this one, and learnt from that what takes many frames to learn.
+    /// The same for a receiver that has followed a panel much like this one, and has learnt from it.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -217,7 +217,7 @@ impl Evaluator {
         self.prior
     }
 
-    /// What the receiver is told of the camera.
+    /// The receiver's camera settings.
     fn camera(&self) -> Camera {
         let scene = &self.renderer.view().scene;
         self.settings.camera.unwrap_or_else(|| camera_of(scene))
@@ -238,7 +238,7 @@ impl Evaluator {
         }
     }
 
-    /// Evaluates all frames; `progress` is told how many are finished and may end the run by returning false.
+    /// Evaluates all frames; `progress` gets the number of finished frames and may end the run by returning false.
     ///
     /// # Errors
     /// When a frame cannot be measured.
@@ -308,8 +308,8 @@ impl Evaluator {
         Ok(bits)
     }
 
-    /// The bits of a frame that has just been observed, all Off where nothing can be read, and how sure they are, where the detector's
-    /// decision goes by that.
+    /// The bits of a frame that has just been observed, all Off where nothing can be read, and how sure they are, if the detector's
+    /// decision depends on that.
     ///
     /// # Errors
     /// When it cannot be measured.
@@ -374,7 +374,7 @@ impl Evaluator {
         Ok((self.renderer.truth(0, moment, &shown[0]), self.corners(moment, &shown[0])?))
     }
 
-    /// The same of another seed.
+    /// The same for another seed.
     fn observe_of(&self, seed: u64, frame: u64, workspace: &mut Workspace) -> Result<Observation, EvaluateError> {
         self.expose(seed, frame, workspace);
         self.observe_exposed(seed, frame, workspace)

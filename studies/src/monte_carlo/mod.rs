@@ -1,4 +1,4 @@
-//! Monte Carlo at one setting: how well On and Off can be told apart, and how often they are not.
+//! Monte Carlo at one setting: the distinguishability of On and Off, and the bit error rate.
 //!
 //! Every frame has random bits, a random sub-pixel phase and, if asked for, a random reflectance, all drawn from the frame's
 //! own stream. Frames are worked on in fixed chunks whose results are added up in a fixed order, so that the outcome does not depend

@@ -17,8 +17,8 @@ pub enum Criterion {
     /// Fisher's criterion with the full covariance, which does not depend on the features' scales:
     /// (μ_on − μ_off)ᵀ·(Σ_on + Σ_off)⁻¹·(μ_on − μ_off).
     Fisher,
-    /// The bit error rate of a detector, least instead of greatest, of frames of one symbol: what is exposed across a change of symbols is
-    /// no matter of brightness.
+    /// The bit error rate of a detector, least instead of greatest, in frames of one symbol, because errors across a change of symbols do
+    /// not depend on brightness.
     Ber,
 }
 

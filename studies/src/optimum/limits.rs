@@ -27,7 +27,7 @@ pub enum SearchError {
     },
 }
 
-/// That a search can look among these ratios, with so many frames at each, to this tolerance.
+/// Checks that a search is possible over these ratios, with `frames` at each, to this tolerance.
 ///
 /// # Errors
 /// Names the first that it cannot.

@@ -39,9 +39,9 @@ const NEAR: f64 = 0.405;
 const NEAR_OF_FEW: f64 = 1.386;
 /// The points on either side of the highest that are always fitted.
 const BESIDE: usize = 2;
-/// Below so many errors at the best ratio the walls are needed.
+/// Errors at the best ratio below which the walls are needed.
 const FEW_ERRORS: f64 = 10.0;
-/// A wall weighs no more than so many times the best ratio, or it would be the walls alone that are fitted.
+/// The greatest weight of a wall, as a multiple of the best ratio's: above, the fit would follow the walls alone.
 const HEAVIEST: f64 = 4.0;
 
 impl Peak {
@@ -102,8 +102,7 @@ fn weights(samples: &Samples, criterion: Criterion, highest: usize) -> Vec<f64> 
     (0..samples.points().len()).map(|place| weight(place).min(most)).collect()
 }
 
-/// The places from so many before to so many after one of them; near an end more on the other side, so that no fewer than
-/// five are fitted.
+/// The places on both sides of one of them, up to a distance; near an end more on the other side, so that at least five are fitted.
 fn about(place: usize, [before, after]: [usize; 2], count: usize) -> std::ops::Range<usize> {
     let fewest = 2 * BESIDE + 1;
     let end = (place + after + 1).max(fewest).min(count);
@@ -207,7 +206,7 @@ mod tests {
         assert!((1.8..2.2).contains(&ratio), "seeds 0 to 19: {ratio}");
     }
 
-    /// Frames with so many bit errors in all at ratios 1, 1.2, ….
+    /// Frames with these bit errors in all at ratios 1, 1.2, ….
     fn errors(counts: &[u32]) -> Samples {
         let points = counts.iter().zip(0..).map(|(&count, place)| {
             let mut batches = vec![Evaluation::default(); BATCHES];

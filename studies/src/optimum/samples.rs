@@ -11,7 +11,7 @@ use sim::scene::{L2a, Scene};
 use super::criterion::Criterion;
 
 const BATCHES: u64 = 64;
-/// A round is done, and can be kept, in pieces of about so many frames: some seconds of the detector that takes longest.
+/// A round is done, and can be saved, in pieces of about this many frames: some seconds of the slowest detector.
 pub(crate) const PIECE: u64 = 8192;
 /// The most frames that a thread does at once: a quarter of a minute of that detector. Longer batches are done, and can be kept, in parts.
 const PART: u64 = 2 * PIECE;
@@ -82,7 +82,7 @@ impl Sample {
     /// in its order; `tell` is shown each piece. What evaluates the ratio is made when it is needed.
     ///
     /// # Errors
-    /// When it cannot be made, or is told to stop.
+    /// If it cannot be made, or is stopped.
     pub(crate) fn extend(
         &mut self,
         frames: u64,
@@ -243,8 +243,7 @@ impl Samples {
     }
 }
 
-/// What becomes of each resample of rounds of so many batches, which are numbered through all rounds: those of a round are drawn from that
-/// round.
+/// `of` the batches of each resample. Batches are numbered through all rounds, and those of a round are drawn from that round.
 pub(crate) fn of_resamples<T: Send>(sizes: &[usize], seed: u64, of: impl Fn(Vec<usize>) -> T + Sync + Send) -> Vec<T> {
     let draw = |number: usize| {
         let mut random = stream(seed, number as u64, Purpose::Resampling);

@@ -10,7 +10,7 @@
 //!
 //! which gives the reflectance R and the full luminance over the ambient illuminance, L/E. L itself takes a lux meter for E, or the
 //! transmitter's own sensor: then its error is in E and in L alike, and the ratio of LED to ambient light is right all the same. The panel
-//! shows messages or beacons: On and Off are told apart in each picture.
+//! shows messages or beacons; On and Off are distinguished in each picture.
 //!
 //! Some light of On LEDs strays onto Off ones, in the lens: `off` is that of the straight line through off over On − Off where the latter
 //! is 0. Where a sheet of one colour is brighter, there is more light or less vignetting: LEDs are divided by its light there over that

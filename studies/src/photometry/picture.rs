@@ -78,7 +78,7 @@ pub struct CardReading {
     pub own_noise: f64,
     /// How far rounding to grey levels, and what is left of the blur, may have taken `off` at most, as a part of it.
     pub off_rounding: f64,
-    /// The same of `own`.
+    /// The same for `own`.
     pub own_rounding: f64,
 }
 
@@ -115,7 +115,7 @@ pub enum PictureError {
     /// Symbols change while it is exposed.
     #[error("the exposure is across a change of symbols: leave the picture out, expose more shortly, and let symbols come more slowly")]
     Changing,
-    /// On and Off cannot be told apart.
+    /// On and Off are indistinguishable.
     #[error(
         "On and Off LEDs are not told apart: the exposure is across a change of symbols, or their light is too weak beside the ambient"
     )]

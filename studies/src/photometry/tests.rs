@@ -125,7 +125,7 @@ fn doubted(bench: &Renderer, view: &CameraSetup, seed: u64) -> Result<Calibrated
     calibrate_in_doubt(&by(view.encoding), &others, CARD, PERIOD_NS)
 }
 
-/// What comes of many series of pictures.
+/// Results of many series of pictures.
 fn series<T: Send>(run: impl Fn(u64) -> T + Sync + Send) -> Vec<T> {
     (0..u64::from(cases(40, 100))).into_par_iter().map(run).collect()
 }
@@ -134,7 +134,7 @@ fn luminances(runs: &[Calibrated]) -> Vec<Estimate> {
     runs.iter().map(|run| run.full_cd_m2_per_lx).collect()
 }
 
-/// The fewest of so many intervals of 95 % that hold the truth, but for one case in 250.
+/// The least number of 95 % intervals that contain the truth, except in one case in 250.
 fn fewest(count: usize) -> usize {
     let (mut held, mut fewer) = (0, 0.0);
     let mut exactly = 0.05f64.powi(count as i32);
@@ -159,7 +159,7 @@ fn is_honest(what: &str, runs: &[Estimate], truth: f64) {
     assert!(reach < 4.0 * error, "{what}: {reach}");
 }
 
-/// The same of the intervals that doubt the encoding: at least as often, and not so wide that they say nothing.
+/// The same for the intervals that doubt the encoding: at least as often, and not too wide to be of use.
 fn is_honest_in_doubt(what: &str, runs: &[Estimate], truth: f64, widest: f64) {
     let count = runs.len();
     let [held, error, reach] = held(runs, truth, |run| run.doubted_95);

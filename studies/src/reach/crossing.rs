@@ -24,7 +24,7 @@ const SCOUTS: u64 = 128;
 const NEAREST_M: f64 = 5.0;
 /// Pixels across the widest panel that is evaluated; nearer ones are looked at from where they are as wide.
 const WIDEST_PX: f64 = 110.0;
-/// Pixels between LEDs that nobody tells apart: no receiver looks at them.
+/// LEDs this many pixels apart are indistinguishable, and no receiver reads them.
 const CLOSEST_PX: f64 = 1.0;
 /// How often a crossing is moved on by a step before it is taken as it is.
 const MOVES_MAX: u32 = 16;
@@ -36,7 +36,7 @@ pub struct Crossing {
     pub l2a: f64,
     /// The steps of the distance.
     pub(super) steps: [u32; 2],
-    /// What came out at each of them; of the farther one nothing where no LEDs can be told apart there.
+    /// The outcome at each of them; none at the farther one if LEDs are indistinguishable there.
     pub(super) near: Sample,
     pub(super) far: Option<Sample>,
 }
@@ -126,7 +126,7 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// The crossing by so many rounds of frames. None if too many bits are wrong at the nearest distance already.
+    /// The crossing by a number of rounds of frames. None if too many bits are wrong at the nearest distance already.
     pub fn crossing(&mut self, rounds: usize, guess: Guess) -> Result<Option<Crossing>, ReachError> {
         let [first, last] = self.ends;
         let found = match guess {
@@ -203,14 +203,14 @@ impl<'a> Probe<'a> {
         Ok(Some(good))
     }
 
-    /// Whether few enough bits are wrong, by so many rounds of frames or by a few.
+    /// Whether few enough bits are wrong, by a number of rounds of frames or by a few.
     fn is_good(&mut self, step: u32, rounds: Option<usize>) -> Result<bool, ReachError> {
         let sample = self.sample(step, rounds)?;
         let odds = sample.and_then(|sample| Criterion::Ber.objective(&sample.total()));
         Ok(odds >= Some(self.asked))
     }
 
-    /// So many rounds of frames at a step, or a few; none where no LEDs can be told apart.
+    /// A number of rounds of frames at a step, or a few; none if LEDs are indistinguishable.
     fn sample(&mut self, step: u32, rounds: Option<usize>) -> Result<Option<Sample>, ReachError> {
         let (all, frames) = match rounds {
             Some(_) => (&mut self.samples, self.settings.frames),

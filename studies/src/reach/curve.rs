@@ -193,7 +193,7 @@ struct Counts {
     sizes: Vec<usize>,
     /// At the nearer distance, (wrong, right).
     near: Vec<(u64, u64)>,
-    /// At the farther one, where LEDs can be told apart there.
+    /// At the farther one, if LEDs are distinguishable there.
     far: Option<Vec<(u64, u64)>>,
 }
 

@@ -151,7 +151,7 @@ impl Demand {
     }
 }
 
-/// Whether a random message arrives within so many symbols, from a random one of its repeat on.
+/// Whether a random message arrives within a number of symbols, from a random one of its repeat on.
 fn arrives(bytes: usize, symbols: u32, rate: f64, seed: u64, trial: u64) -> Result<bool, FramingError> {
     let mut random = stream(seed, trial, Purpose::Bits);
     let message: Vec<u8> = (0..bytes).map(|_| random.next_u32() as u8).collect();

@@ -1,8 +1,8 @@
-//! The best LED-to-ambient ratio by reach: how far away messages can still be read.
+//! The best LED-to-ambient ratio by reach, the distance at which messages are still read.
 //!
-//! What a vehicle gains from the right ratio is distance. The **reach** of a ratio is the farthest distance at which a [`Demand`] (48 bytes
-//! within 1 s, 95 of 100 times) is met, nothing being lost nearer by. This criterion has something to say everywhere: by day, where no bit
-//! is wrong at 50 m over nearly all ratios, as well as at night.
+//! A vehicle gains distance from the right ratio. The **reach** of a ratio is the farthest distance at which a [`Demand`] (48 bytes within
+//! 1 s, 95 of 100 times) is met, and is met at all nearer distances. This criterion is defined in any light: at night, and also by day,
+//! when no bit is wrong at 50 m over nearly all ratios.
 //!
 //! 1. [`Demand::raw_error_rate`]: the share of bits that may be wrong, by the real framing and codes.
 //! 2. For each of [`RATIOS`] ratios, and some between them near the best: the distance at which too many bits begin to be wrong, first with
@@ -15,8 +15,8 @@
 //! what they do and not by chance; intervals are those of the same steps on resampled batches. Errors at the reach are frequent (several in
 //! a hundred bits), so that nothing rare has to be counted.
 //!
-//! LEDs closer than the receiver takes are not told apart: where bits are read well up to there, the reach is the last distance before,
-//! whatever the ratio.
+//! LEDs closer than the receiver's limit are indistinguishable. If bits are read well up to that limit, the reach is the last distance
+//! before it, whatever the ratio.
 //!
 //! The panel's place is taken as known, as a receiver knows it that follows the panel. One that has to find it first ends at [`found_to_m`]
 //! at the latest; [`crate::random_scenes`] has how many are found.
@@ -61,7 +61,8 @@ use crate::stop::Stop;
 pub const RATIOS: usize = 16;
 /// Ratios on either side of the best, half as far apart.
 const FINE: usize = 3;
-/// Which of the ratios over the whole range are tried first, and each so many after these, at once; then those from the next on.
+/// The order of the ratios over the whole range: the first of these, and every fifth ratio after it, are tried at once; then those from the
+/// next one on.
 const WIDE_ORDER: [usize; 5] = [0, 2, 4, 1, 3];
 
 /// What to search for, and how long.
@@ -75,7 +76,7 @@ pub struct ReachSearch {
     pub frames: u64,
     /// The search ends when the 95 % interval of the ratio taken is no wider than ± this share of it; 0: it uses all frames.
     pub tolerance: f64,
-    /// Which ratio is taken where the best one is no matter.
+    /// The ratio to choose on a plateau.
     pub choice: Choice,
     /// The seed of all random numbers.
     pub seed: u64,
@@ -162,7 +163,7 @@ pub struct Reach {
     pub frames: u64,
 }
 
-/// Finds the best ratio of a scene's first panel by reach; the scene's distance is no matter.
+/// Finds the best ratio of a scene's first panel by reach; the scene's distance is ignored.
 ///
 /// # Errors
 /// When the search or the scene makes no sense, or [`ReachSearch::stop`] ended it: see [`ReachError`].
@@ -170,7 +171,7 @@ pub fn reach(scene: &Scene, search: &ReachSearch) -> Result<Reach, ReachError> {
     reach_from(scene, search, &[], |_| {})
 }
 
-/// The same, gone on from the crossings that an earlier run of the same search told of, in any order.
+/// The same, continued from the crossings that an earlier run of the same search reported, in any order.
 ///
 /// # Errors
 /// As [`reach`].
@@ -234,7 +235,7 @@ impl Work<'_> {
         Probe::new(self.scene, self.settings(), self.search.raw_error_rate, l2a)
     }
 
-    /// What so many rounds say.
+    /// The result of a number of rounds.
     fn after(&mut self, rounds: usize, tell: &mut (impl FnMut(&Crossing) + Send)) -> Result<Judgement, ReachError> {
         // The first group has neighbours for all others on both sides.
         for first in WIDE_ORDER {
@@ -248,7 +249,7 @@ impl Work<'_> {
         self.judged(rounds)
     }
 
-    /// Finds the crossings of some ratios at once, and tells of those that were not known.
+    /// Finds the crossings of some ratios at once, and reports those that are new.
     fn cross(&mut self, numbers: &[usize], rounds: usize, tell: &mut (impl FnMut(&Crossing) + Send)) -> Result<(), ReachError> {
         let ratios = numbers.par_iter().map(|&number| ratio(self.search.range, number));
         let tell = Mutex::new(tell);

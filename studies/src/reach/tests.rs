@@ -6,7 +6,7 @@ use super::*;
 use crate::monte_carlo::Evaluation;
 use crate::optimum::Sample;
 
-/// One bit in so many may be wrong.
+/// One bit in this many may be wrong.
 const RATE: f64 = 0.08;
 /// Where the made-up reach is greatest, and how far that is, m.
 const BEST: f64 = 1.7;
@@ -106,7 +106,7 @@ fn a_reach_that_hardly_changes_is_flat_and_takes_the_least_light() {
     assert_eq!(curve.reach_m(0.01), curve.reach_m(0.2), "beyond its ends it is as there");
 }
 
-/// Where LEDs can be told apart no farther, ratios reach equally far, and a parabola through steep sides rises above them all.
+/// At the limit of distinguishable LEDs all ratios reach equally far, and a parabola through steep sides rises above them all.
 #[test]
 fn a_plateau_loses_nothing() {
     let points = [(0.5, 80.0), (1.0, 100.0), (1.5, 100.0), (2.0, 100.0), (4.0, 80.0)];

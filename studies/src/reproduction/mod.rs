@@ -1,4 +1,4 @@
-//! The figures of Do & Yoo 2020 (Sensors 20, 292, section 4.4) computed again, and what becomes of the claims they carry.
+//! The figures of Do & Yoo 2020 (Sensors 20, 292, section 4.4) computed again, with a verdict on each of their claims.
 //!
 //! A [`Study`] of a scene lists the tasks whose findings the figures and the claims need; each is done once and kept.
 //!

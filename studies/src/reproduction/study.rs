@@ -52,7 +52,7 @@ pub struct Study {
 }
 
 impl Study {
-    /// A study of `scene` to that extent, with so many frames a figure.
+    /// A study of `scene` to that extent, with `frames` frames a figure.
     pub fn new(scene: Scene, extent: Extent, frames: u64, seed: u64) -> Self {
         Self {
             scene,
@@ -271,7 +271,7 @@ mod tests {
             let found = whole.perform_on(&task, &known, &mut pieces, |_| left += 1);
             let at_once = whole.perform_on(&task, &known, &mut Pieces::default(), |_| all += 1);
             assert_eq!(found.unwrap(), at_once.unwrap(), "{task}");
-            // The pieces of a search are told again, as they are no work.
+            // The pieces of a search are reported again, because they cost nothing.
             let searched = matches!(task, Task::Optimum { .. });
             assert_eq!(left, if searched { all } else { all - 1 }, "{task}");
         }

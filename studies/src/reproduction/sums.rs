@@ -16,7 +16,7 @@ pub struct Sums {
     pub off: Moments,
     /// (grey at the LED's centre, share of the cell's pixels at 255) of On LEDs.
     pub on_grey: Moments,
-    /// The same of Off LEDs.
+    /// The same for Off LEDs.
     pub off_grey: Moments,
 }
 

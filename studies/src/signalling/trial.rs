@@ -39,7 +39,7 @@ pub struct Trial {
     pub phase: f64,
     /// The seed of the message and of all random numbers.
     pub seed: u64,
-    /// Whether the receiver is told where the panel is, as one that follows it knows.
+    /// Whether the receiver knows the panel's place, as if it follows it.
     pub true_corners: bool,
 }
 
@@ -76,7 +76,7 @@ pub enum TrialError {
 }
 
 impl Trial {
-    /// A message that has not arrived after so many repeats is lost.
+    /// Repeats after which a message that has not arrived is lost.
     pub const REPEATS: u32 = 3;
 
     /// Sends it.

@@ -69,7 +69,7 @@ impl Sampler {
         }
     }
 
-    /// So many frames above a level from some that are there: each as often as any, then moved.
+    /// A number of frames above a level, resampled from those that are there with equal frequency, then moved.
     pub(super) fn spread(
         &self,
         above: &[ScoredParticle],
@@ -179,8 +179,8 @@ impl Sampler {
     }
 }
 
-/// How much nearer a cell is to the mean of the other class than to that of its own, in standardised features, as a part of
-/// the means' distance; at most −0 where they are told by that.
+/// How much nearer a cell is to the mean of the other class than to that of its own, in standardised features, as a part of the means'
+/// distance; at most −0 if that decides them.
 fn nearness(features: &Features, read: PanelFrame, led: usize) -> f32 {
     let axes = [&features.agr, &features.gri].map(|values| {
         let mean_where = |is_on: bool| {

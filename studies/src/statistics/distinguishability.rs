@@ -1,4 +1,4 @@
-//! How well On and Off can be told apart by their features.
+//! Distinguishability of On and Off by their features.
 
 use serde::Serialize;
 

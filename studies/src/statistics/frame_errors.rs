@@ -45,7 +45,7 @@ impl TryFrom<Vec<u64>> for FrameErrors {
 }
 
 impl FrameErrors {
-    /// Takes a frame with so many bit errors (more than 64 count as 64).
+    /// Takes a frame with its bit errors (more than 64 count as 64).
     pub fn push(&mut self, errors: u32) {
         self.0[(errors as usize).min(64)] += 1;
     }

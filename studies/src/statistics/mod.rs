@@ -1,7 +1,7 @@
 //! Statistics that take one value at a time, merge, and stay exact: memory does not grow with the number of frames.
 //!
-//! [`Moments`] and [`Distinguishability`] are of features, [`FrameErrors`] of bits counted frame by frame, [`RareErrors`] of bits
-//! reached by splitting, [`Reliability`] of bits by how sure they were said to be. [`jackknife`] gives any function of batches an interval.
+//! [`Moments`] and [`Distinguishability`] are of features, [`FrameErrors`] of bits counted frame by frame, [`RareErrors`] of bits reached
+//! by splitting, [`Reliability`] of bits by their reported certainty. [`jackknife`] gives any function of batches an interval.
 
 mod distinguishability;
 mod frame_errors;

@@ -43,7 +43,7 @@ pub fn mean_95(units: &[(f64, f64)]) -> [f64; 2] {
     [1.0 - upper(&turned, 1.0), upper(units, worst).max(none)]
 }
 
-/// The same of a share: `wrong` of `count` units, each wholly right or wrong.
+/// The same for a share: `wrong` of `count` units, each wholly right or wrong.
 pub fn share_95(wrong: f64, count: f64) -> [f64; 2] {
     mean_95(&[(0.0, count - wrong), (1.0, wrong)])
 }

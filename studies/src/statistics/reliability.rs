@@ -7,7 +7,7 @@ use super::share_95;
 /// Where bins begin, in steps of a log-likelihood ratio: at 0, 0.5, 1, 2, 3, 4.5, 6.5, 9, 13 and 20 nats.
 const EDGES: [u8; 10] = [0, 2, 4, 8, 12, 18, 26, 36, 52, 80];
 
-/// Bits by how sure they were said to be, and how many of them were wrong. Bits of which nothing is known are not counted.
+/// Bits by their reported certainty, and how many of them were wrong. Bits without information are not counted.
 ///
 /// ```
 /// use link::panel::{PanelFrame, SoftPanel};

@@ -27,7 +27,7 @@ pub struct SymbolChanges {
 }
 
 impl SymbolChanges {
-    /// Takes a frame with so many bit errors.
+    /// Takes a frame with its bit errors.
     pub fn push(&mut self, errors: u32, is_across: bool) {
         self.known += 1;
         if is_across {
@@ -46,7 +46,7 @@ impl SymbolChanges {
         *self == Self::default()
     }
 
-    /// Whether they may be of no more than so many frames.
+    /// Whether they may be of at most `frames` frames.
     pub(crate) fn are_within(&self, frames: u64) -> bool {
         self.known <= frames && self.across.frames() <= self.known
     }

@@ -40,7 +40,7 @@ pub struct Sweep {
     /// Whether errors are reached by splitting ([`crate::splitting`]) instead of counted; frames are then those that swarms begin with,
     /// in whole swarms.
     pub rare_events: bool,
-    /// What receivers are told of the camera; none: what a maker knows of each scene's.
+    /// The receivers' camera settings; none: those of each scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<Camera>,
 }

@@ -7,9 +7,9 @@
 //!
 //! # Shards
 //!
-//! All chunks of all cells, cell after cell, are a line; a [`Shard`] is a piece of it. Pieces are cut so that each is expected to
-//! take equally long: by what a frame of the cell costs (`sweep/cost.rs`) and, where a run stops at a number of errors, by how
-//! many frames a first chunk lets expect.
+//! All chunks of all cells, cell after cell, are a line; a [`Shard`] is a piece of it. Pieces are cut so that each is expected to take
+//! equally long: by what a frame of the cell costs (`sweep/cost.rs`) and, where a run stops at a number of errors, by the number of frames
+//! that a first chunk predicts.
 //!
 //! # Stopping rules and shards
 //!

@@ -30,15 +30,15 @@ pub struct News<'a> {
     pub results: &'a Results,
     /// Frames done, with those of earlier runs that were gone on from.
     pub frames: u64,
-    /// Frames to be expected in all, as far as can be told now.
+    /// The expected frames in all, as estimated now.
     pub expected: u64,
     /// The cells of which nothing is left to do since the last news.
     pub finished: &'a [usize],
 }
 
 impl Sweep {
-    /// For each cell the frames that it is expected to take: all of them, or as many as its first chunk lets expect where a
-    /// number of errors ends it.
+    /// For each cell the frames that it is expected to take: all of them, or as many as its first chunk predicts if a number of errors ends
+    /// it.
     ///
     /// # Errors
     /// When a cell cannot be evaluated.
@@ -172,7 +172,7 @@ impl<'a> Run<'a> {
         &self.work
     }
 
-    /// Works on all that `results` do not hold yet, and adds it; `progress` is told now and then and may end the run by returning false.
+    /// Works on all that `results` do not hold yet, and adds it; `progress` is called now and then and may end the run by returning false.
     /// Returns whether all is done.
     ///
     /// # Errors
@@ -324,7 +324,7 @@ impl<'a> Run<'a> {
         self.work.iter().map(of_work).sum()
     }
 
-    /// Frames of so many chunks of a cell.
+    /// Frames of a number of chunks of a cell.
     fn frames_of(&self, chunks: u64) -> u64 {
         (chunks * CHUNK).min(self.sweep.frames)
     }

@@ -59,7 +59,7 @@ pub struct Cell {
     /// Its 95 % interval.
     #[serde(serialize_with = "short_pair")]
     pub ber_95: [f64; 2],
-    /// The same of the frames that show one symbol, which the criterion `ber` judges; none where all do.
+    /// The same for the frames that show one symbol, which the criterion `ber` judges; none if all do.
     #[serde(default, serialize_with = "short_if_any", skip_serializing_if = "Option::is_none")]
     pub ber_one_symbol: Option<f64>,
     /// Frames that these are of.

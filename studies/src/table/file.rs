@@ -272,7 +272,7 @@ impl TableFile {
         read_with(path, Self::from_toml)
     }
 
-    /// The same of a file that a transmitter can use, and the table as it carries it.
+    /// The same for a file that a transmitter can use, and the table as it carries it.
     ///
     /// # Errors
     /// Also where there is no such table: see [`RatioFile::table`].
@@ -284,7 +284,7 @@ impl TableFile {
         })
     }
 
-    /// The same of a text.
+    /// The same for a text.
     ///
     /// # Errors
     /// When it is no TOML with the keys of a table, or of another version.

@@ -198,17 +198,17 @@ pub(super) fn short_if_any<S: Serializer>(value: &Option<f64>, serializer: S) ->
     value.map(five_digits).serialize(serializer)
 }
 
-/// The same of two.
+/// The same for two.
 pub(super) fn short_pair<S: Serializer>(values: &[f64; 2], serializer: S) -> Result<S::Ok, S::Error> {
     values.map(five_digits).serialize(serializer)
 }
 
-/// The same of two, if there are any.
+/// The same for two, if there are any.
 pub(super) fn short_pair_if_any<S: Serializer>(values: &Option<[f64; 2]>, serializer: S) -> Result<S::Ok, S::Error> {
     values.map(|values| values.map(five_digits)).serialize(serializer)
 }
 
-/// The same of many.
+/// The same for many.
 pub(super) fn short_list<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(values.iter().map(|&value| five_digits(value)))
 }

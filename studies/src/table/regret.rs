@@ -8,7 +8,7 @@ use super::by_reach::ReachPoint;
 use super::findings::{SAME, outcome, short, short_list, short_pair};
 use crate::reach::{Choice, Curve};
 
-/// Half a 95 % interval is so many standard deviations.
+/// Half a 95 % interval, in standard deviations.
 const HALF_OF_95: f64 = 1.96;
 
 /// What other ratios than the best lose at one illuminance and interval.

@@ -26,8 +26,8 @@ pub trait Survey: Sync {
     /// The settings that the outcome depends on.
     fn record(&self) -> <Self::Entry as Outcome>::Record;
 
-    /// Searches a place, gone on from the pieces that an earlier run has finished there, in the order in which it told of them. None where
-    /// the search was ended early.
+    /// Searches a place, continued from the pieces that an earlier run finished there, in the order of their reports. None if the search
+    /// was ended early.
     ///
     /// # Errors
     /// When the place cannot be searched.

@@ -23,7 +23,7 @@ use sim::scene::Scene;
 const SETTINGS: [&str; 2] = ["ambient.illuminance_lx=50", "panel.interval=0.5"];
 /// The most frames of the search, at one ratio and distance.
 const FRAMES: [u64; 4] = [128, 512, 2048, DEFAULT_FRAMES];
-/// What `vocc optimize --criterion reach` has unless told otherwise.
+/// The default of `vocc optimize --criterion reach`.
 const DEFAULT_FRAMES: u64 = 4096;
 /// What it has for a first look.
 const QUICK: &str = "search, 512 frames";
@@ -46,9 +46,9 @@ struct Estimate {
 
 /// A way to find it.
 enum Way {
-    /// With at most so many frames.
+    /// With at most this many frames.
     Search(u64),
-    /// So many ratios and distances, with so many frames at each.
+    /// Numbers of ratios and distances, and of frames at each.
     Grid(usize, usize, u64),
 }
 

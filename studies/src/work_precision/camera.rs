@@ -1,4 +1,4 @@
-//! Bits read wrongly by a receiver that learns the camera from its frames, and by one that was told it, against the time for a panel.
+//! Bit errors of a receiver that learns the camera from its frames, and of one that is configured, against the time for a panel.
 
 use link::camera::Camera;
 use serde::{Deserialize, Serialize};
@@ -72,7 +72,7 @@ impl Case {
     }
 }
 
-/// So many frames of one panel.
+/// Frames of one panel.
 fn settings(frames: usize, detector: DetectorChoice, scale: &Scale) -> Settings {
     Settings {
         random_reflectance: false,
@@ -86,7 +86,7 @@ const GENIE_FRAMES: usize = 100;
 /// From how many frames before those a receiver has learnt.
 const LEARNT_FROM: [usize; 4] = [0, 1, 5, MOST_LEARNT_FROM];
 const MOST_LEARNT_FROM: usize = 20;
-/// Who is told nothing, and who is told curve, black level and blur.
+/// A receiver without settings, and one with curve, black level and blur given.
 const LEARNT: &str = "learnt";
 const TOLD: &str = "told";
 

@@ -221,7 +221,7 @@ impl Transmission {
     }
 }
 
-/// Decodes a block in at most so many iterations: how many it took, or none.
+/// Decodes a block within a maximum of iterations: the number it took, or none.
 type Decode<'a> = Box<dyn FnMut(&Block, usize) -> Option<usize> + 'a>;
 
 impl Block {

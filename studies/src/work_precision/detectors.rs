@@ -32,7 +32,7 @@ const LEAST_FRAMES: usize = 16;
 const GENIE_FRAMES: usize = 100;
 /// The detector that all times are compared with.
 const BASELINE: &str = "kmeans";
-/// The detector that is taken unless told otherwise.
+/// The default detector.
 const DEFAULT: &str = "ml";
 /// What the name of a detector that works out soft values ends with.
 const SOFT: &str = ", soft";

@@ -23,7 +23,7 @@ pub enum PrecisionError {
     /// No best ratio is found.
     #[error(transparent)]
     Reach(#[from] ReachError),
-    /// No thread can be had.
+    /// No thread can be started.
     #[error("cannot begin a thread: {0}")]
     Thread(#[from] crate::parallel::NoThread),
     /// No camera is like that.

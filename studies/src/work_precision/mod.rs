@@ -51,7 +51,7 @@ pub struct Measurable {
     pub name: &'static str,
     title: &'static str,
     measure: fn(&Scale, &mut Steps) -> Result<Measurement, PrecisionError>,
-    /// What is done unless told otherwise, and what the points say of that: worked out from them, so that text and numbers cannot part.
+    /// The default and its numbers, computed from the points, so that text and numbers agree.
     why: fn(&[Diagram]) -> String,
 }
 

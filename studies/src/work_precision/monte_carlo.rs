@@ -22,9 +22,9 @@ use sim::scene::Scene;
 
 /// Frames at one setting.
 const FRAMES: [u64; 6] = [256, 1024, 4096, 16_384, 65_536, DEFAULT_FRAMES];
-/// What `vocc optimize` has at most unless told otherwise.
+/// The default maximum of `vocc optimize`.
 const DEFAULT_FRAMES: u64 = 100_000;
-/// Runs of other seeds, whose results are held against the reference.
+/// Runs of other seeds, whose results are compared with the reference.
 const REPEATS: usize = 24;
 /// Only so few frames are worth repeating.
 const REPEATED: u64 = 4096;
@@ -122,7 +122,7 @@ impl Study {
         fewer.chain([most]).collect()
     }
 
-    /// The seeds of runs that are held against the reference.
+    /// The seeds of runs that are compared with the reference.
     fn seeds(&self, frames: u64) -> std::ops::Range<u64> {
         let repeats = self.scale.of(REPEATS, 4) as u64;
         let first = 1000 * (1 + self.scale.seed) + frames;
@@ -139,7 +139,7 @@ impl Study {
 
     /// A curve of half widths, and the errors that they promise to bound.
     ///
-    /// `estimate` gives a value and its half width, of so many frames of a seed.
+    /// `estimate` gives a value and its half width, from a number of frames of a seed.
     fn curve(
         &self,
         name: &str,
@@ -286,7 +286,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     )
 }
 
-/// The intervals of bits taken for independent, over those of frames.
+/// The intervals with bits as independent, relative to those of frames.
 fn as_if_independent(diagram: &Diagram) -> Vec<f64> {
     over(diagram, "as if independent", "one setting")
 }

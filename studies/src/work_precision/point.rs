@@ -28,7 +28,7 @@ pub struct Point {
     pub ratio: Quartiles,
     /// Whether it is what costs are divided by.
     pub is_baseline: bool,
-    /// Whether it is what the project does unless told otherwise.
+    /// Whether it is the project's default.
     pub is_default: bool,
     /// Whether no other is at least as good in both error and cost, and better in one.
     pub on_front: bool,

@@ -80,7 +80,7 @@ impl Difference {
     }
 }
 
-/// The difference of two best ratios, taken for independent.
+/// The difference of two best ratios, as if independent.
 fn difference(a: &BestRatio, b: &BestRatio) -> Difference {
     let reach = |best: &BestRatio| (best.l2a.high - best.l2a.low) / 2.0;
     let reach = reach(a).hypot(reach(b));

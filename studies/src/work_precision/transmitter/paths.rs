@@ -1,7 +1,7 @@
 //! The transmitter's control path, a reading of the light to the luminance of its LEDs, in different arithmetic.
 //!
-//! Without `std`, so that the board program in `sim/boards/arithmetic` counts the cycles of the very code whose errors are
-//! measured on the computer.
+//! Without `std`, so that the board program in `sim/boards/arithmetic` counts the cycles of the same code whose errors are measured on the
+//! computer.
 
 use fixed::types::{I6F26, U1F31, U12F20, U32F32};
 use link::l2a_table::{Illuminance, Interval, L2aTable};
