@@ -41,11 +41,11 @@ use crate::frames::{Bayer, PixelArguments};
 /// Options that tell of a camera.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct CameraArguments {
-    /// What is known of the camera, as `vocc receive --save-camera` writes it, or OpenCV's or ROS's calibration in YAML; the options below
-    /// overrule it. All are hints, the receiver learns the rest; only focal_px, for the panel's pose, has to be told.
+    /// The camera, as `vocc receive --save-camera` writes it, or a YAML calibration of OpenCV or ROS. The options below override it. The
+    /// receiver starts from these values and learns; only focal_px, for the panel's pose, cannot be learnt.
     #[arg(long, value_name = "FILE")]
     camera: Option<PathBuf>,
-    /// The camera's encoding: linear, srgb, rec709, or gamma's number from 1 to 4. A hint, where learning begins.
+    /// The camera's encoding: linear, srgb, rec709, or a gamma of 1 to 4. The receiver starts from it and learns.
     #[arg(long, value_name = "CURVE", value_parser = encoding, visible_alias = "gamma")]
     encoding: Option<Encoding>,
     /// Grey level of no light, 0 to 64.

@@ -228,8 +228,8 @@ pub struct SigningArguments {
     /// Sign the message with this private key, which `vocc keys new` makes; the signature is shown after each repeat.
     #[arg(long, value_name = "KEY.toml")]
     sign: Option<PathBuf>,
-    /// The signature's counter, which has to rise with each message of a key: receivers know a film shown again by it. Without it, the
-    /// seconds since 1970.
+    /// The signature's counter. It must rise with each message of a key, so that receivers detect a replayed film. Default: the seconds
+    /// since 1970.
     #[arg(long, value_name = "N", requires = "sign")]
     counter: Option<u32>,
 }
@@ -262,14 +262,14 @@ pub fn counter_or_seconds(given: Option<u32>) -> anyhow::Result<u32> {
 /// Whom a receiver trusts.
 #[derive(Clone, Debug, clap::Args)]
 pub struct TrustArguments {
-    /// Check signatures by the public keys in this file, and say of each message whether it is proven, unproven, forged, replayed, signed by
+    /// Check signatures with the public keys in this file. Each message is then reported as proven, unproven, forged, replayed, signed by
     /// an unknown key, or unsigned. `vocc keys show KEY.toml >> keys.toml` adds a key.
     #[arg(long, value_name = "KEYS.toml")]
     trust: Option<PathBuf>,
-    /// Print, write and record proven messages alone; what becomes of others is said on standard error.
+    /// Print, write and record only proven messages; standard error reports the others.
     #[arg(long, requires = "trust")]
     pub only_trusted: bool,
-    /// Keep the greatest counter seen of each key in this file: a film from before this run is known by it, too.
+    /// Keep the greatest counter of each key in this file, so that replays of films from before this run are detected too.
     #[arg(long, value_name = "FILE", requires = "trust")]
     counters: Option<PathBuf>,
 }

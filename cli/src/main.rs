@@ -68,29 +68,29 @@ enum Command {
     Link(commands::link::Arguments),
     /// Render one camera frame.
     Render(commands::render::Arguments),
-    /// Which effects a scene calls for, and why.
+    /// The effects that a scene needs, and why.
     Plan(commands::plan::Arguments),
-    /// How many bits are read wrongly at one setting, by Monte Carlo.
+    /// Bit error rate and variances at one setting, by Monte Carlo.
     Evaluate(commands::evaluate::Arguments),
     /// The paper's figures, and a report on its claims.
     Figures(commands::figures::Arguments),
-    /// How many bits are read wrongly at each setting of a plan, as a table and a plot; here or on a cluster.
+    /// Bit error rates at all settings of a plan, as a table and a plot; on this computer or a cluster.
     Sweep(commands::sweep::Arguments),
-    /// What exactness costs in time, of everything that can be done more or less exactly.
+    /// Error against computing time, for each step that has alternatives.
     Accuracy(commands::accuracy::Arguments),
-    /// Add the shards of an evaluation or a sweep up.
+    /// Add up the shards of an evaluation, a sweep or a table.
     Merge(commands::merge::Arguments),
     /// The best ratios of LED to ambient light (L2A), as the table that a transmitter carries.
     Optimize(commands::optimize::Arguments),
     /// The L2A table: show and check it, write it to a transmitter, read and compare it.
     Table(commands::table::Arguments),
-    /// The panels that the transmitter would show of a message.
+    /// The panels that the transmitter shows for a message.
     Transmit(commands::transmit::Arguments),
     /// The bits of single pictures.
     Decode(commands::decode::Arguments),
     /// Messages from a film, a folder of pictures or a stream.
     Receive(commands::receive::Arguments),
-    /// Transmitters at serial ports: list them, watch them, give them messages.
+    /// Transmitters and receiving boards at serial ports: list, watch, configure, send messages.
     Device(commands::device::Arguments),
     /// Keys that sign messages: make one, show public ones.
     Keys(commands::keys::Arguments),

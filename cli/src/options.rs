@@ -18,7 +18,7 @@ use crate::device::{Client, port};
 /// Options of every command.
 #[derive(Args)]
 pub struct Shared {
-    /// Overrule a scene key, such as pose.distance_m=70 (repeatable).
+    /// Override a scene key, such as pose.distance_m=70 (repeatable).
     #[arg(long = "set", value_name = "KEY=VALUE", global = true)]
     pub set: Vec<String>,
     /// Seed of all random numbers.
@@ -78,8 +78,8 @@ impl Message {
 /// The method of a choice that needs no frames to learn from.
 pub fn untrained(choice: DetectorChoice) -> anyhow::Result<Method> {
     choice.untrained().context(
-        "this detector needs frames whose bits are known (fisher and fisher-ngr to learn from, the genie to be told all about), and \
-         here are none: choose ml, kmeans, kmeans-raw or otsu, or run `vocc link` or `vocc evaluate`",
+        "this detector needs frames with known bits (fisher and fisher-ngr learn from them, the genie knows everything else too), and \
+         there are none here: choose ml, kmeans, kmeans-raw or otsu, or run `vocc link` or `vocc evaluate`",
     )
 }
 

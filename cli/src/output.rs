@@ -126,7 +126,7 @@ fn one_line(text: &str) -> Cow<'_, str> {
 /// How bytes that may be text are told in JSON.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct Hex {
-    /// Tell each message in JSON as hexadecimal digits, too (message_hex); without it only one that is no UTF-8.
+    /// Add each message in hexadecimal digits to JSON (message_hex). Without it, only messages that are not UTF-8 have them.
     #[arg(long)]
     hex: bool,
 }

@@ -33,7 +33,7 @@ pub fn check_beside(file: &Path, beside: &[PathBuf]) -> anyhow::Result<()> {
     let foreign = beside.iter().find(|path| !file.exists() && path.exists());
     match foreign {
         Some(foreign) => bail!(
-            "{} is there without {}, so it is of something else, and would be overwritten: give the output another name",
+            "{} exists without {}, so it belongs to something else and would be overwritten: give the output another name",
             foreign.display(),
             file.display()
         ),

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 /// Options that tell of the panel.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct PanelArguments {
-    /// The gap between the edges of two of the panel's LEDs over their diameter, as the scenes' `interval`: with --led-diameter and the
-    /// camera's focal_px in --camera, the panel's pose in metres is printed.
+    /// The gap between the panel's LEDs in LED diameters, as `panel.interval` in a scene. With --led-diameter, and focal_px in --camera,
+    /// the panel's pose in metres is printed.
     #[arg(long, value_name = "I")]
     interval: Option<f64>,
     /// Diameter of the panel's LEDs in metres; the scenes' is 0.03.

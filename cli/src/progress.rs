@@ -12,8 +12,8 @@ use crate::output::tell;
 
 /// What the help of long commands says.
 pub const HELP: &str = "\
-Standard error shows how far it is and how long it will take: as a bar on a terminal, elsewhere as a line every ten seconds. Ctrl-C ends \
-it with what is finished.";
+Standard error shows the progress and the remaining time: a bar on a terminal, otherwise a line every ten seconds. Ctrl-C ends the run and \
+keeps the finished part.";
 
 /// Between two lines where there is no terminal.
 const QUIET: Duration = Duration::from_secs(10);

@@ -69,7 +69,7 @@ fn an_address_is_read_by_ffmpeg() {
     says(
         &broken.received(&[address, "--live"]),
         2,
-        &["Connection refused", "look whether it is there"],
+        &["Connection refused", "check whether it is there"],
     );
 }
 

@@ -74,7 +74,7 @@ fn a_camera_that_cannot_be_is_refused() {
         ("zero.toml", "focal_px = 0\n".to_owned(), "focal length of 0 px"),
         ("nan.toml", "focal_px = nan\n".into(), "focal length of NaN px"),
         ("less.toml", "focal_px = [900, -900]\n".into(), "focal length of -900 px"),
-        ("half.toml", "focal_length_mm = 25\n".into(), "half a focal length"),
+        ("half.toml", "focal_length_mm = 25\n".into(), "half of a focal length"),
         (
             "pitch.toml",
             "focal_length_mm = 25\npixel_pitch_um = 0\n".into(),

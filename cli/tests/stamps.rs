@@ -78,7 +78,7 @@ fn what_is_no_time_is_refused() {
     );
     refused(
         &|stamps| stamps.push(("f999.png".to_owned(), 99.0)),
-        &["f999.png was taken, and the folder has no such frame"],
+        &["has a time for f999.png, and the folder has no such frame"],
     );
     refused(
         &|stamps| stamps.iter_mut().for_each(|(_, time_s)| *time_s *= 1e3),

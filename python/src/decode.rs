@@ -52,8 +52,8 @@ pub fn untrained(detector: &str) -> PyResult<Method> {
     let choice: DetectorChoice = check(detector.parse())?;
     choice.untrained().ok_or_else(|| {
         refused(
-            "this detector needs frames whose bits are known (fisher and fisher-ngr to learn from, the genie to be told all about), and \
-             here are none: choose ml, kmeans, kmeans-raw or otsu, or call evaluate",
+            "this detector needs frames with known bits (fisher and fisher-ngr learn from them, the genie knows everything else too), \
+             and there are none here: choose ml, kmeans, kmeans-raw or otsu, or call evaluate",
         )
     })
 }

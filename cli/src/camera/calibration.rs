@@ -60,8 +60,8 @@ impl Keys {
             (Some(Focal::Two(focal_px)), None, None) => Some(focal_px),
             (None, Some(focal_length_mm), Some(pitch_um)) => Some([focal_length_mm * 1e3 / pitch_um; 2]),
             (None, None, None) => None,
-            (Some(_), ..) => bail!("the focal length is told twice: give focal_px, or focal_length_mm and pixel_pitch_um"),
-            _ => bail!("half a focal length is told: give both focal_length_mm and pixel_pitch_um"),
+            (Some(_), ..) => bail!("the focal length is given twice: give focal_px, or focal_length_mm and pixel_pitch_um"),
+            _ => bail!("half of a focal length is given: give both focal_length_mm and pixel_pitch_um"),
         };
         Calibration {
             focal_px,
@@ -357,7 +357,7 @@ mod tests {
                 "image_width: -1920",
                 "image_width: \"-1920\" is no whole number",
             ),
-            ("flags: 0", "image_height: 1080", "image_height is told twice"),
+            ("flags: 0", "image_height: 1080", "image_height is given twice"),
         ] {
             let error = Calibration::of_opencv(&OPENCV.replace(from, to)).unwrap_err();
             assert!(format!("{error:#}").contains(wrong), "{error:#}");
@@ -380,12 +380,12 @@ mod tests {
             focal_px: Some(Focal::One(3636.0)),
             ..keys.clone()
         };
-        assert!(twice.calibration().unwrap_err().to_string().contains("told twice"));
+        assert!(twice.calibration().unwrap_err().to_string().contains("given twice"));
         let half = Keys {
             pixel_pitch_um: None,
             ..keys
         };
-        assert!(half.calibration().unwrap_err().to_string().contains("half a focal length"));
+        assert!(half.calibration().unwrap_err().to_string().contains("half of a focal length"));
         let unknown = Keys::default().calibration().unwrap().lens([640, 480]).unwrap_err();
         assert!(unknown.contains("give focal_px in --camera"));
     }

@@ -30,12 +30,12 @@ pub struct Arguments {
     /// Draw each frame's reflectance from 0.3 to 0.5.
     #[arg(long)]
     random_reflectance: bool,
-    /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu, or genie (told everything but the bits: a bound of wrong
-    /// panels). The default is the paper's; `best` takes longer.
+    /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu, or genie (knows everything but the bits: a bound on wrong panels). The
+    /// default is the paper's; `best` takes longer.
     #[arg(long, default_value = "kmeans")]
     detector: DetectorChoice,
-    /// Reach errors by splitting instead of counting them: for bit error rates below 1e-6 or so. Frames are then what swarms of 256
-    /// begin with.
+    /// Estimate the bit error rate by splitting instead of counting: for rates below about 1e-6. --frames then counts the frames that the
+    /// swarms of 256 start with.
     #[arg(long)]
     rare_events: bool,
     /// How exactly frames are drawn: fine or fast.
@@ -44,10 +44,10 @@ pub struct Arguments {
     /// Do only the i-th of n parts of the frames, i from 0; needs --out, and `vocc merge` to add the parts up.
     #[arg(long, value_name = "i/n", requires = "out")]
     shard: Option<Shard>,
-    /// Keep what is finished in this file, and a table (.csv) beside it.
+    /// Save the finished part in this file, and a table (.csv) beside it.
     #[arg(long, value_name = "FILE.json", value_parser = results::out_file("json"))]
     out: Option<PathBuf>,
-    /// Go on from what --out holds already.
+    /// Continue from the part in --out.
     #[arg(long, requires = "out")]
     resume: bool,
     #[command(flatten)]

@@ -41,7 +41,7 @@ pub struct Arguments {
     /// The first panel's surroundings instead of the whole sensor.
     #[arg(long)]
     crop: bool,
-    /// The first panel's surroundings with each pixel N times as wide and high, to be looked at; numbers are of the pixels before.
+    /// The first panel's surroundings, enlarged N times for viewing. Printed positions are in pixels of the camera.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=64))]
     zoom: Option<u8>,
 }

@@ -105,7 +105,7 @@ impl Stamps {
                     let twice = seconds.insert(Key::of(frame), time_s).is_some();
                     ensure!(
                         !twice,
-                        "{}, line {at}: {frame} has a time stamp already: take one of the two lines away",
+                        "{}, line {at}: {frame} has a time stamp already: remove one of the two lines",
                         path.display()
                     );
                 }
@@ -131,7 +131,7 @@ impl Stamps {
         for path in files {
             let time_s = self.take(&path).with_context(|| {
                 format!(
-                    "{} has no time stamp in {}: add a line for it, or take the frame away",
+                    "{} has no time stamp in {}: add a line for it, or remove the frame",
                     path.display(),
                     self.path.display()
                 )
@@ -139,7 +139,7 @@ impl Stamps {
             match taken.last() {
                 Some((before, last_s)) if time_s < *last_s => bail!(
                     "the time stamps in {} run backwards: {} was taken at {time_s} s, and {}, which comes before it, at {last_s} s; name \
-                     the frames in the order in which they were taken, or mend the stamps",
+                     the frames in the order in which they were taken, or correct the stamps",
                     self.path.display(),
                     path.display(),
                     before.display()
@@ -150,21 +150,21 @@ impl Stamps {
         }
         if let Some(frame) = self.seconds.keys().min_by_key(|frame| frame.to_string()) {
             bail!(
-                "{} tells when {frame} was taken, and the folder has no such frame, or another line is of it too: add the frame, or take \
-                 the line away",
+                "{} has a time for {frame}, and the folder has no such frame, or another line has one for it too: add the frame, or \
+                 remove the line",
                 self.path.display()
             );
         }
         let doubled = count - taken.len();
         ensure!(
             !(self.may_have_commas && 2 * doubled >= count),
-            "{}: by its seconds, most frames are taken with the one before, so decimal commas seem to have split the seconds in two: write \
-             points, or semicolons between frame and seconds",
+            "{}: most frames have the time of the one before, so decimal commas seem to have split the seconds in two: write points, or \
+             semicolons between frame and seconds",
             self.path.display()
         );
         ensure!(
             doubled == 0 || taken.len() > 1,
-            "{}: all {count} frames have the same time, {} s: give the time at which each was taken, or take the file away",
+            "{}: all {count} frames have the same time, {} s: give the time at which each was taken, or remove the file",
             self.path.display(),
             taken[0].1
         );
@@ -284,7 +284,7 @@ mod tests {
             ("1,0\n1,0.1\n2,0.2", "1 has a time stamp already"),
             (
                 "1,0\n2,0.1\n3,0.2\n4,0.3",
-                "tells when frame 4 was taken, and the folder has no such frame",
+                "has a time for frame 4, and the folder has no such frame",
             ),
             (
                 "1,0\n2,33.3\n3,66.7",

@@ -11,7 +11,7 @@ use crate::event::PanelEvent;
 const MOST: f32 = 0.7;
 /// Readings surer than this on average hold few wrong bits.
 const SURE: f32 = 0.98;
-/// LEDs nearer to each other than so many standard deviations of the blur run into each other.
+/// LEDs overlap if they are nearer to each other than this many standard deviations of the blur.
 const APART: f32 = 2.0;
 /// A panel that is covered in so large a share of the frames is not read for that reason.
 const OFTEN_COVERED: f32 = 0.05;
@@ -19,7 +19,7 @@ const OFTEN_COVERED: f32 = 0.05;
 const OFTEN_EVEN: f32 = 0.5;
 /// The time in which each exposure sees one half of a cycle of 1440 Hz, the usual carrier (s).
 const HALF_A_CYCLE_S: f64 = 0.5 / 1440.0;
-/// A message of a few words, sent twice over, takes so many symbols about.
+/// Symbols of a message of a few words, sent twice.
 const SHORT: usize = 20;
 
 /// The rates of a link, as they are assumed and as they are seen.
@@ -126,13 +126,13 @@ impl Diagnosis {
         let covered = self.covered();
         match blur {
             _ if self.even as f32 > OFTEN_EVEN * self.read as f32 => format!(
-                "all LEDs are lit alike: exposures are as long as whole cycles of the carrier that bears the symbols, or nearly so, and see \
-                 nothing of them; expose for 1/{:.0} s or less, half a cycle of the usual 1440 Hz",
+                "all LEDs are lit alike: exposures span about a whole number of the carrier's cycles, which hides the symbols; expose for \
+                 1/{:.0} s or less, half a cycle of the usual 1440 Hz",
                 1.0 / HALF_A_CYCLE_S
             ),
             _ if covered as f32 > OFTEN_COVERED * frames as f32 => format!(
-                "the panel was covered or dark in {covered} of {frames} frames, as behind a wiper: keep what comes before it away, or make \
-                 the film longer"
+                "the panel was covered or dark in {covered} of {frames} frames, as behind a wiper: remove what covers it, or make the \
+                 film longer"
             ),
             _ if (self.read as f32) < MOST * frames as f32 => {
                 "too few of its symbols were seen: keep the panel whole and still in the picture, or make the film longer".to_owned()
@@ -141,11 +141,11 @@ impl Diagnosis {
                 format!("the LEDs run into each other under a blur of {blur:.1} px: focus, come nearer, or use a longer lens")
             }
             _ if confidence < SURE => {
-                "many bits are unsure: expose longer or brighten the panel where it is noisy, less where it is white".to_owned()
+                "many bits are unsure: expose longer or brighten the panel if it is noisy, expose less if it is white".to_owned()
             }
             _ if self.read < SHORT => format!("{} frames hold less than a message: make the film longer", self.read),
             _ if self.rejected > 0 => {
-                format!("beginnings of messages were seen, but not read to their end: {doubt}. Else make the film longer")
+                format!("messages began, but none was complete: {doubt}. If they are, make the film longer")
             }
             _ => format!("the bits are sure, but no message begins in them: {doubt}"),
         }

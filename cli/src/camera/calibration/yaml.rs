@@ -75,7 +75,7 @@ impl Yaml {
         };
         let mut values = mapping.iter().filter(|(name, _)| matches!(name, Self::Scalar(name) if name == key));
         let value = values.next().map(|(_, value)| value);
-        ensure!(values.next().is_none(), "{key} is told twice");
+        ensure!(values.next().is_none(), "{key} is given twice");
         Ok(value.filter(|value| **value != Self::Null))
     }
 
@@ -149,7 +149,7 @@ mod tests {
             ("a: 1\n---\na: 2\n", "more than one document"),
             ("a: [1, 2", "line 1"),
             ("- 1\n", "it has no keys"),
-            ("a: 1\na: 2\n", "a is told twice"),
+            ("a: 1\na: 2\n", "a is given twice"),
             ("b: &b [1]\na: *b\n", "it is no list"),
             ("a: [1, inf]\n", "\"inf\" is no number"),
             ("b: &b 1\na: [1, *b]\n", "refers to another value"),

@@ -36,7 +36,7 @@ pub struct Arguments {
     /// Measure only this part (repeatable) and take the others from what the folder holds.
     #[arg(long = "part", value_name = "NAME", value_parser = part_name)]
     parts: Vec<String>,
-    /// Go on from what an interrupted run of the same settings has left in the folder.
+    /// Continue from the part that an interrupted run of the same settings left in the folder.
     #[arg(long)]
     resume: bool,
 }

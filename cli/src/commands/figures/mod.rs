@@ -44,7 +44,7 @@ pub struct Arguments {
     /// A first look, in some 15 s on two cores: 4000 frames a figure by default, fewer points, no other readings.
     #[arg(long)]
     quick: bool,
-    /// Go on from what an interrupted run of the same settings has left in the folder.
+    /// Continue from the part that an interrupted run of the same settings left in the folder.
     #[arg(long)]
     resume: bool,
 }

@@ -93,8 +93,8 @@ impl Arguments {
     fn by_reach(&self, shared: &Shared, scene: &Scene) -> anyhow::Result<ReachSurvey> {
         ensure!(
             self.distances.is_none() && self.yaws.is_none() && self.rule.is_none(),
-            "--distances, --yaws and --rule are not of --criterion reach, which looks at all distances and at the scene's own turn \
-             (--set pose.yaw_deg=…): leave them out"
+            "--criterion reach takes no --distances, --yaws or --rule, because it searches all distances at the scene's own yaw (--set \
+             pose.yaw_deg=…): leave them out"
         );
         let demand = self.reach.demand();
         let mut survey = ReachSurvey {

@@ -48,50 +48,50 @@ pub struct Arguments {
     /// Normalised LED intervals, ascending: the table's columns.
     #[arg(long, value_delimiter = ',', default_values_t = [0.5, 1.0, 1.5, 2.0], allow_negative_numbers = true)]
     intervals: Vec<f64>,
-    /// Distances in metres; 30 to 70 without it. By reach, none: all are looked at.
+    /// Distances in metres. Default: 30 to 70. Not with --criterion reach, which searches all distances.
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     distances: Option<Vec<f64>>,
-    /// Ambient illuminances in lux, ascending: the table's rows; without it, the scene's alone.
+    /// Ambient illuminances in lux, ascending: the table's rows. Default: the scene's.
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     illuminances: Option<Vec<f64>>,
-    /// Turns of the panel about the vertical, in degrees: the table is for the first, the others show what it costs there.
-    /// By reach, the scene's own turn counts.
+    /// Yaw angles of the panel in degrees. The table is for the first; the others show its cost there. With --criterion reach the scene's
+    /// yaw is used.
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     yaws: Option<Vec<f64>>,
-    /// What is maximised: b2w, fisher, ber (the least bit error rate) or reach (how far away a message is read).
+    /// The criterion: greatest b2w or fisher, least ber (bit error rate), or greatest reach (distance at which a message arrives).
     #[arg(long, default_value = "b2w", value_parser = aim)]
     criterion: Aim,
-    /// What the table holds of the distances: mean (of their best ratios, the default) or least-ber (the ratio of the least mean bit error
-    /// rate).
+    /// How the distances are combined: mean (of their best ratios, the default) or least-ber (the ratio of the least mean bit error rate).
     #[arg(long, value_parser = rule)]
     rule: Option<Rule>,
-    /// The most frames at one ratio (by reach: and distance), from 64 to 100 000 000; 100 000 without it, by reach 4096.
+    /// The most frames at one ratio, from 64 to 100 000 000. Default: 100 000. With --criterion reach: at one ratio and distance; default
+    /// 4096.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     frames: Option<u64>,
-    /// A search ends when the 95 % interval of the best ratio is no wider than ± this, 0.01 without it; by reach, ± this share of the
-    /// ratio, 0.05 without it. 0: with all frames.
+    /// A search ends if the 95 % interval of the best ratio is at most ± this. Default: 0.01. With --criterion reach: ± this share of the
+    /// ratio; default 0.05. 0: all frames are used.
     #[arg(long, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// A first look: fewer frames and a wider interval where none are given.
+    /// A first look: fewer frames and a wider interval, unless they are given.
     #[arg(long)]
     quick: bool,
-    /// The ratios looked among: the lowest and the highest.
+    /// The lowest and the highest ratio of the search.
     #[arg(long, value_delimiter = ',', value_name = "LOW,HIGH", default_values_t = RANGE, allow_negative_numbers = true)]
     range: Vec<f64>,
     /// Keep the scene's reflectance instead of drawing each frame's from 0.3 to 0.5.
     #[arg(long)]
     fixed_reflectance: bool,
-    /// The detector whose errors are counted: best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu or genie. Without it the paper's,
-    /// kmeans; `best` takes longer.
+    /// The detector whose errors are counted: best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu or genie. Default: kmeans, the
+    /// paper's; `best` takes longer.
     #[arg(long)]
     detector: Option<DetectorChoice>,
     /// How exactly frames are drawn: fine or fast.
     #[arg(long, default_value = "fast", value_parser = single_precision)]
     level: Level,
-    /// Where the table goes; plots go beside it, as .svg and .png.
+    /// The table to write; plots are written beside it, as .svg and .png.
     #[arg(short, long, value_name = "FILE.toml", value_parser = results::out_file("toml"))]
     out: Option<PathBuf>,
-    /// Go on from what --out holds already.
+    /// Continue from the part in --out.
     #[arg(long, requires = "out")]
     resume: bool,
     /// Find only the i-th of every n entries, i from 0; `vocc merge` puts the parts together.

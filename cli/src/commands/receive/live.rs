@@ -175,7 +175,7 @@ impl<'a> Incoming<'a> {
         let decoded = match self.film.take().filter(|_| is_short) {
             Some(film) => film
                 .end()
-                .map_err(|error| anyhow::anyhow!("{error:#}; look whether it is there, by `ffprobe {}`", self.live.name())),
+                .map_err(|error| anyhow::anyhow!("{error:#}; check whether it is there with `ffprobe {}`", self.live.name())),
             None => Ok(()),
         };
         decoded.and(end.map_err(explained))

@@ -45,8 +45,8 @@ pub struct Arguments {
     /// (/dev/video0, v4l2:/dev/video0), an address (rtsp://, udp://, tcp://, http://) or a named pipe.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<PathBuf>,
-    /// Never fall behind: drop old frames where newer ones have come, and count them. A camera, an address or a named pipe that goes away is
-    /// waited for; a film is played at its own pace.
+    /// Never fall behind: drop frames that newer ones have overtaken, and count them. If a camera, an address or a named pipe disappears,
+    /// wait for it. Play a film at its own pace.
     #[arg(long)]
     live: bool,
     /// Options of ffmpeg for a live source, such as "-input_format mjpeg -video_size 1280x720 -framerate 60" of a camera.
@@ -58,33 +58,32 @@ pub struct Arguments {
         allow_hyphen_values = true
     )]
     ffmpeg: String,
-    /// Show the command by which ffmpeg is run, on standard error.
+    /// Print ffmpeg's command on standard error.
     #[arg(long)]
     verbose: bool,
     /// Size of the raw frames on standard input, or in a named pipe.
     #[arg(long, value_name = "WxH", value_parser = size)]
     raw: Option<(usize, usize)>,
-    /// Read each frame of a film as one picture, even where the film says that it is interlaced: as of 25 pictures a second in 50i.
+    /// Read each frame of a film as one picture, even if the film is flagged as interlaced, such as 25 pictures a second in 50i.
     #[arg(long)]
     progressive: bool,
-    /// Frames a second of the camera; by default those that a film or a y4m stream tells, else 100. A folder with a file timestamps.csv
-    /// (lines of a frame's name or number, a comma, and the seconds at which it was taken) is gone through by these times instead.
+    /// Frames a second of the camera. Default: those of the film or the y4m stream, else 100. If the folder has a file timestamps.csv
+    /// (lines of a frame's name or number, a comma, and the seconds at which it was taken), its times are used instead.
     #[arg(long, value_name = "F")]
     fps: Option<f32>,
-    /// Symbols a second that the transmitter shows. Where it is not told, 90 as the Pico shows, and what else is usual, is tried.
+    /// Symbols a second of the transmitter. Without it, 90, the Pico's rate, and other usual rates are tried.
     #[arg(long, value_name = "F")]
     symbol_rate: Option<f32>,
     /// best, ml, kmeans, kmeans-raw or otsu.
     #[arg(long, default_value = "best")]
     detector: DetectorChoice,
-    /// Also print the bits that each frame shows; JSON has the symbol's number, too, counted by --symbol-rate, or by the rate found once it
-    /// is.
+    /// Also print the bits that each frame shows. JSON adds the symbol's number, counted by --symbol-rate, or by the rate once it is found.
     #[arg(long)]
     bits: bool,
     /// Panels to follow at once, each with its own message.
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=PANELS_MAX as i64))]
     panels: u8,
-    /// Draw what is seen in each frame into this folder: outline, cells and bits.
+    /// Draw the panel in each frame into this folder: outline, cells and bits.
     #[arg(long, value_name = "DIR")]
     show: Option<PathBuf>,
     #[command(flatten)]
@@ -202,7 +201,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         let mut folders = frames.files.iter().filter_map(|file| file.path.parent());
         ensure!(
             !folders.any(|other| outputs::is_same(other, folder)),
-            "{} holds frames that are read, and pictures of them would be taken for more: name another folder",
+            "{} holds frames to read, and the pictures of --show would be read as more of them: name another folder",
             folder.display()
         );
     }
@@ -253,7 +252,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
 fn explained(error: StreamError) -> anyhow::Error {
     match error {
         StreamError::Interlaced => anyhow::anyhow!(
-            "{error}. Where only its flag says so, and each frame is one picture, as of 25 pictures a second in 50i: --progressive"
+            "{error}. If only its flag says so, and each frame is one picture, such as 25 pictures a second in 50i, give --progressive"
         ),
         error => error.into(),
     }

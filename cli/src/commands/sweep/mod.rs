@@ -49,7 +49,7 @@ pub struct Arguments {
     /// Keep what is finished in this folder: sweep.json, and a table (.csv) and a plot (.svg, .png) beside it.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Go on from what --out holds already.
+    /// Continue from the part in --out.
     #[arg(long, requires = "out")]
     resume: bool,
     /// Do only the i-th of n parts, i from 0, all expected to take equally long (but with rare_events, where lower rates take longer);

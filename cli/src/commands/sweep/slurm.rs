@@ -80,7 +80,7 @@ impl Options {
         let least = u64::from(self.notice) + EARLIER_S;
         ensure!(
             self.time.seconds.is_none_or(|limit| limit > least),
-            "--time {} leaves no time to work: with --notice {} a task may be told to end {least} s before its \
+            "--time {} leaves no time to work: with --notice {} a task may get its signal {least} s before its \
              limit; give it more time, or less notice",
             self.time.text,
             self.notice
