@@ -1,6 +1,6 @@
-//! What a person tells of a camera: in a file, or in single options.
+//! The user's settings of a camera: in a file, or in single options.
 //!
-//! Everything is a hint, from which the receiver learns on. A file holds any of these keys:
+//! Each value is a starting point from which the receiver learns. A file has any of these keys:
 //!
 //! ```toml
 //! encoding = { gamma = 2.2 }   # or "srgb", or "rec709"
@@ -38,7 +38,7 @@ use sim::input;
 use crate::files::write;
 use crate::frames::{Bayer, PixelArguments};
 
-/// Options that tell of a camera.
+/// Options of a camera.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct CameraArguments {
     /// The camera, as `vocc receive --save-camera` writes it, or a YAML calibration of OpenCV or ROS. The options below override it. The
@@ -77,14 +77,14 @@ struct File {
     distortion: Option<Vec<f64>>,
 }
 
-/// What has been told of a camera, checked.
+/// A camera's settings, checked.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraHints {
-    /// The camera, and the usual one where nothing was told.
+    /// The camera, with defaults for what is not set.
     pub camera: Camera,
-    /// The encoding, if it was told.
+    /// The encoding, if it is set.
     pub encoding: Option<Encoding>,
-    /// By how many exposures each line is later than the one above, if it was told.
+    /// By how many exposures each line is later than the one above, if it is set.
     pub line_delay: Option<f32>,
     /// How pixels are to be taken.
     pub pixels: PixelArguments,
@@ -93,12 +93,12 @@ pub struct CameraHints {
 }
 
 impl CameraArguments {
-    /// Whether anything was told.
+    /// Whether anything is set.
     fn is_told(&self) -> bool {
         self.camera.is_some() || self.encoding.is_some() || self.black.is_some() || self.blur.is_some()
     }
 
-    /// The camera, if anything was told of one, for frames that come from no file.
+    /// The camera, if anything is set, for frames that come from no file.
     pub fn camera_if_any(&self) -> anyhow::Result<Option<Camera>> {
         if self.is_told() {
             return Ok(Some(self.hints(PixelArguments::default())?.camera));

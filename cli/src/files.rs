@@ -135,7 +135,7 @@ impl Growing {
         }))
     }
 
-    /// [`Growing::keep`] for whoever keeps the program from ending already.
+    /// [`Growing::keep`] for callers that already delay the program's end.
     fn put(mut self) -> std::io::Result<()> {
         self.flush()?;
         match self.0 {

@@ -285,7 +285,7 @@ impl TrustArguments {
         self.trust.clone()
     }
 
-    /// Whoever is trusted; none where nobody checks.
+    /// The trusted keys; none if signatures are not checked.
     pub fn trust(&self) -> Result<Option<Trust>, KeyFileError> {
         self.trust.as_ref().map(|path| Trust::read(path, self.counters.clone())).transpose()
     }

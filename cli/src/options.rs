@@ -120,7 +120,7 @@ impl Port {
     pub fn greet(&self) -> anyhow::Result<Connection> {
         let patience = Duration::from_secs_f64(self.timeout);
         let port = port::open(&self.port, self.baud, patience)?;
-        // Two runs that begin with the same number would be taken for one.
+        // Two runs that begin with the same number would look like one.
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         // A clock that was never set may stand before 1970.
         let away = now.unwrap_or_else(|early| early.duration());

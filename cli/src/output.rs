@@ -1,4 +1,4 @@
-//! What goes to standard output, and what is told beside it on standard error: escaped, so that no name and no message moves a cursor.
+//! Standard output and standard error, escaped, so that no name and no message moves a cursor.
 //!
 //! A reader who leaves changes nothing but what he would have read: what is printed after that is dropped, and the work goes on.
 
@@ -39,10 +39,10 @@ pub fn explain(error: &anyhow::Error) -> String {
         })
 }
 
-/// Whether whoever read standard output has left.
+/// Whether the reader of standard output has left.
 static IS_UNREAD: AtomicBool = AtomicBool::new(false);
 
-/// Whether whoever read standard output has left: what never ends, and keeps nothing, may then.
+/// Whether the reader of standard output has left: endless work that saves nothing may then end.
 pub fn is_unread() -> bool {
     IS_UNREAD.load(Ordering::Relaxed)
 }
@@ -123,7 +123,7 @@ fn one_line(text: &str) -> Cow<'_, str> {
     replaced(text, is_control, |c| c.escape_default().to_string())
 }
 
-/// How bytes that may be text are told in JSON.
+/// How JSON shows bytes that may be text.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct Hex {
     /// Add each message in hexadecimal digits to JSON (message_hex). Without it, only messages that are not UTF-8 have them.
@@ -176,7 +176,7 @@ pub fn plan(plan: &Plan) -> anyhow::Result<()> {
     ))
 }
 
-/// A bit error rate with its 95 % interval, for so many errors of so many bits; where there were none, what that says.
+/// A bit error rate with its 95 % interval, from errors and bits; without errors, the upper bounds.
 pub fn rate(errors: u64, bits: u64, rate: f64, [low, high]: [f64; 2]) -> String {
     if errors > 0 || bits == 0 {
         return format!("{rate:.3e} (95 %: {low:.3e} to {high:.3e})");

@@ -4,7 +4,7 @@ use reception::whereabouts::{PoseResult, Whereabouts, told_size};
 use rx_pipeline::pose::{Known, PanelSize};
 use serde_json::{Value, json};
 
-/// Options that tell of the panel.
+/// Options of the panel.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct PanelArguments {
     /// The gap between the panel's LEDs in LED diameters, as `panel.interval` in a scene. With --led-diameter, and focal_px in --camera,
@@ -17,12 +17,12 @@ pub struct PanelArguments {
 }
 
 impl PanelArguments {
-    /// Whether anything was told of it.
+    /// Whether any of it is set.
     pub fn is_told(&self) -> bool {
         self.interval.or(self.led_diameter).is_some()
     }
 
-    /// The panel's size, if it was told.
+    /// The panel's size, if it is set.
     pub fn size(&self) -> anyhow::Result<Option<PanelSize>> {
         Ok(told_size(self.led_diameter, self.interval)?)
     }

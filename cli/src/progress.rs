@@ -18,7 +18,7 @@ keeps the finished part.";
 /// Between two lines where there is no terminal.
 const QUIET: Duration = Duration::from_secs(10);
 
-/// The progress of a run. A line comes also while a step takes long, so that nobody wonders whether work goes on.
+/// The progress of a run. A line is printed during long steps too, to show that the work continues.
 pub struct Progress {
     /// Counts, even where it is not shown.
     bar: ProgressBar,
@@ -68,7 +68,7 @@ impl Progress {
         Self { bar, begun, lines }
     }
 
-    /// Tells that so many steps were done before now: they say nothing of how long others take.
+    /// Counts steps that were done before this run; the remaining time does not depend on them.
     pub fn begin_at(&mut self, steps: u64) {
         *self.begun.lock().unwrap_or_else(PoisonError::into_inner) = Start { at: Instant::now(), steps };
         self.bar.set_position(steps);
@@ -87,7 +87,7 @@ impl Progress {
         self.bar.set_length(total);
     }
 
-    /// Tells that so many steps are done.
+    /// Counts steps that are done.
     pub fn done(&mut self, steps: u64) {
         self.bar.set_position(steps);
     }
@@ -117,7 +117,7 @@ fn tell_now_and_then(bar: ProgressBar, begun: Arc<Mutex<Start>>, unit: &'static 
     Some((end, lines.ok()?))
 }
 
-/// The line for so many steps of a total, some of them done within a time.
+/// The line for the steps done of a total, some of them within a time.
 fn line(steps: u64, total: Option<u64>, done: u64, unit: &str, elapsed: Duration) -> String {
     let of = total.map_or(String::new(), |total| format!("/{total}"));
     let elapsed_s = elapsed.as_secs_f64();

@@ -14,8 +14,8 @@
 //! has it of cameras (REP 103); covariances of x, y, z in metres and of rotations about these axes in radians.
 //!
 //! Times of a film are those of its frames, from the first one on, which is at 0 or at `--start`. Times of a live source are those of the
-//! wall clock: as the source tells them where its clock is that, else when a frame came in. What comes of a live source can be read a
-//! second later, in `FILE.mcap.active`, which becomes `FILE.mcap` at the end.
+//! wall clock: as the source tells them where its clock is that, else when a frame came in. A live source's recording can be read a second
+//! later, in `FILE.mcap.active`, which becomes `FILE.mcap` at the end.
 
 mod mcap;
 mod ros;

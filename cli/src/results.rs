@@ -15,7 +15,7 @@ use crate::checkpoint::NowAndThen;
 use crate::files;
 use crate::outputs;
 
-/// A file as `--out` names it, whose own extension is `own`: none that is taken for the table or the plot beside it.
+/// A file as `--out` names it, with its own extension `own`, and not that of the table or the plot beside it.
 pub fn out_file(own: &'static str) -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(move |path| match path.extension().and_then(OsStr::to_str) {
         Some(beside @ ("csv" | "svg" | "png")) => Err(format!(

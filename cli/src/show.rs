@@ -109,7 +109,7 @@ impl Canvas {
         self.stroke(from, to, colour, 0);
     }
 
-    /// A straight line, so many pixels wide to either side.
+    /// A straight line, with a half width in pixels.
     fn stroke(&mut self, from: [i64; 2], to: [i64; 2], colour: Rgb<u8>, half: i64) {
         let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
         // No line is longer than what there is to draw on, but for ends far outside.

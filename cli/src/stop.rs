@@ -52,7 +52,7 @@ pub fn watch() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Whether whoever has started the program wants this signal to be ignored.
+/// Whether the program's caller set this signal to be ignored.
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status
@@ -106,7 +106,7 @@ pub fn allow() -> std::io::Result<()> {
     }
 }
 
-/// Waits for the end of the program if it has to end: what comes of a refusal is told by nobody.
+/// Waits for the end of the program if it has to end, so that no later error is printed.
 pub fn give_way() {
     while IS_OVERDUE.load(Ordering::Relaxed) {
         std::thread::park();
@@ -188,7 +188,7 @@ fn read_all(mut source: impl Read, to: &SyncSender<std::io::Result<Vec<u8>>>) {
             Ok(piece) => piece.is_empty(),
             Err(error) => error.kind() != std::io::ErrorKind::Interrupted,
         };
-        // Whoever does not want more has ended.
+        // The reader has ended.
         if to.send(read).is_err() || is_last {
             return;
         }

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use yaml::Yaml;
 
-/// What is told of a lens; what is missing of it is said when it is needed.
+/// A lens from the user; missing values are reported when they are needed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Calibration {
     /// Focal length along x and y, in pixels.
@@ -23,7 +23,7 @@ pub struct Calibration {
     /// The pixel on the optical axis; where nobody tells, the middle of the frame.
     principal_px: Option<[f64; 2]>,
     distortion: [f64; 8],
-    /// Columns and rows of the frames that it was calibrated with, where that is told.
+    /// Columns and rows of the frames that it was calibrated with, if the file has them.
     size: Option<[usize; 2]>,
 }
 

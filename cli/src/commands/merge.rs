@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(Verdict::Yes)
 }
 
-/// Puts the parts of a table together; what is missing is told.
+/// Puts the parts of a table together, and reports missing ones.
 fn merge_tables(parts: &[PathBuf], out: Option<&Path>) -> anyhow::Result<Verdict> {
     let out = out.context("name the table that they make with --out")?;
     results::check(out, "toml", &[], parts.iter().cloned())?;

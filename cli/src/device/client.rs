@@ -75,8 +75,8 @@ pub struct Client<P> {
 }
 
 impl<P: Read + Write> Client<P> {
-    /// Says hello to whoever is there, a board of any kind and age. A try lasts `patience`; `sequence` is the number of the first request,
-    /// which should be another one in each conversation.
+    /// Greets the board at the port, of any kind and age. A try lasts `patience`; `sequence` is the number of the first request, which
+    /// should be another one in each conversation.
     ///
     /// # Errors
     /// [`DeviceError`] when nobody answers, or nobody who can be talked to.
@@ -211,7 +211,7 @@ impl<P: Read + Write> Client<P> {
                     return Ok(Some(read(&frame)));
                 }
             }
-            // Whoever talks without end is not waited for.
+            // An endless sender is not waited for.
             if Instant::now() > deadline {
                 return Ok(None);
             }

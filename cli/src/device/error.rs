@@ -4,8 +4,7 @@ use link::l2a_table::image::ImageError;
 use link::serial::{Refusal, VERSION};
 use link::symbol_rate::SymbolRate;
 
-/// Why a board did not do what it was asked. The port stands in the errors of opening it alone; whoever
-/// reports another one says which port it was.
+/// Why a board did not do what it was asked. Only errors of opening name the port; for others the caller adds it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DeviceError {
     /// There is no such port.

@@ -10,15 +10,15 @@ use link::serial::{Answer, Faults, Request};
 use super::fake::Fake;
 use super::{Client, DeviceError, table};
 
-/// How often a byte is hurt, as one in so many; 0: never.
+/// One byte in this many is damaged; 0: none.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     dropped: u64,
     doubled: u64,
     changed: u64,
-    /// An answer comes only after so many reads were in vain, at most.
+    /// The most reads without an answer before it comes.
     late: u64,
-    /// Every so many writes the transmitter restarts.
+    /// The number of writes after which the transmitter restarts.
     restarts: u64,
     /// The line gives back what is written to it.
     echo: bool,

@@ -75,7 +75,7 @@ impl FrameTimes {
     /// The time of the next frame, which has been read; none where the film has none for it.
     ///
     /// # Errors
-    /// When ffmpeg has told of no further frame in time, or does not tell of frames any more.
+    /// If ffmpeg reports no further frame in time, or no frames any more.
     pub fn next(&mut self, stop: Stop) -> Result<Option<FrameTime>, RecvTimeoutError> {
         let begun = Instant::now();
         loop {
@@ -206,9 +206,9 @@ impl Drop for Film {
     }
 }
 
-/// What ffmpeg is told of a local file. It then reads local files only, whatever the film names.
+/// ffmpeg's options for a local file. It then reads local files only, whatever the film names.
 pub fn local(path: &Path) -> Vec<OsString> {
-    // A name with a colon would be taken for a protocol's.
+    // ffmpeg would read a name with a colon as a protocol's.
     let mut name = OsString::from("file:");
     name.push(path);
     vec!["-protocol_whitelist".into(), "file".into(), "-i".into(), name]
@@ -248,7 +248,7 @@ fn listen(said: ChildStderr, times: &Sender<Option<FrameTime>>) -> Vec<String> {
         let line = String::from_utf8_lossy(&line);
         if line.starts_with(TIMES) {
             if let Some(time) = clock.time(&line) {
-                // Whoever does not want more has ended.
+                // The reader has ended.
                 let _ = times.send(time);
             }
         } else if let Some(words) = fault(&line) {
@@ -277,7 +277,7 @@ fn fault(line: &str) -> Option<&str> {
     Some(words.trim()).filter(|words| !words.is_empty())
 }
 
-/// What ffmpeg's times are told in.
+/// The unit of ffmpeg's times.
 #[derive(Default)]
 struct Clock {
     tick_s: Option<f64>,

@@ -38,6 +38,6 @@ fn is_address(source: &Path) -> bool {
 fn begins_as_picture(source: &Path) -> bool {
     let mut first = Vec::new();
     let read = File::open(source).and_then(|file| file.take(64).read_to_end(&mut first));
-    // What cannot be read is told of when it is opened.
+    // Opening reports what cannot be read.
     read.is_err() || image::guess_format(&first).is_ok()
 }

@@ -77,7 +77,7 @@ impl Live {
         matches!(self, Self::Camera(_) | Self::Address(_) | Self::Pipe(_))
     }
 
-    /// Whether it is gone where nothing comes of it. A pipe waits for whoever has it open.
+    /// Whether it is gone if nothing comes. A pipe waits for its writers.
     pub fn goes_silently(&self) -> bool {
         matches!(self, Self::Camera(_) | Self::Address(_))
     }
@@ -95,7 +95,7 @@ impl Live {
         Ok(())
     }
 
-    /// What ffmpeg is told of it, with `options` of the user's.
+    /// ffmpeg's options for it, with the user's `options`.
     pub fn input(&self, options: &str) -> Vec<OsString> {
         let mut input: Vec<OsString> = match self {
             Self::Film(_) => vec!["-re".into()],

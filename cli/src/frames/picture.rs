@@ -33,7 +33,7 @@ pub struct GreyPicture {
 }
 
 impl PictureReader {
-    /// For pixels as they are told to be. Deep ones are in proportion to light, unless another encoding is told.
+    /// For pixels with these settings. Deep ones are proportional to light, unless an encoding is set.
     pub fn new(pixels: PixelArguments, encoding: Option<Encoding>) -> Self {
         Self {
             pixels,
@@ -42,15 +42,15 @@ impl PictureReader {
         }
     }
 
-    /// Takes white from some pictures of a film, the first among them, where no depth is told and they have more than 8 bits: it then
-    /// stays, so that no brighter picture halves the levels of all that follow.
+    /// Takes white from some pictures of a film, the first among them, if no depth is set and they have more than 8 bits. White then stays,
+    /// so that no brighter picture halves the levels of all that follow.
     pub fn settle_white<'a>(&mut self, film: impl ExactSizeIterator<Item = &'a Path>, stop: Stop) {
         if self.pixels.depth.is_some() {
             return;
         }
         let step = film.len().div_ceil(LOOKED_AT).max(1);
         for path in film.step_by(step) {
-            // What cannot be read is told of when its turn comes.
+            // A picture that cannot be read is reported in its turn.
             if stop.is_asked() || self.read(path).is_ok_and(|picture| !picture.is_deep) {
                 return;
             }
@@ -81,7 +81,7 @@ impl PictureReader {
         })
     }
 
-    /// Makes samples those of the depth that is told, where the file has told the largest one and the decoder has stretched them.
+    /// Scales samples to the depth that is set, if the decoder has stretched them to the file's largest value.
     fn unstretch(&self, picture: &mut Picture) {
         let (Some(sample_max), Some(_)) = (picture.sample_max, self.pixels.depth) else {
             return;

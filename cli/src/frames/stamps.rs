@@ -20,7 +20,7 @@ const BYTES_MAX: u64 = 64 << 20;
 /// The latest that seconds may say: beyond, a number has no milliseconds left.
 const SECONDS_MAX: f64 = 1e12;
 
-/// Frames a second that time stamps may tell. Milliseconds taken for seconds are slower.
+/// Frame rates that time stamps may have. Milliseconds read as seconds are slower.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=1e5;
 
 /// A frame's file, and when it was taken: in frames of the camera, and by how many frame periods later than that says.

@@ -1,4 +1,4 @@
-//! Frames that came and were not read yet: a few, whoever is faster.
+//! A short queue of frames that have come and are not read yet.
 
 use std::collections::VecDeque;
 use std::io::BufRead;

@@ -13,7 +13,7 @@ pub struct Axis {
 const ROOM: f64 = 0.07;
 /// The shortest logarithmic axis, in powers of ten.
 const SHORTEST: f64 = 0.5;
-/// Ticks within a power of ten, from few to many; as many as it takes for so many on an axis.
+/// Ticks within a power of ten, from few to many, as needed for the number on an axis.
 const STEPS: [&[f64]; 3] = [&[1.0], &[1.0, 2.0, 5.0], &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]];
 const FEWEST: usize = 3;
 /// The most ticks of a linear axis.
@@ -138,7 +138,7 @@ fn is_plain(value: f64) -> bool {
     value == 0.0 || (1e-3..1e5).contains(&value.abs())
 }
 
-/// A number as short as can be: 0.02, 5, 300, 10⁻⁶.
+/// A number in its shortest form: 0.02, 5, 300, 10⁻⁶.
 pub fn short(value: f64) -> String {
     if is_plain(value) {
         let text = format!("{value:.5}");

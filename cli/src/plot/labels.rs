@@ -27,7 +27,7 @@ const LINE_PX: i32 = 13;
 const APART_PX: i32 = 3;
 
 impl Labels {
-    /// For labels within a rectangle, that must not cover what is `taken`, and as few as can be of the pixels that are `drawn`.
+    /// For labels within a rectangle that must not cover what is `taken`, and should cover few of the pixels that are `drawn`.
     pub fn new(within: Box, taken: Vec<Box>, drawn: Vec<(i32, i32)>) -> Self {
         Self { within, taken, drawn }
     }

@@ -3,7 +3,7 @@
 pub use plotters::style::RGBColor;
 pub use plotters::style::colors::{BLACK, WHITE};
 
-/// Colours of series. The first seven can be told apart by colour-blind readers too (Okabe & Ito 2008).
+/// Colours of series. Colour-blind readers can distinguish the first seven (Okabe & Ito 2008).
 const COLOURS: [RGBColor; 10] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),

@@ -11,7 +11,7 @@ const LIBRARY: &str = concat!("vocc ", env!("CARGO_PKG_VERSION"));
 /// A chunk that is larger ends before the next message.
 const CHUNK_BYTES: usize = 1024 * 1024;
 
-/// The numbers by which records are told apart.
+/// The numbers of the record types.
 mod op {
     pub const HEADER: u8 = 0x01;
     pub const FOOTER: u8 = 0x02;

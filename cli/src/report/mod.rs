@@ -1,4 +1,4 @@
-//! What is told of results: documents and figures on disk, and what long commands print while they work.
+//! Reports of results: documents and figures on disk, and the output of long commands while they work.
 //!
 //! No sentence here says what came out: numbers and verdicts are filled in from the results.
 

@@ -16,7 +16,7 @@ const FINE: u64 = 5;
 /// Ratios of one entry by reach that are tried besides [`RATIOS`], about.
 const BETWEEN: u64 = 6;
 
-/// A survey as it is told of.
+/// A survey as it is reported.
 pub trait Presentation: Survey<Entry: InFile> {
     /// What its work is counted in.
     const UNIT: &str;
@@ -45,7 +45,7 @@ pub struct Report<'a, S> {
 }
 
 impl<'a, S: Presentation> Report<'a, S> {
-    /// For a survey of which so many places are missing; what was found at others is printed first.
+    /// For a survey with missing places; the others are printed first.
     pub fn new(survey: &'a S, begun: &Findings<S::Entry>, missing: usize, as_json: bool) -> anyhow::Result<Self> {
         let settings = missing as u64 * survey.settings();
         let report = Self {

@@ -167,7 +167,7 @@ fn chart(diagram: &Diagram, named: &[NamedColour]) -> Chart {
     let errors = diagram.points.iter();
     let errors = errors.flat_map(|point| {
         let [low, high] = point.error_95.unwrap_or([point.error; 2]);
-        // An interval that goes down for ever ends at the edge.
+        // An interval without a lower end is cut at the edge.
         let low = low.max(point.error / 10.0);
         [point.error, point.rms.unwrap_or(point.error), low, high]
     });

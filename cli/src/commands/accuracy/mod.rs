@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let asked = checkpoint.missing.clone();
     let stop = stop();
     let finished = measure(&mut checkpoint, &path, stop)?;
-    // Whoever waits for the end of it has the points, and all else with --resume.
+    // If the user interrupts it, the points are there, and --resume does the rest.
     if finished {
         write(&checkpoint, arguments, &folder)?;
     }

@@ -147,7 +147,7 @@ struct Series<'a> {
     hints: CameraHints,
     /// The first picture's size, and whether it is deep.
     first: Option<(u32, u32, bool)>,
-    /// By the encoding that was told, and by the others that there may be.
+    /// By the given encoding, and by the other possible ones.
     views: Vec<CameraSetup>,
     /// By each of them.
     shots: [Vec<Shot>; 1 + USUAL.len()],
@@ -216,7 +216,7 @@ impl Series<'_> {
     }
 }
 
-/// By the encoding that was told, and by the others that there may be: raw pictures leave no doubt.
+/// By the given encoding, and by the other possible ones: raw pictures leave no doubt.
 fn views(arguments: &Arguments, hints: &CameraHints, is_deep: bool) -> Vec<CameraSetup> {
     let camera = hints.of_pixels(is_deep);
     let is_raw = hints.encoding == Some(Encoding::LINEAR);

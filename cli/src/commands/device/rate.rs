@@ -14,11 +14,11 @@ use crate::output::{self, Verdict, line};
 /// The rate and the carrier that are wanted, if any.
 #[derive(clap::Args)]
 pub struct Wanted {
-    /// Symbols a second from now on; without it, the rate in use is told. A transmitter takes 9 to 300, and stores them for good; a
-    /// receiver takes up to as many as its camera takes frames, and forgets them when it is switched off.
+    /// Symbols a second to set; without it, the rate in use is printed. A transmitter accepts 9 to 300 and stores the rate permanently. A
+    /// receiver accepts up to its camera's frame rate, until it is switched off.
     #[arg(value_name = "N", allow_negative_numbers = true)]
     rate: Option<f64>,
-    /// The rate for a camera of so many frames a second.
+    /// Set the rate for a camera of this many frames a second.
     #[arg(long, value_name = "FPS", conflicts_with = "rate")]
     camera_fps: Option<f64>,
     /// How long that camera exposes, in seconds.
@@ -90,7 +90,7 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
             carrier.unwrap_or_default()
         ))?;
     }
-    // Rates are told in thousandths.
+    // Rates are sent in thousandths.
     let other_rate = hz.filter(|hz| (hz - symbol_rate_hz).abs() > 1e-3);
     let other_carrier = wanted
         .carrier_cycles

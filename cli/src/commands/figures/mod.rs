@@ -1,4 +1,4 @@
-//! `vocc figures`: the figures of Do & Yoo 2020 and what becomes of their claims.
+//! `vocc figures`: the figures of Do & Yoo 2020, and a verdict on each of their claims.
 
 mod checkpoint;
 mod errors;

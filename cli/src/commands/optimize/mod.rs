@@ -182,7 +182,7 @@ impl Arguments {
     }
 }
 
-/// Whether something is known of every ratio found; what is not is told.
+/// Whether something is known of every ratio found; the others are reported.
 pub fn verdict(file: &TableFile) -> Verdict {
     let mut answer = Verdict::Yes;
     for unknown in file.unknown() {

@@ -66,7 +66,7 @@ impl Rounds {
         Self { path, file, sum, synced }
     }
 
-    /// Adds a piece. Trouble does not end the work: it is then done again by whoever goes on from here.
+    /// Adds a piece. An error does not end the work: a resumed run then does the piece again.
     pub fn add(&mut self, piece: &impl Serialize) {
         let (Some(path), Some(file)) = (&self.path, &mut self.file) else {
             return;

@@ -1,4 +1,4 @@
-//! Latency: how long it takes from a frame to what is told of it, in parts.
+//! Latency from a frame to its output, in parts.
 
 use std::time::{Duration, Instant};
 
@@ -78,7 +78,7 @@ pub struct Latency {
 }
 
 impl Latency {
-    /// Adds a frame that was begun with then, took so long to decode, and has all told of it now.
+    /// Adds a frame: when its processing began, how long it took to decode; its output is complete now.
     pub fn add(&mut self, moment: &Moment, begun: Instant, decoding: Duration) {
         self.dropped += moment.after_dropped;
         let Some(arrival) = moment.arrival else {

@@ -170,7 +170,7 @@ impl<'a> Incoming<'a> {
 
     /// Why the source has ended.
     fn ended(&mut self, end: Result<(), StreamError>) -> anyhow::Result<()> {
-        // Whoever decodes it knows better why there is too little of it.
+        // The decoder's error states the reason for missing frames better.
         let is_short = end.as_ref().err().is_none_or(StreamError::is_short);
         let decoded = match self.film.take().filter(|_| is_short) {
             Some(film) => film

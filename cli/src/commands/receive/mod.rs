@@ -238,7 +238,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
                     }
                     receive_stream(session, stream, film.take_times(), |_| false, || film.end())
                 }
-                // Whoever decodes it knows better why there is too little of it.
+                // The decoder's error states the reason for missing frames better.
                 Err(error) if error.is_short() => film.end().and(Err(error.into())),
                 Err(error) => Err(explained(error)),
             }
@@ -284,7 +284,7 @@ fn receive_stream(
                 None => session.next_frame(&Frame::new(grey, width, height)?)?,
             },
             Ok(None) => break Ok(()),
-            // Its end was cut off by whoever has asked to stop.
+            // A request to stop cut off its end.
             Err(_) if stop.is_asked() => break Ok(()),
             Err(error) => break Err(error),
         }

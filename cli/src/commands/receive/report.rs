@@ -1,4 +1,4 @@
-//! What is told of frames: messages and bits on standard output, losses and progress on standard error.
+//! Reports on frames: messages and bits on standard output, losses and progress on standard error.
 
 use std::io::Write;
 
@@ -27,7 +27,7 @@ use crate::show;
 enum News {
     /// A message, and who says so, where that is checked.
     Message(Message, Option<Proof>),
-    /// Who says so, of a message that was told before.
+    /// The signer of a message that was reported before.
     Proof(Vec<u8>, Proof),
 }
 
@@ -38,13 +38,13 @@ pub struct Report<'a> {
     /// Whether where panels are is printed for people.
     with_pose: bool,
     messages: u64,
-    /// A frame is told of by its place among all so far.
+    /// A frame is named by its place among all so far.
     places: Places,
     /// What has become known in the frame at hand, with the numbers of the panels.
     news: Vec<(usize, News)>,
     /// Who is trusted, if signatures are checked.
     trust: Option<Trust>,
-    /// The last message of each panel, if signatures are checked, until it is told as proven where only such ones are.
+    /// The last message of each panel, if signatures are checked; with --only-trusted, until it is reported as proven.
     latest: Vec<Option<Message>>,
     /// Messages that were not told, as they were not proven.
     withheld: u64,
@@ -307,7 +307,7 @@ impl<'a> Report<'a> {
             self.messages += 1;
             self.news.push((panel, News::Message(message, Some(proof))));
         } else {
-            // It was told before, and is signed anew.
+            // It was reported before, and is signed anew.
             self.news.push((panel, News::Proof(data, proof)));
         }
     }

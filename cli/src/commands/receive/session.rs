@@ -1,4 +1,4 @@
-//! The frames of one source, and what is told of them.
+//! The frames of one source, and the reports on them.
 
 use std::time::Instant;
 

@@ -43,7 +43,7 @@ pub fn shards(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// Makes the folder of a sweep of so many shards, if it is not there, and puts the plan into it. Returns the plan that is there,
+/// Makes the folder of a sweep with its number of shards, if it is not there, and puts the plan into it. Returns the plan that is there,
 /// with its division.
 pub fn begin(folder: &Path, plan: &PlanFile, shards: u64) -> anyhow::Result<PlanFile> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;

@@ -40,7 +40,7 @@ pub struct Options {
     /// The most tasks that run at once; without it as many as there is room for.
     #[arg(long, requires = "folder", value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     throttle: Option<u32>,
-    /// Seconds before the time limit at which a task is told to end.
+    /// Seconds before the time limit at which a task gets the signal to end.
     #[arg(long, default_value_t = 120, requires = "folder", value_name = "S", value_parser = clap::value_parser!(u32).range(5..=65535))]
     notice: u32,
     /// Any other option of sbatch for both jobs, such as --sbatch=--account=physics (repeatable).
@@ -75,7 +75,7 @@ impl Options {
         self.folder.as_deref()
     }
 
-    /// Sees to it that a task has time to work before it is told to end.
+    /// Checks that a task has time to work before its signal to end.
     fn check(&self) -> anyhow::Result<()> {
         let least = u64::from(self.notice) + EARLIER_S;
         ensure!(

@@ -78,7 +78,7 @@ fn tell(item: &Item) -> anyhow::Result<()> {
     line(&format!("message {}: {}", message.count, text(&message.bytes)))
 }
 
-/// The reading is told at each interval where it was asked for, as none while no panel is seen.
+/// The reading is printed at each interval if it was asked for, as none while no panel is seen.
 fn tell_json(status: &Status, item: Option<&Item>, reading: Option<&Option<WireReading>>) -> anyhow::Result<()> {
     let mut values = as_json(status);
     if let Some(reading) = reading {
@@ -95,7 +95,7 @@ fn tell_json(status: &Status, item: Option<&Item>, reading: Option<&Option<WireR
 /// A message that has not been told.
 pub(super) struct Item {
     pub message: Message,
-    /// Messages between the one that was told last and this one, which the receiver keeps no more.
+    /// Messages between the last printed one and this one, which the receiver no longer keeps.
     pub missed: u32,
 }
 

@@ -13,11 +13,11 @@ pub enum Health {
     Works,
     /// Nothing answers on the bus.
     Missing,
-    /// It answers with the same register for ever.
+    /// It always answers with the same register.
     Stuck,
 }
 
-/// A light sensor as good as an OPT3001, in light that is told.
+/// A light sensor with the precision of an OPT3001, in given light.
 #[derive(Debug)]
 pub struct LightSensor {
     /// The light, lx.

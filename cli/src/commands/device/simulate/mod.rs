@@ -79,7 +79,7 @@ impl Clock {
         }
     }
 
-    /// The time, at most a [`STEP`] after the one that was told before.
+    /// The time, at most a [`STEP`] after the one before.
     fn next(&mut self) -> Duration {
         let real = self.began.elapsed();
         let now = real.min(self.now + STEP);

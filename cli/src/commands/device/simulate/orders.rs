@@ -1,4 +1,4 @@
-//! What is told to the simulated board while it runs: lines on standard input.
+//! Commands to the simulated board while it runs: lines on standard input.
 
 use std::io::Read;
 use std::os::unix::fs::MetadataExt;
@@ -82,7 +82,7 @@ impl Orders {
     /// # Errors
     /// When there is no room for another thread.
     pub fn listen() -> std::io::Result<Self> {
-        // Whoever says more than the board does waits.
+        // A sender that is faster than the board waits.
         let (sender, lines) = sync_channel(LINES_MAX);
         std::thread::Builder::new().spawn(move || {
             let mut read = Vec::new();

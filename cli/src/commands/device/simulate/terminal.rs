@@ -57,7 +57,7 @@ impl Terminal {
         }
         match self.board.read(bytes) {
             Ok(length) => {
-                // Who has it open alone may be gone by now, and others would be refused for ever.
+                // A program with exclusive access may be gone by now, and others would be refused from then on.
                 ioctl_tiocnxcl(&self.computer)?;
                 Ok(&bytes[..length])
             }
