@@ -13,14 +13,14 @@ use rx_pipeline::pose::Lens;
 use crate::errors::{check, refused};
 use crate::record::{self, record};
 
-/// What is known of a camera. All are hints, the receiver learns the rest; only `focal_px`, for the panel's pose, has to be told.
+/// A camera's settings. The receiver starts from them and learns; only `focal_px`, for the panel's pose, cannot be learnt.
 ///
 /// `encoding` is "linear", "srgb", "rec709" or gamma's number from 1 to 4. `focal_px` is the focal length in pixels, one number or along x
 /// and y; `principal_px` the pixel on the optical axis, the middle of the frame without it; `distortion` k1, k2, p1, p2, k3, k4, k5, k6 or
 /// the first 1, 2, 4 or 5 of them, as OpenCV's calibrateCamera returns them. `line_delay_exposures` is the time from one line to the next
 /// over that of an exposure, -2 to 2; 0 where all are exposed at once.
 ///
-/// Raises VoccError of a value out of its range.
+/// Raises VoccError if a value is out of its range.
 ///
 /// >>> import vocc
 /// >>> vocc.Camera(encoding=1.8, blur_sigma_px=0.8).blur_sigma_px
@@ -33,7 +33,7 @@ use crate::record::{self, record};
 #[derive(Clone, Copy, Default)]
 pub struct Camera {
     camera: camera::Camera,
-    /// Whether the encoding was told.
+    /// Whether the encoding is set.
     encoding: Option<Encoding>,
     focal_px: Option<[f64; 2]>,
     principal_px: Option<[f64; 2]>,
@@ -122,7 +122,7 @@ impl Camera {
         })
     }
 
-    /// "srgb", "rec709", or gamma's number, if it was told or learnt; 1 is linear.
+    /// "srgb", "rec709", or a gamma, if it is set or learnt; 1 is linear.
     #[getter]
     fn encoding(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let Some(encoding) = self.encoding else {
@@ -159,13 +159,13 @@ impl Camera {
         short(self.camera.read_noise_e)
     }
 
-    /// Focal length along x and y in pixels, if it was told.
+    /// Focal length along x and y in pixels, if it is set.
     #[getter]
     fn focal_px(&self) -> Option<(f64, f64)> {
         self.focal_px.map(|[x, y]| (x, y))
     }
 
-    /// The pixel on the optical axis, if it was told.
+    /// The pixel on the optical axis, if it is set.
     #[getter]
     fn principal_px(&self) -> Option<(f64, f64)> {
         self.principal_px.map(|[x, y]| (x, y))
@@ -177,7 +177,7 @@ impl Camera {
         self.distortion.to_vec()
     }
 
-    /// By how much of an exposure each line is later than the one above, if it was told or learnt.
+    /// By how much of an exposure each line is later than the one above, if it is set or learnt.
     #[getter]
     fn line_delay_exposures(&self) -> Option<f64> {
         self.line_delay.map(short)
@@ -194,11 +194,11 @@ impl Camera {
 }
 
 record! {
-    /// What a panel's frames have told of the camera, and of its LEDs.
+    /// What a receiver has learnt from a panel's frames of the camera and of the LEDs.
     LearntCamera {
-        /// The camera: what the frames say of it, and what was told of the rest. The next receiver can begin with it.
+        /// The camera, learnt from the frames and otherwise as it was set. The next receiver can start from it.
         camera: Py<Camera>,
-        /// The standard deviation of its blur_sigma_px, in pixels; None where the blur is the one that was told, as near panels leave it.
+        /// The standard deviation of its blur_sigma_px, in pixels; None if the blur is not learnt, as with near panels.
         blur_deviation_px: Option<f64>,
         /// The standard deviation of a pixel of middle grey, in grey levels.
         noise_grey: f64,
@@ -213,17 +213,17 @@ record! {
 }
 
 impl Camera {
-    /// As a receiver of 8-bit frames is told it.
+    /// For a receiver of 8-bit frames.
     pub fn camera(&self) -> camera::Camera {
         self.camera
     }
 
-    /// The encoding, if it was told.
+    /// The encoding, if it is set.
     pub fn told_encoding(&self) -> Option<Encoding> {
         self.encoding
     }
 
-    /// As a receiver is told it of pixels that are as they came, or were encoded for it: see `Pixels::are_encoded`.
+    /// For a receiver of pixels that are unchanged, or were encoded for it: see `Pixels::are_encoded`.
     pub fn of_pixels(&self, are_encoded: bool) -> camera::Camera {
         let mut camera = self.camera;
         if are_encoded {
@@ -232,7 +232,7 @@ impl Camera {
         camera
     }
 
-    /// By how many exposures each line is later than the one above, if it was told.
+    /// By how many exposures each line is later than the one above, if it is set.
     pub fn line_delay(&self) -> Option<f32> {
         self.line_delay
     }
@@ -250,8 +250,8 @@ impl Camera {
         })
     }
 
-    /// What was learnt, beside what was told of the lens; the encoding is that of the images that were given, also where pixels were
-    /// encoded for the receiver.
+    /// What was learnt, with the lens as it was set. The encoding is that of the given images, even if pixels were encoded for the
+    /// receiver.
     pub fn learnt(&self, py: Python<'_>, learnt: &Learnt, are_encoded: bool) -> PyResult<LearntCamera> {
         let mut camera = learnt.camera;
         if are_encoded {

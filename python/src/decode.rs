@@ -176,7 +176,7 @@ pub fn decode(
     })
 }
 
-/// What brings samples of so many bits to 8; as many as the first image needs where nobody tells.
+/// Converts samples of `depth` bits to 8; by default as many as the first image needs.
 pub fn compander(depth: Option<u8>, told: Option<&Camera>) -> PyResult<Compander> {
     if let Some(depth) = depth.filter(|depth| !(9..=16).contains(depth)) {
         return Err(refused(format!("depth = {depth}: give 9 to 16 bits, or None")));

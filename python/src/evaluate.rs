@@ -73,7 +73,7 @@ pub fn single_precision(level: &str) -> PyResult<Level> {
     }
 }
 
-/// How well On and Off are told apart in a scene, and how often they are not: Monte Carlo, bit for bit that of `vocc evaluate`.
+/// Distinguishability of On and Off and the bit error rate in a scene: Monte Carlo, bit for bit that of `vocc evaluate`.
 ///
 /// Each of `frames` frames has random bits and a random sub-pixel phase, drawn by `seed` alone, whatever `threads` are (None: all
 /// processors); with `random_reflectance` a reflectance of 0.3 to 0.5, too. `detector` is best, ml, kmeans, kmeans-raw, fisher, fisher-ngr,

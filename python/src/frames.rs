@@ -82,7 +82,7 @@ const PIECE: usize = 128;
 /// The most pixels of a batch: 4 GB.
 const BATCH_PIXELS_MAX: u64 = 1 << 32;
 
-/// The same random frames as `evaluate` draws of a scene and a seed, with the truth: an iterator of Frame, or with `batch` of Batch, so
+/// The same random frames as `evaluate` draws of a scene and a seed, with the truth: an iterator of Frame, or with `batch` of Batch, that
 /// many at a time.
 ///
 /// Frames are numbered `first` to `first + n - 1`: frame k of a seed is the same in any run. They show the first panel's cells; the image
@@ -246,7 +246,7 @@ impl Frames {
         Ok(Bound::new(py, batch)?.into_any())
     }
 
-    /// Draws frames one after another into `images`, each of so many `pixels`.
+    /// Draws frames one after another into `images`, each of `pixels` pixels.
     fn piece(&self, first: u64, images: &mut [u8], pixels: usize, stop: Stop) -> Result<Vec<Truth>, EvaluateError> {
         let mut room = self.room();
         let images = (first..).zip(images.chunks_exact_mut(pixels));

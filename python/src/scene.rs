@@ -221,7 +221,7 @@ fn load(name: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
 }
 
 fn of_toml(name: &str, text: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<Scene> {
-    // A key that is none is told of with the nearest.
+    // An unknown key is reported with the nearest one.
     if let Ok(table) = toml::from_str::<Table>(text) {
         check(keys::check(&table))?;
     }
@@ -282,7 +282,7 @@ fn lookup<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
     })
 }
 
-/// How deep lists and dicts may lie in one another: a scene's lie 5 deep. What goes on for ever is deeper.
+/// How deep lists and dicts may lie in one another: a scene's lie 5 deep. Endless nesting is deeper.
 const DEPTH_MAX: usize = 8;
 /// The most values at a time: more than a text of [`SCENE_MAX`](sim::input::SCENE_MAX) bytes can have.
 const VALUES_MAX: usize = 1 << 20;
@@ -311,7 +311,7 @@ impl Values {
         if object.is_instance_of::<PyInt>() {
             return Ok(match object.extract::<i64>() {
                 Ok(number) if number.unsigned_abs() <= 1 << 53 => Value::Integer(number),
-                // None of a scene's numbers may be so large: it is told by its range.
+                // None of a scene's numbers may be so large; the range is reported.
                 _ => Value::Float(object.extract()?),
             });
         }
@@ -332,7 +332,7 @@ impl Values {
         value
     }
 
-    /// The same of what holds others.
+    /// The same for containers.
     fn inner(&mut self, object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
         if let Ok(dict) = object.cast::<PyDict>() {
             let entries = dict.iter().filter(|(_, value)| !value.is_none());

@@ -17,7 +17,7 @@ const STACK_BYTES: usize = 8 << 20;
 /// The most threads, as on the command line.
 const THREADS_MAX: usize = 1024;
 
-/// Flags that calls which are over have left to those to come: a [`Stop`] lasts for ever, and there are as many as there were calls at a
+/// Flags that calls which are over have left to those to come: a [`Stop`] is never freed, and there are as many as there were calls at a
 /// time. They hold nothing between calls.
 static FLAGS: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
 
@@ -39,7 +39,7 @@ impl Drop for Flag {
     }
 }
 
-/// How calls do long work: on so many threads; none: as many as there are processors.
+/// How calls do long work: on this many threads; none: as many as there are processors.
 pub struct Work {
     threads: Option<usize>,
 }
@@ -64,7 +64,7 @@ impl Ears {
 }
 
 impl Work {
-    /// On so many threads, which begin and end with each call: one that lived on would be missing in a process that is forked.
+    /// On threads that begin and end with each call: a longer-lived one would be missing in a forked process.
     pub fn on(threads: Option<usize>) -> PyResult<Self> {
         if threads.is_some_and(|threads| !(1..=THREADS_MAX).contains(&threads)) {
             let threads = threads.unwrap_or_default();
