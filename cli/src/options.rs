@@ -92,7 +92,7 @@ pub struct Port {
     /// Bits a second of a UART; USB does not care.
     #[arg(long, default_value_t = 115_200, value_name = "B", value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
     baud: u32,
-    /// Seconds after which an answer is given up and asked for again, 0.05 to 60.
+    /// Seconds to wait for an answer before the request is repeated, 0.05 to 60.
     #[arg(long, default_value_t = 1.0, value_name = "S", value_parser = seconds::<50, 60_000>)]
     timeout: f64,
 }

@@ -36,13 +36,13 @@ pub struct Arguments {
 struct Watch {
     #[command(flatten)]
     port: Port,
-    /// Seconds from one time to the next, 0.05 to 3600.
+    /// Seconds between two outputs, 0.05 to 3600.
     #[arg(long, default_value_t = 1.0, value_name = "S", value_parser = seconds::<50, 3_600_000>)]
     interval: f64,
-    /// How often; without it, until Ctrl-C.
+    /// The number of outputs. Default: until Ctrl-C.
     #[arg(long)]
     count: Option<u64>,
-    /// Of a receiver: what it reads in its last frame, too: LEDs, soft values, range.
+    /// For a receiver, also print its last reading: LEDs, soft values, range.
     #[arg(long)]
     readings: bool,
 }
@@ -57,16 +57,16 @@ impl Watch {
 enum Action {
     /// The serial ports and the cameras of this computer.
     List,
-    /// How a transmitter or a receiver is.
+    /// Print the status of a transmitter or a receiver.
     Status {
         #[command(flatten)]
         port: Port,
     },
-    /// How a transmitter or a receiver is, again and again, until Ctrl-C; of a receiver each message as it comes.
+    /// Print the status repeatedly until Ctrl-C; for a receiver also each message as it comes.
     Watch(Watch),
-    /// What a receiver's camera sees, as PNG: the panel and what is around it, or the whole frame.
+    /// Save the picture of a receiver's camera as PNG: the panel's surroundings, or the whole frame.
     Snapshot(receiver::Snapshot),
-    /// What was measured of a transmitter's panel: print it, or write a file's values to it.
+    /// Print the calibration of a transmitter's panel, or write a file's values to it.
     Calibration {
         #[command(flatten)]
         port: Option<Port>,
@@ -76,12 +76,11 @@ enum Action {
         #[arg(long, value_name = "FILE", num_args = 0..=1, conflicts_with_all = ["file", "port"])]
         template: Option<Option<PathBuf>>,
     },
-    /// A panel's calibration from pictures beside a grey card: docs/calibration.md leads through it.
+    /// Compute a panel's calibration from pictures beside a grey card: see docs/calibration.md.
     Calibrate(calibrate::Arguments),
-    /// A transmitter without hardware: a serial port with the firmware behind it, for all other commands to try.
+    /// Simulate a transmitter: a serial port with the real firmware behind it, to try all other commands.
     Simulate(simulate::Arguments),
-    /// How many symbols a second a transmitter shows, and by which carrier, or how many a receiver expects: print it, or set it. A receiver
-    /// forgets it when it starts anew.
+    /// Print or set the symbol rate, and a transmitter's carrier. A receiver forgets its rate at a restart.
     Rate {
         #[command(flatten)]
         port: Port,

@@ -15,12 +15,12 @@ pub struct Arguments {
 
 #[derive(clap::Subcommand)]
 enum Action {
-    /// Make a private key, in a new file that nobody else can read.
+    /// Make a private key, in a new file that only you can read.
     New {
         /// The file.
         #[arg(value_name = "KEY.toml")]
         file: PathBuf,
-        /// Whose key it is; without it, the file's name.
+        /// The name of the key's owner. Default: the file's name.
         #[arg(long)]
         name: Option<String>,
     },

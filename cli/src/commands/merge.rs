@@ -19,7 +19,7 @@ pub struct Arguments {
     /// (.toml) of `vocc optimize --shard`.
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Keep the sums in this file, and a table and a plot beside it; of tables, the whole one.
+    /// Save the sums in this file, with a table and a plot beside it; for tables, the whole table.
     #[arg(short, long, value_name = "FILE.json", value_parser = results::out_file("json"))]
     out: Option<PathBuf>,
 }

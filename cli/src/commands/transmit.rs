@@ -28,16 +28,16 @@ pub struct Arguments {
     /// Write the panels to this file instead of standard output.
     #[arg(long, value_name = "F")]
     symbols: Option<PathBuf>,
-    /// How many panels; the message once without it.
+    /// The number of panels. Default: the message once.
     #[arg(long)]
     count: Option<u32>,
     /// 64 payload bits a panel, without framing or error correction, as the paper sends them.
     #[arg(long)]
     raw: bool,
-    /// Width of the panel's LEDs in metres: with --interval the panels say, after the first of every 16 repeats, how large the panel is.
+    /// Width of the panel's LEDs in metres. With --interval, panels after the first of every 16 repeats transmit the panel's size.
     #[arg(long, value_name = "M", requires = "interval", conflicts_with_all = ["raw", "flicker"])]
     led_diameter: Option<f64>,
-    /// The gap between the edges of two LEDs over their diameter.
+    /// The gap between LEDs in LED diameters.
     #[arg(long, value_name = "I", requires = "led_diameter")]
     interval: Option<f64>,
     /// Cycles of a carrier that bears each symbol, as link.carrier_cycles in a scene; 0: panels stand still.

@@ -47,14 +47,14 @@ pub struct Arguments {
     /// Nanoseconds in a duty of 1, 100 to 10000000: the period of the dimming while the pictures were taken, a Pico's shortest by default.
     #[arg(long, default_value_t = 7776.0, value_name = "NS", value_parser = within::<10_000, 1_000_000_000>)]
     period_ns: f64,
-    /// A picture, of the same camera at the same place, of an evenly coloured sheet held before panel and card: it tells how unevenly light
-    /// falls and how much the lens darkens the edges.
+    /// A picture by the same camera at the same place, of an evenly coloured sheet before panel and card. It corrects uneven light and the
+    /// lens's vignetting.
     #[arg(long, value_name = "FILE")]
     sheet: Option<PathBuf>,
-    /// The light on panel and card, lx, by a meter or as the transmitter's status tells it: only so luminance is known.
+    /// The illuminance of panel and card in lx, from a meter or the transmitter's status. Luminance needs it.
     #[arg(long, value_name = "LX", value_parser = within::<10, 20_000_000>)]
     illuminance_lx: Option<f64>,
-    /// Write the calibration to this file, for `vocc device calibration`; what pictures do not tell has the bench's values.
+    /// Write the calibration to this file, for `vocc device calibration`. Values that pictures do not give are the bench's.
     #[arg(long, value_name = "FILE", requires = "illuminance_lx")]
     out: Option<PathBuf>,
     #[command(flatten)]

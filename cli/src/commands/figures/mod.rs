@@ -38,7 +38,7 @@ pub struct Arguments {
     /// The folder to write to.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Frames of each figure, spread over its points; 100000 by default.
+    /// Frames of each figure, spread over its points. Default: 100000.
     #[arg(long, value_parser = clap::value_parser!(u64).range(FRAMES))]
     frames: Option<u64>,
     /// A first look, in some 15 s on two cores: 4000 frames a figure by default, fewer points, no other readings.

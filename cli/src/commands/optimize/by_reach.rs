@@ -22,25 +22,25 @@ const TOLERANCE: [f64; 2] = [0.05, 0.2];
 #[derive(clap::Args)]
 #[command(next_help_heading = "With --criterion reach")]
 pub struct Options {
-    /// Bytes of the message that is to arrive, 1 to 1024; 48 without it.
+    /// Bytes of the message to deliver, 1 to 1024. Default: 48.
     #[arg(long, value_name = "N")]
     message_bytes: Option<usize>,
-    /// The time for it in seconds, up to 60; 1 without it.
+    /// The time limit of delivery in seconds, up to 60. Default: 1.
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     within: Option<f64>,
-    /// The share of messages that are to arrive by then, 0.5 to 0.99; 0.95 without it.
+    /// The share of messages to deliver in that time, 0.5 to 0.99. Default: 0.95.
     #[arg(long, value_name = "P", allow_negative_numbers = true)]
     probability: Option<f64>,
-    /// Which ratio to take of those that lose no more than 1 % of the reach: margin (their middle, the default), least-light or best.
+    /// The choice among the ratios that lose at most 1 % of the reach: margin (their middle, the default), least-light or best.
     #[arg(long, value_parser = choice, value_name = "WHICH")]
     choose: Option<Choice>,
-    /// The least mean luminous intensity of the panel straight ahead, cd.
+    /// Minimum mean luminous intensity of the panel straight ahead, cd.
     #[arg(long, value_name = "CD", value_parser = candela, allow_negative_numbers = true)]
     min_cd: Option<f64>,
-    /// The most.
+    /// Maximum of the same, cd.
     #[arg(long, value_name = "CD", value_parser = candela, allow_negative_numbers = true)]
     max_cd: Option<f64>,
-    /// Both of a lamp: rear-position, rear-position-variable, stop, stop-variable or daytime-running (UN Regulation No. 148).
+    /// Both limits of a lamp: rear-position, rear-position-variable, stop, stop-variable or daytime-running (UN Regulation No. 148).
     #[arg(long, value_parser = Bounds::of_lamp, conflicts_with_all = ["min_cd", "max_cd"])]
     lamp: Option<Bounds>,
 }

@@ -23,9 +23,9 @@ use crate::{files, outputs, results};
 
 /// How long it takes, and how it is done in parts.
 const DURATION: &str = "\
-Each setting (an illuminance, an interval, a distance and a yaw) takes some ten seconds on two cores, less where the best ratio is soon \
-known to --tolerance or --frames are few. By reach, an illuminance and an interval take a second with k-means, some minutes with the best \
-detector.
+Each setting (an illuminance, an interval, a distance and a yaw) takes some ten seconds on two cores, less if the search reaches \
+--tolerance early or --frames is small. With --criterion reach, an illuminance and an interval take a second with k-means, and some \
+minutes with the best detector.
 
 In parts, on one computer or many:
   vocc optimize … -o part-0.toml --shard 0/2

@@ -46,17 +46,17 @@ pub struct Arguments {
     /// The plan: a TOML file with a scene, a grid over its keys, detectors, frames and a stopping rule (--help has an example).
     #[arg(value_name = "PLAN.toml", required_unless_present = "status")]
     plan: Option<PathBuf>,
-    /// Keep what is finished in this folder: sweep.json, and a table (.csv) and a plot (.svg, .png) beside it.
+    /// Save the finished part in this folder: sweep.json, with a table (.csv) and a plot (.svg, .png) beside it.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Continue from the part in --out.
     #[arg(long, requires = "out")]
     resume: bool,
-    /// Do only the i-th of n parts, i from 0, all expected to take equally long (but with rare_events, where lower rates take longer);
+    /// Do only the i-th of n parts, i from 0. All take about equally long, except with rare_events, because lower rates take longer.
     /// `vocc merge` adds them up.
     #[arg(long, value_name = "i/n", requires = "out")]
     shard: Option<Shard>,
-    /// What is there of the shards in this folder, what is missing and what failed.
+    /// Print which shards in this folder are finished, missing or failed.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "folder"])]
     status: Option<PathBuf>,
     #[command(flatten)]

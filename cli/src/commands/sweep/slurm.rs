@@ -25,19 +25,19 @@ pub struct Options {
     #[arg(long, default_value_t = 16, requires = "folder", value_name = "N",
         value_parser = clap::value_parser!(u64).range(1..=MOST_SHARDS))]
     shards: u64,
-    /// The partition; the cluster's default without it.
+    /// The partition. Default: the cluster's.
     #[arg(long, requires = "folder", value_name = "NAME", value_parser = word)]
     partition: Option<String>,
-    /// Time limit of a task, as sbatch takes it. A task that reaches it keeps what it has, and is queued again.
+    /// Time limit of a task, in sbatch's format. A task that reaches it saves its work and is queued again.
     #[arg(long, default_value = "01:00:00", requires = "folder", value_name = "TIME")]
     time: TimeLimit,
-    /// Memory of a task, as sbatch takes it.
+    /// Memory of a task, in sbatch's format.
     #[arg(long, default_value = "1G", requires = "folder", value_name = "SIZE", value_parser = word)]
     mem: String,
     /// Processors of a task, and its threads.
     #[arg(long, default_value_t = 1, requires = "folder", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     cpus: u16,
-    /// The most tasks that run at once; without it as many as there is room for.
+    /// The most tasks that run at once. Default: as many as the cluster allows.
     #[arg(long, requires = "folder", value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     throttle: Option<u32>,
     /// Seconds before the time limit at which a task gets the signal to end.

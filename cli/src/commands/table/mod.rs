@@ -30,30 +30,30 @@ pub struct Arguments {
 enum Action {
     /// Print a table's ratios as a transmitter carries them.
     Show {
-        /// The table's TOML file; without it, the table that the firmware ships with.
+        /// The table's TOML file. Default: the table in the firmware.
         file: Option<PathBuf>,
         /// Print the Rust source that the firmware's own table is built from.
         #[arg(long, requires = "file")]
         rust: bool,
-        /// Draw it, as NAME.svg and NAME.png: the ratio over the light, with bands of 95 %, and of a table by reach the reach over the
-        /// ratio, of one of least regret what each ratio loses.
+        /// Draw the ratio over the light with 95 % bands, as NAME.svg and NAME.png. For a table by reach also the reach over the ratio, for
+        /// one of least regret the loss of each ratio.
         #[arg(long, value_name = "NAME", value_parser = plot::stem, conflicts_with = "rust")]
         plot: Option<PathBuf>,
     },
-    /// What another table says otherwise, and what that costs in reach where one of them, or the one that is given by --in, was made by
-    /// reach; status 1 where they differ.
+    /// Compare two tables: their ratios, and the cost in reach if one of them, or the table of --in, was made by reach. Status 1 if they
+    /// differ.
     Diff {
         /// The table's TOML file.
         old: PathBuf,
         /// The other one.
         new: PathBuf,
-        /// A table that was made by reach: what they reach in its scene.
+        /// A table made by reach, in whose scene the reaches are compared.
         #[arg(long = "in", value_name = "FILE.toml")]
         scene: Option<PathBuf>,
     },
-    /// What it costs in reach that a transmitter does not know its surroundings: a wrong light sensor, other LEDs, another camera.
+    /// The loss of reach from a wrong light sensor, other LEDs or another camera.
     Regret(Regret),
-    /// Whether a file holds a table that a transmitter can use, and something is known of each of its ratios.
+    /// Check that a transmitter can use a table, and that each of its ratios was found.
     Check {
         /// The table's TOML file.
         file: PathBuf,
@@ -62,7 +62,7 @@ enum Action {
     Push(Transfer),
     /// Read the table that a transmitter uses.
     Pull(Transfer),
-    /// Whether a transmitter uses this table.
+    /// Check that a transmitter uses this table.
     Verify(Transfer),
 }
 

@@ -16,11 +16,11 @@ use crate::{files, outputs, report};
 pub struct Regret {
     /// The table's TOML file.
     table: PathBuf,
-    /// A table that `vocc optimize --criterion reach` made for another scene: what the first one costs there (repeatable). Without it:
-    /// where the table itself was made.
+    /// A table that `vocc optimize --criterion reach` made for another scene, in which the loss is computed (repeatable). Default: the
+    /// table's own scene.
     #[arg(long = "in", value_name = "FILE.toml")]
     scenes: Vec<PathBuf>,
-    /// Factors on the table's ratios: what a light sensor shows over what is, or the reflectance that is taken over the LEDs' own.
+    /// Factors on the table's ratios: the light sensor's reading over the true light, or the assumed reflectance over the LEDs' own.
     #[arg(long, value_delimiter = ',', default_values_t = [0.5, 0.8, 1.0, 1.25, 2.0], value_parser = factor, allow_negative_numbers = true)]
     times: Vec<f64>,
     /// Write the table that loses least in the scene where it loses most.

@@ -18,7 +18,7 @@ use crate::progress::Progress;
 /// A table and a transmitter.
 #[derive(clap::Args)]
 pub struct Transfer {
-    /// The table's TOML file. Without it: the table that a transmitter ships with; for pull: standard output.
+    /// The table's TOML file. Default: the table in the firmware; for pull, standard output.
     file: Option<PathBuf>,
     #[command(flatten)]
     port: Port,

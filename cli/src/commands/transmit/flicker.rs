@@ -22,11 +22,11 @@ const RANGE_HZ: RangeInclusive<f64> = 0.1..=1e6;
 /// Whether and how the flicker is looked at.
 #[derive(clap::Args)]
 pub struct Options {
-    /// How much the panel flickers, against IEEE Std 1789-2015; with beacons where no message is given. With --carrier-cycles, 0 to compare,
-    /// also by IEEE Std 802.15.7, IEC TR 61547-1 and CIE TN 006.
+    /// Compute the panel's flicker by IEEE Std 1789-2015, with beacons if no message is given. With --carrier-cycles (0 to compare) also by
+    /// IEEE Std 802.15.7, IEC TR 61547-1 and CIE TN 006.
     #[arg(long, conflicts_with_all = ["symbols", "count", "raw"])]
     pub flicker: bool,
-    /// Symbols a second; those that --flicker looks at, 0.1 to 1000000, with commas between them.
+    /// Symbols a second. With --flicker, one or more rates of 0.1 to 1000000, separated by commas.
     #[arg(
         long,
         value_name = "HZ",

@@ -38,23 +38,23 @@ const PATIENCE: Duration = Duration::from_millis(4);
 /// Arguments of `vocc device simulate`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A preset or a TOML file: the light on the board, and what a camera sees of it.
+    /// A preset or a TOML file: the light on the board, and the camera that films it.
     #[arg(default_value = "day")]
     scene: String,
-    /// The light, 0.1 to 200000 lx; the scene's without it. `light LX` on standard input changes it.
+    /// The light, 0.1 to 200000 lx. Default: the scene's. `light LX` on standard input changes it.
     #[arg(long, value_name = "LX", value_parser = orders::illuminance)]
     light_lx: Option<f64>,
-    /// A file that is the flash memory, so that a table survives; it is made where there is none.
+    /// The file of the flash memory, so that a table survives. It is created if there is none.
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// Another name for the port, a link that is removed at the end.
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
-    /// What the LEDs show, a line a symbol: bits as of `transmit` and the part of its full light that an On LED gives. `-` and pipes have
-    /// it at once, a file at the end.
+    /// Write a line for each symbol: its bits as `transmit` prints them, and the share of full light of an On LED. `-` and pipes get it at
+    /// once, a file at the end.
     #[arg(long, value_name = "FILE")]
     symbols: Option<PathBuf>,
-    /// Save what the scene's camera sees in this folder, for `vocc receive`; the board runs slower where that takes long.
+    /// Save the frames of the scene's camera in this folder, for `vocc receive`. The board runs slower if that takes long.
     #[arg(long, value_name = "DIR")]
     frames: Option<PathBuf>,
     /// The same as a y4m film to a pipe, such as `>(vocc receive -)`.
