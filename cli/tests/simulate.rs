@@ -379,7 +379,7 @@ fn a_board_with_a_key_signs_what_it_is_sent_and_is_proven() {
     let signer = json(&shown)["signer"].clone();
     std::fs::write(trusted, vocc(&["keys", "show", key]).stdout).expect("written");
 
-    let board = Simulated::start(&["--flash", flash]);
+    let board = Simulator::start(&["--flash", flash]);
     assert!(text(&board.vocc(&["device", "key"]).stdout).contains("has no key"));
     assert_eq!(
         (&board.status()["signer"], &board.status()["signer_counter"]),
@@ -397,7 +397,7 @@ fn a_board_with_a_key_signs_what_it_is_sent_and_is_proven() {
         let frames = place.join(format!("frames-{counter}"));
         let small = ["--set", "camera.width_px=320", "--set", "camera.height_px=240"];
         let film = ["--frames", name(&frames), "--count", "200", "--flash", flash];
-        let mut board = Simulated::start(&[&small[..], &film].concat());
+        let mut board = Simulator::start(&[&small[..], &film].concat());
         says(&board.vocc(&["device", "send", "--message", "ice ahead"]), 0, &[]);
         assert!(board.child.wait().expect("it ends").success());
         let received = vocc(&["receive", name(&frames), "--trust", trusted, "--only-trusted", "--json"]);
@@ -410,7 +410,7 @@ fn a_board_with_a_key_signs_what_it_is_sent_and_is_proven() {
         assert_eq!(proven[0]["counter"], counter);
     }
 
-    let board = Simulated::start(&["--flash", flash]);
+    let board = Simulator::start(&["--flash", flash]);
     assert!(text(&board.vocc(&["device", "key", "--erase"]).stdout).contains("has no key"));
     board.end();
     let secret = std::fs::read_to_string(key).expect("a key");
