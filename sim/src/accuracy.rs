@@ -85,7 +85,7 @@ pub struct Accuracy {
     pub quadrature: f64,
     /// Most light of a plane full of LEDs that may be cut off; sets how far the blur reaches.
     pub truncation: f64,
-    /// Table entries a pixel, 0 for none; bounds the interpolation (of whole LEDs, and see [`crate::disc::kernel::Tabulated`]).
+    /// Table entries a pixel, 0 for none; bounds the interpolation (of whole LEDs, and see [`crate::disc::kernel::KernelTables`]).
     pub phases: usize,
 }
 

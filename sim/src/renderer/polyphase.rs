@@ -14,7 +14,7 @@ pub const LANES: usize = 8;
 /// The most rows of a table: beyond, to work them out takes longer than a table of the kernel alone saves.
 const MOST_ROWS: usize = 4096;
 
-/// The values across and down of an LED's terms, as f32; the error is that of [`crate::disc::kernel::Tabulated`].
+/// The values across and down of an LED's terms, as f32; the error is that of [`crate::disc::kernel::KernelTables`].
 #[derive(Clone, Debug)]
 pub struct Polyphase {
     before: [usize; 2],
