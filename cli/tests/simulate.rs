@@ -410,15 +410,22 @@ fn a_board_with_a_key_signs_what_it_is_sent_and_is_proven() {
         assert_eq!(proven[0]["counter"], counter);
     }
 
-    let board = Simulator::start(&["--flash", flash]);
-    assert!(text(&board.vocc(&["device", "key", "--erase"]).stdout).contains("has no key"));
-    board.end();
     let secret = std::fs::read_to_string(key).expect("a key");
     let secret = secret.lines().find_map(|line| line.strip_prefix("secret = \"")).expect("a secret");
     let secret: Vec<u8> = (0..32)
         .map(|byte| u8::from_str_radix(&secret[2 * byte..2 * byte + 2], 16).expect("digits"))
         .collect();
-    assert!(!std::fs::read(flash).expect("a flash").windows(32).any(|window| window == secret));
+    let holds_it = || std::fs::read(flash).expect("a flash").windows(32).any(|window| window == secret);
+    assert!(holds_it());
+    #[cfg(unix)]
+    {
+        let mode = std::os::unix::fs::MetadataExt::mode(&std::fs::metadata(flash).expect("a flash"));
+        assert_eq!(mode & 0o077, 0, "others can read the key in the flash memory's file");
+    }
+    let board = Simulator::start(&["--flash", flash]);
+    assert!(text(&board.vocc(&["device", "key", "--erase"]).stdout).contains("has no key"));
+    board.end();
+    assert!(!holds_it());
 }
 
 #[test]

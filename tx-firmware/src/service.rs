@@ -227,7 +227,7 @@ impl Conversation {
             Request::ReadCarrier => Ok(carrier(device)),
             Request::WriteCarrier { millihertz, cycles } => change_carrier(millihertz, cycles, device, memory),
             #[cfg(feature = "signing")]
-            Request::ReadKey | Request::WriteKey { .. } | Request::EraseKey => key::act(request, memory),
+            Request::ReadKey | Request::WriteKey { .. } | Request::EraseKey => key::act(request, device, memory),
             #[cfg(not(feature = "signing"))]
             Request::ReadKey | Request::WriteKey { .. } | Request::EraseKey => Err(Refusal::NoSigning),
         }

@@ -115,6 +115,35 @@ fn without_a_key_and_after_it_is_erased_messages_are_not_signed() {
 }
 
 #[test]
+fn what_is_being_shown_ends_when_another_key_or_none_signs() {
+    let mut bench = Bench::new();
+    let is_sending = |bench: &mut Bench| {
+        bench.ask(&Request::Status, |answer| match answer {
+            Answer::Status(status) => status.sending,
+            other => panic!("{other:?}"),
+        })
+    };
+    send(&mut bench, b"ice");
+    write_key(&mut bench, seed(1), 7);
+    assert!(!is_sending(&mut bench));
+    send(&mut bench, b"ice");
+    // The same key once more.
+    bench.expect(
+        &Request::WriteKey {
+            seed: Seed(&seed(1)),
+            counter: 7,
+        },
+        &named(seed(1), 8),
+    );
+    assert!(is_sending(&mut bench));
+    write_key(&mut bench, seed(2), 7);
+    assert!(!is_sending(&mut bench));
+    send(&mut bench, b"ice");
+    bench.expect(&Request::EraseKey, &Answer::Key { id: None, counter: 0 });
+    assert!(!is_sending(&mut bench));
+}
+
+#[test]
 fn a_message_that_is_repeated_or_impossible_takes_no_counter() {
     let mut bench = Bench::new();
     write_key(&mut bench, seed(1), 7);
@@ -161,7 +190,7 @@ fn the_counter_of_a_key_never_goes_back() {
         seed: Seed(Box::leak(Box::new(seed(1)))),
         counter,
     };
-    for (asked, first) in [(1000, 1000 + RESERVED), (0, 1000 + RESERVED), (5000, 5000)] {
+    for (asked, first) in [(1000, 1003), (0, 1003), (1010, 1010), (5000, 5000)] {
         bench.expect(&again(asked), &named(seed(1), first));
     }
     send(&mut bench, b"ice");
@@ -315,6 +344,67 @@ fn a_power_cut_in_a_change_of_the_key_leaves_the_old_one_or_the_new_and_once_mor
         }
     }
     assert!(cuts > 7 * 128, "{cuts}");
+}
+
+#[test]
+fn the_same_key_written_again_uses_no_counter_twice_whenever_the_power_goes() {
+    let mut before = store(filled(seed(1)));
+    let used: HashSet<u32> = (0..3).map(|_| signed(&mut before).counter).collect();
+    let before = before.release();
+    let more = used.iter().max().expect("some") + 1000;
+    let mut cuts = 0;
+    for (counter, tear) in [
+        (0, Tear::Bits(1)),
+        (more, Tear::Bits(1)),
+        (more, Tear::Bits(3)),
+        (more, Tear::Bytes(2)),
+    ] {
+        for operations in 0.. {
+            let mut cut = store(Flash {
+                power: Power::For(operations),
+                tear,
+                ..before.clone()
+            });
+            let saved = cut.save_key(seed(1), counter);
+            let mut flash = cut.release().restarted();
+            let mut here = used.clone();
+            for _ in 0..3 {
+                let mut restarted = store(flash);
+                let next = signed(&mut restarted).counter;
+                assert!(here.insert(next), "counter {next} twice, {tear:?}, cut at {operations}");
+                flash = restarted.release();
+            }
+            if saved.is_ok() {
+                break;
+            }
+            cuts += 1;
+        }
+    }
+    assert!(cuts > 3 * 128, "{cuts}");
+}
+
+#[test]
+fn a_key_written_again_costs_no_erasure() {
+    let mut store = store(filled(seed(1)));
+    let mut erased = Vec::new();
+    for _ in 0..3 {
+        store.save_key(seed(2), 9).expect("room");
+        let flash = store.release();
+        erased.push(flash.erased);
+        store = self::store(flash);
+    }
+    assert_eq!(erased[1..], [erased[0]; 2]);
+}
+
+#[test]
+fn counters_that_leave_no_room_are_refused() {
+    let mut store = store(Flash::<4>::new());
+    for counter in [u32::MAX, u32::MAX - RESERVED + 1] {
+        assert_eq!(store.save_key(seed(1), counter), Err(StoreError::NoCounter));
+    }
+    assert_eq!(store.key(), Ok(None));
+    store.save_key(seed(1), u32::MAX - RESERVED).expect("room");
+    assert_eq!(signed(&mut store).counter, u32::MAX - RESERVED);
 }
 
 /// Whatever is asked, and printed of what was asked and of who was asked.

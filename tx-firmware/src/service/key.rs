@@ -3,9 +3,13 @@
 use link::serial::{Answer, Refusal, Request};
 
 use crate::store::Memory;
+use crate::transmitter::Transmitter;
 
-/// Does what a request asks of the key, and says which there is then.
-pub fn act(request: Request<'_>, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
+use super::Device;
+
+/// Does what a request asks of the key, and says which there is then. What another key has signed, or none, is shown no more.
+pub fn act(request: Request<'_>, device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
+    let before = memory.key().ok().flatten().map(|(id, _)| id);
     match request {
         Request::WriteKey { seed, counter } => {
             let seed = seed.0.try_into().ok().filter(|seed| *seed != [0; 32]);
@@ -15,6 +19,9 @@ pub fn act(request: Request<'_>, memory: &mut impl Memory) -> Result<Answer<'sta
         _ => {}
     }
     let key = memory.key()?;
+    if key.map(|(id, _)| id) != before {
+        device.change(Transmitter::stop);
+    }
     Ok(Answer::Key {
         id: key.map(|(id, _)| u32::from_be_bytes(id.0)),
         counter: key.map_or(0, |(_, counter)| counter),

@@ -16,7 +16,7 @@ use link::{
 
 use super::{BLANK, Found, RECORD, SIGNING_KEY, Store, StoreError};
 
-/// Counters that one record reserves: a start loses fewer than that, and so many signatures cost one write.
+/// Counters that one record reserves: a start loses no more than that, and so many signatures cost one write.
 pub const RESERVED: u32 = 64;
 
 /// Counter, 4 bytes, behind the key's.
@@ -46,14 +46,31 @@ impl<F: NorFlash> Store<F> {
     }
 
     pub(super) fn replace_key(&mut self, seed: [u8; 32], counter: u32) -> Result<(), StoreError> {
+        counter.checked_add(RESERVED).ok_or(StoreError::NoCounter)?;
         let secret = SecretKey::from_seed(seed).map_err(|_| StoreError::Damaged)?;
         let same = self.stored_key()?.filter(|old| old.secret.public() == secret.public());
-        let counter = same.map_or(counter, |old| old.counter.max(counter));
-        self.save_alone(Some(&StoredKey { secret, counter }.to_bytes()))
+        let key = StoredKey { secret, counter };
+        match same {
+            Some(old) if old.counter >= counter => {
+                let Range { start, end } = self.reserved;
+                self.reserved = start.max(counter).min(end)..end;
+            }
+            // Not in another unit: what is torn there may read whole another time, and is to be older than all that follows.
+            Some(_) => {
+                self.reserved = 0..0;
+                self.save(SIGNING_KEY, &key.to_bytes())?;
+            }
+            None => self.save_alone(Some(&key.to_bytes()))?,
+        }
+        self.erase_others()
     }
 
     pub(super) fn remove_key(&mut self) -> Result<(), StoreError> {
-        self.save_alone(None)
+        let is_without = matches!(self.find()?, Found::Record(_)) && self.stored_key()?.is_none();
+        if !is_without {
+            self.save_alone(None)?;
+        }
+        self.erase_others()
     }
 
     pub(super) fn signature(&mut self, message: &[u8]) -> Result<Option<Signature>, StoreError> {
@@ -84,7 +101,7 @@ impl<F: NorFlash> Store<F> {
         }))
     }
 
-    /// Writes the record that counts with this key, or without one, at the beginning of the next erase unit, and erases all others.
+    /// Writes the record that counts with this key, or without one, at the beginning of the next erase unit.
     fn save_alone(&mut self, key: Option<&[u8]>) -> Result<(), StoreError> {
         let found = self.find()?;
         let Range { start, end } = self.addresses;
@@ -95,8 +112,17 @@ impl<F: NorFlash> Store<F> {
         };
         self.erase_unit(address)?;
         self.reserved = 0..0;
-        self.write(found, address, SIGNING_KEY, key)?;
-        for other in (start..end).step_by(F::ERASE_SIZE).filter(|&other| other != address) {
+        self.write(found, address, SIGNING_KEY, key)
+    }
+
+    /// Erases all units but that of the record that counts, as far as they are not blank.
+    fn erase_others(&mut self) -> Result<(), StoreError> {
+        let Found::Record(counts) = self.find()? else {
+            return Ok(());
+        };
+        let Range { start, end } = self.addresses;
+        let unit = F::ERASE_SIZE as u32;
+        for other in (start..end).step_by(F::ERASE_SIZE).filter(|&other| other != counts - counts % unit) {
             let mut is_used = false;
             for place in (other..other + unit).step_by(RECORD) {
                 is_used = is_used || self.read(place)? != BLANK;

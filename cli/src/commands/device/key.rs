@@ -42,7 +42,9 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         _ if arguments.erase => Request::EraseKey,
         _ => Request::ReadKey,
     };
-    let found = ask(&mut client, &request).with_context(|| port.name())?;
+    let found = ask(&mut client, &request)
+        .map_err(|error| half_done(error, &request))
+        .with_context(|| port.name())?;
     let (id, counter) = (found.map(|(id, _)| id.to_string()), found.map(|(_, counter)| counter));
     if shared.json {
         output::json(&json!({ "port": port.name(), "signer": id, "signer_counter": counter }))?;
@@ -54,10 +56,24 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(Verdict::Yes)
 }
 
-/// The key in use and its next counter; none where there is no key, or the firmware signs no messages.
+/// The error, with what it leaves open after a change that may be half done.
+fn half_done(error: DeviceError, request: &Request<'_>) -> anyhow::Error {
+    let is_refused = match &error {
+        DeviceError::NoKey => true,
+        DeviceError::Refused(refusal) => *refusal != Refusal::Store,
+        _ => false,
+    };
+    let error = anyhow::Error::new(error);
+    if is_refused || *request == Request::ReadKey {
+        return error;
+    }
+    error.context("the old key or the new may be in use, and copies of the old one may remain: give the command again")
+}
+
+/// The key in use and its next counter; none where there is no key, it cannot be read, or the firmware signs no messages.
 pub fn in_use(client: &mut Connection) -> Result<Option<(KeyId, u32)>, DeviceError> {
     match ask(client, &Request::ReadKey) {
-        Err(DeviceError::NoKey | DeviceError::Refused(Refusal::NoSigning)) => Ok(None),
+        Err(DeviceError::NoKey | DeviceError::Refused(Refusal::NoSigning | Refusal::Store)) => Ok(None),
         outcome => outcome,
     }
 }

@@ -57,6 +57,9 @@ impl Flash {
             flash.bytes = read(path)?;
         } else {
             files::write(path, &flash.bytes)?;
+            // It may come to hold a private key.
+            #[cfg(unix)]
+            std::fs::set_permissions(path, std::os::unix::fs::PermissionsExt::from_mode(0o600))?;
         }
         flash.file = Some(LockedFile::open(path)?);
         Ok(flash)
