@@ -19,7 +19,7 @@ pub fn act(request: Request<'_>, device: &mut impl Device, memory: &mut impl Mem
         _ => {}
     }
     let key = memory.key()?;
-    if key.map(|(id, _)| id) != before {
+    if key.map(|(id, _)| id) != before && device.read(Transmitter::is_sending) {
         device.change(Transmitter::stop);
     }
     Ok(Answer::Key {

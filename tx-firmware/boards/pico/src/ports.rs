@@ -7,6 +7,7 @@ use embassy_rp::{
     uart::{BufferedUart, BufferedUartRx, BufferedUartTx},
 };
 use embassy_sync::{blocking_mutex::raw::CriticalSectionRawMutex, mutex::Mutex};
+#[cfg(feature = "signing")]
 use embassy_time::Timer;
 use embassy_usb::{class::cdc_acm::CdcAcmClass, driver::EndpointError};
 use embedded_io_async::{Read, Write};
@@ -75,6 +76,7 @@ async fn serve_uart(mut receive: BufferedUartRx, mut transmit: BufferedUartTx, m
             if let Some(answer) = clerk.receive(byte, &mut context).await {
                 let _ = transmit.write_all(answer).await;
                 // What runs at a lower priority, and feeds the watchdog, has its turn between requests that each take long.
+                #[cfg(feature = "signing")]
                 Timer::after_millis(1).await;
             }
         }
