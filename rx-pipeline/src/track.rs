@@ -58,9 +58,6 @@ const ASTRAY_SHARE: f32 = 0.8;
 /// A panel that has jumped is taken to be a line beside where it was seen if that promises to leave less (share of what it leaves
 /// there). Higher: LEDs that are Off along a side move it.
 const LINE_LEFT: f32 = 0.8;
-/// A panel at rest that seems to have jumped by whole lines, no farther off another line than this, has not: something covers its outer LEDs
-/// (pitches). Higher: panels that jump wait longer; lower: covered panels are read a line off.
-const ON_A_LINE: f32 = 0.2;
 /// What frames usually explain is the mean over about so many (frames).
 const MEMORY_FRAMES: f32 = 16.0;
 /// What a frame changes of how far the panel wanders (share). Higher: the camera's shake is known sooner, and less surely.
@@ -147,13 +144,6 @@ impl Usual {
     fn leaves_as_little(self, other: Self) -> bool {
         other.left < LEFT_MOST * self.left && other.signal > SIGNAL_LEAST * self.signal
     }
-}
-
-/// Whether that many pixels are whole lines of a lattice: at least one, and not so many that nothing of the panel is where it was.
-fn is_whole_lines(lattice: &Lattice, [dx, dy]: [f32; 2]) -> bool {
-    let off = [lattice.column, lattice.row].map(|[x, y]| (dx * x + dy * y) / (x * x + y * y));
-    let lines = off.map(|off| (off + 8.5) as i32 - 8);
-    lines != [0; 2] && (0..2).all(|axis| (off[axis] - lines[axis] as f32).abs() < ON_A_LINE)
 }
 
 /// Where a panel is, how it moves, and how bright it is.
@@ -351,12 +341,6 @@ impl Track {
         self.spread() < STEADY
     }
 
-    /// Whether it has hardly moved from frame to frame lately.
-    fn is_at_rest(&self) -> bool {
-        let [_, still] = self.wander;
-        self.speed_known && still < STEADY * STEADY
-    }
-
     /// Whether it is so far from where it is expected that it may be a line off.
     pub fn wanders(&self) -> bool {
         self.spread() > WANDERING
@@ -430,12 +414,6 @@ impl Track {
         }
         let seen = moved(&lattice, &off, [PLACE_GAINS[0], SHAPE_GAINS[0]]);
         Corners::new(seen.corners())?;
-        let [dx, dy] = difference(&seen, &self.spots.lattice).centre;
-        if self.is_at_rest() && is_whole_lines(&seen, [dx, dy]) {
-            return Err(TrackError::OffCourse {
-                off_px: libm::hypotf(dx, dy),
-            });
-        }
         let [dx, dy] = difference(&shaped.lattice, &expected).centre;
         let astray = libm::hypotf(dx, dy) / lattice.pitch()[0];
         let usual = match self.usual {

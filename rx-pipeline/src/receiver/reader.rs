@@ -9,7 +9,7 @@ use super::view::View;
 use crate::cells::{CellMap, CellsError};
 use crate::coarse::Grid;
 use crate::corners::Corners;
-use crate::detect::{DetectError, Detection, Detector, Method, Mixture, check_white};
+use crate::detect::{Detection, Detector, Method, Mixture, check_white};
 use crate::features::Features;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
@@ -50,12 +50,12 @@ const TOO_FINE_FRAMES: u8 = 4;
 /// A track corrected by a frame, what the frame shows, and how much of the light there that explains.
 type Followed = (Track, Reading, f32);
 
-/// The attempt that explains clearly more; the first if neither does. Elsewhere, edges and walls explain as much: only bits as random as a
-/// message's tell a panel from them.
+/// The attempt that explains clearly more; the first if neither does. Where nothing was read at the first place, edges and walls explain as
+/// much as a panel does: only bits as random as a message's tell them apart.
 fn better(here: Result<Followed, Loss>, elsewhere: Result<Followed, Loss>) -> Result<Followed, Loss> {
     match (here, elsewhere) {
-        (Ok(here), Ok(elsewhere)) if elsewhere.2 <= here.2 + CLEARLY && 1.0 - elsewhere.2 >= CLEARLY_LEFT * (1.0 - here.2) => Ok(here),
-        (_, Ok(elsewhere)) if is_random(elsewhere.1.detection.bits.bits()) => Ok(elsewhere),
+        (Ok(here), Ok(elsewhere)) if elsewhere.2 > here.2 + CLEARLY || 1.0 - elsewhere.2 < CLEARLY_LEFT * (1.0 - here.2) => Ok(elsewhere),
+        (Err(_), Ok(elsewhere)) if is_random(elsewhere.1.detection.bits.bits()) => Ok(elsewhere),
         (here, _) => here,
     }
 }
@@ -585,21 +585,15 @@ impl Reader {
         tools: &mut Tools<'_, N>,
         profile: &mut impl Profile,
     ) -> Result<Reading, Loss> {
-        let reading = if self.method == Method::MaximumLikelihood {
-            let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
-            let detection = profile.timed(Stage::Detect, || {
-                let Tools { likelihood, before, .. } = &mut *tools;
-                likelihood.detect_after(before, frame, &corners, Some(spots.sigma))
-            })?;
-            Reading { corners, detection }
-        } else {
-            fast
-        };
-        match reading.detection.bits.count_on() {
-            // No symbol of a message leaves all LEDs Off, and a place that shows none On may be any.
-            0 => Err(DetectError::Covered { percent: 0 }.into()),
-            _ => Ok(reading),
+        if self.method != Method::MaximumLikelihood {
+            return Ok(fast);
         }
+        let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
+        let detection = profile.timed(Stage::Detect, || {
+            let Tools { likelihood, before, .. } = &mut *tools;
+            likelihood.detect_after(before, frame, &corners, Some(spots.sigma))
+        })?;
+        Ok(Reading { corners, detection })
     }
 
     /// Reads at a given place from now on.
@@ -666,4 +660,37 @@ fn are_close(a: &Corners, b: &Corners) -> bool {
     let limit = SAME_CELLS * a.pitch_px();
     let (a, b) = (a.points(), b.points());
     a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() < limit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic::Scene;
+    use link::panel::{LEDS, PanelFrame};
+
+    #[test]
+    fn where_nothing_was_read_only_bits_like_a_messages_tell_a_panel_from_an_edge() {
+        let followed = |bits: u64, explained: f32| -> Result<Followed, Loss> {
+            let corners = Scene::PLAIN.corners();
+            let spots = LatticeModel {
+                lattice: Lattice::through(&corners),
+                sigma: 1.5,
+                background: 1.0,
+                off: 0.0,
+                contrast: 1.0,
+                state: [0.0; LEDS],
+            };
+            let detection = Detection::new(PanelFrame::from_bits(bits), [20.0; LEDS]);
+            Ok((Track::new(spots, 0, (96, 96)), Reading { corners, detection }, explained))
+        };
+        let lost = || Err(TrackError::OutOfFrame.into());
+        // None On, all On, and five whole rows.
+        for edge in [0, u64::MAX, 0xffff_ffff_ff00_0000] {
+            assert!(better(lost(), followed(edge, 0.9)).is_err());
+        }
+        assert!(better(lost(), followed(Scene::PLAIN.bits, 0.9)).is_ok());
+        // What is read at the first place as well is judged by the light alone.
+        let both = better(followed(Scene::PLAIN.bits, 0.5), followed(0, 0.9));
+        assert!(both.is_ok_and(|(_, _, explained)| explained == 0.9));
+    }
 }

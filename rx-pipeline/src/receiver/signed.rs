@@ -2,6 +2,7 @@
 
 use super::outcome::{Loss, Outcome, Reading};
 use crate::carrier::Carrier;
+use crate::detect::DetectError;
 use crate::profile::{Profile, Stage};
 use crate::symbols::{Decoded, MessageDecoder, SymbolClock};
 use link::framing::Event;
@@ -66,6 +67,11 @@ impl SignedDecoder {
 
     /// What a frame brought of the panel: its reading goes into the decoder.
     pub fn outcome<'a>(&'a mut self, number: u64, reading: Result<Reading, Loss>, profile: &mut impl Profile) -> Outcome<'a> {
+        // No symbol of a message leaves all LEDs Off.
+        let reading = reading.and_then(|reading| match reading.detection.bits.count_on() {
+            0 => Err(DetectError::Covered { percent: 0 }.into()),
+            _ => Ok(reading),
+        });
         let Self { decoder, carrier } = self;
         profile.timed(Stage::Decode, || match reading {
             Ok(mut reading) => {
