@@ -34,6 +34,21 @@ pub fn write_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Res
     write_to(path, write).with_context(|| format!("cannot write {}", path.display()))
 }
 
+/// Writes a new file that nobody else can read.
+pub fn write_secret(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    let mut options = File::options();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let mut file = options.open(path)?;
+    let written = file.write_all(bytes).and_then(|()| file.sync_all());
+    if written.is_err() {
+        // Half a secret is none.
+        let _ = std::fs::remove_file(path);
+    }
+    written
+}
+
 /// Looks whether a file can be written, and leaves everything as it is. Returns whether it is one: a device or a pipe is not.
 pub fn check(path: &Path) -> anyhow::Result<bool> {
     let aside = |place| match place {

@@ -1,8 +1,7 @@
 //! Keys in files: private ones that sign, public ones that are trusted, and the counters that were seen of these.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{ErrorKind, Write};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
@@ -182,7 +181,7 @@ impl OwnKey {
             secret: hex(&seed),
         })?;
         let text = format!("# A private key: whoever has it signs as its owner. `vocc keys show` prints the public one.\n{text}");
-        match write_secret(path, &text) {
+        match files::write_secret(path, text.as_bytes()) {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => bail!(KeyFileError::Exists(path.into())),
             written => written.with_context(|| format!("cannot write {}", path.display()))?,
         }
@@ -399,21 +398,6 @@ fn key_bytes(path: &Path, name: &str, digits: &str) -> Result<[u8; KEY_BYTES], K
             path: path.into(),
             name: name.into(),
         })
-}
-
-/// Writes a new file that nobody else can read.
-fn write_secret(path: &Path, text: &str) -> std::io::Result<()> {
-    let mut options = File::options();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let mut file = options.open(path)?;
-    let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
-    if written.is_err() {
-        // Half a key is none.
-        let _ = std::fs::remove_file(path);
-    }
-    written
 }
 
 /// Whether others than its owner can read a file, where systems tell.

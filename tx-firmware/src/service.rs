@@ -149,8 +149,8 @@ impl Service {
     /// Takes one byte from the port, and returns what is to be sent back, where it completes a request.
     ///
     /// All but [`Request::CommitTable`], [`Request::WriteCalibration`], [`Request::WriteSymbolRate`], [`Request::WriteIntensityLimit`],
-    /// [`Request::WriteCarrier`] and the requests about keys are answered without waiting for anything; these wait for `memory`, and so does
-    /// [`Request::Send`] where messages are signed: for the signature, too.
+    /// [`Request::WriteCarrier`] and the requests about keys are answered without waiting for anything; these wait for `memory`, and so
+    /// does [`Request::Send`] where messages are signed: for the signature, too.
     pub fn receive<'a>(
         &mut self,
         byte: u8,
@@ -286,7 +286,7 @@ impl Conversation {
             };
         };
         let table = staging.table(crc)?;
-        memory.save_table(&table).map_err(|_| Refusal::Store)?;
+        memory.save_table(&table)?;
         device.change(|transmitter| transmitter.set_table(table));
         self.staging = None;
         Ok(Answer::Committed { crc })
@@ -385,7 +385,7 @@ fn calibrate(measured: Measured, device: &mut impl Device, memory: &mut impl Mem
             CalibrationError::LowCurrentShare(_) => 6,
         },
     })?;
-    memory.save_calibration(&calibration).map_err(|_| Refusal::Store)?;
+    memory.save_calibration(&calibration)?;
     device.change(|transmitter| transmitter.set_calibration(calibration));
     Ok(Answer::Done)
 }
@@ -430,7 +430,7 @@ fn carrier(device: &impl Device) -> Answer<'static> {
 }
 
 fn change_timing(timing: SymbolTiming, device: &mut impl Device, memory: &mut impl Memory) -> Result<(), Refusal> {
-    memory.save_timing(timing).map_err(|_| Refusal::Store)?;
+    memory.save_timing(timing)?;
     device.change(|transmitter| transmitter.set_timing(timing));
     Ok(())
 }
@@ -438,7 +438,7 @@ fn change_timing(timing: SymbolTiming, device: &mut impl Device, memory: &mut im
 fn change_limit(numbers: [u32; 2], device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
     let [most_mcd, led_diameter_um] = numbers;
     let limit = IntensityLimit::from_numbers(numbers).map_err(|_| Refusal::IntensityLimit { most_mcd, led_diameter_um })?;
-    memory.save_intensity_limit(limit).map_err(|_| Refusal::Store)?;
+    memory.save_intensity_limit(limit)?;
     device.change(|transmitter| transmitter.set_intensity_limit(limit));
     Ok(intensity_limit(device))
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use link::framing::KeyId;
 use link::serial::{Answer, Refusal, Request, Seed};
 use serde_json::json;
@@ -58,16 +58,13 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
 
 /// The error, with what it leaves open after a change that may be half done.
 fn half_done(error: DeviceError, request: &Request<'_>) -> anyhow::Error {
-    let is_refused = match &error {
-        DeviceError::NoKey => true,
-        DeviceError::Refused(refusal) => *refusal != Refusal::Store,
-        _ => false,
-    };
-    let error = anyhow::Error::new(error);
-    if is_refused || *request == Request::ReadKey {
-        return error;
+    const OPEN: &str = "the old key or the new may be in use, and copies of the old one may remain: give the command again";
+    match (request, error) {
+        (Request::ReadKey, error) => error.into(),
+        (_, DeviceError::Refused(Refusal::Store)) => anyhow!("the transmitter's flash memory failed: {OPEN}"),
+        (_, error @ (DeviceError::NoKey | DeviceError::Refused(_))) => error.into(),
+        (_, error) => anyhow::Error::new(error).context(OPEN),
     }
-    error.context("the old key or the new may be in use, and copies of the old one may remain: give the command again")
 }
 
 /// The key in use and its next counter; none where there is no key, it cannot be read, or the firmware signs no messages.

@@ -56,10 +56,8 @@ impl Flash {
         if path.exists() {
             flash.bytes = read(path)?;
         } else {
-            files::write(path, &flash.bytes)?;
             // It may come to hold a private key.
-            #[cfg(unix)]
-            std::fs::set_permissions(path, std::os::unix::fs::PermissionsExt::from_mode(0o600))?;
+            files::write_secret(path, &flash.bytes).with_context(|| format!("cannot write {}", path.display()))?;
         }
         flash.file = Some(LockedFile::open(path)?);
         Ok(flash)
