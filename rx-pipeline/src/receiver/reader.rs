@@ -21,7 +21,7 @@ use crate::settings::TrackingSettings;
 use crate::spots::{LatticeModel, Observation, Residuals};
 use crate::surroundings::{Placement, Surroundings, Tiles};
 use crate::track::{Gate, Track, TrackError};
-use link::panel::SoftPanel;
+use link::panel::{LEDS, SoftPanel};
 
 /// Cells serve poses whose corners differ by less (pitches): noise alone moves them by less, and a cell's mean
 /// hardly notices. Higher: faster, and cells that are off.
@@ -608,14 +608,7 @@ impl Reader {
         *tools.surroundings = Surroundings::UNKNOWN;
         self.watch(frame_size);
         let lattice = Lattice::through(&corners);
-        let spots = LatticeModel {
-            lattice,
-            sigma: locator.spot_sigma_px(),
-            background: 1.0,
-            off: 0.0,
-            contrast: 1.0,
-            state: [0.0; 64],
-        };
+        let spots = spots_on(lattice, locator.spot_sigma_px());
         let view = self.look_at(&lattice, tools);
         let view = view.ok_or_else(|| View::whole(frame_size).outside_frame(&corners))?;
         let seen = view.grid.corners_from_frame(&corners).unwrap_or(corners);
@@ -635,6 +628,18 @@ fn corrected_by_both<const N: usize>(track: &Track, mixture: &Mixture, input: &m
     let residuals = &mut *input.tools.residuals;
     let corrected = track.corrected(number, observation, [place; 2], mixture.lit()?, Gate::SURE, residuals);
     corrected.ok().map(|(corrected, _)| corrected)
+}
+
+/// Spots on a lattice of which nothing else is known.
+fn spots_on(lattice: Lattice, sigma: f32) -> LatticeModel {
+    LatticeModel {
+        lattice,
+        sigma,
+        background: 1.0,
+        off: 0.0,
+        contrast: 1.0,
+        state: [0.0; LEDS],
+    }
 }
 
 fn observation<'a, 'f>(frame: &'a Frame<'f>, locator: &'a Locator) -> Observation<'a, 'f> {
@@ -666,20 +671,13 @@ fn are_close(a: &Corners, b: &Corners) -> bool {
 mod tests {
     use super::*;
     use crate::synthetic::Scene;
-    use link::panel::{LEDS, PanelFrame};
+    use link::panel::PanelFrame;
 
     #[test]
     fn where_nothing_was_read_only_bits_like_a_messages_tell_a_panel_from_an_edge() {
         let followed = |bits: u64, explained: f32| -> Result<Followed, Loss> {
             let corners = Scene::PLAIN.corners();
-            let spots = LatticeModel {
-                lattice: Lattice::through(&corners),
-                sigma: 1.5,
-                background: 1.0,
-                off: 0.0,
-                contrast: 1.0,
-                state: [0.0; LEDS],
-            };
+            let spots = spots_on(Lattice::through(&corners), 1.5);
             let detection = Detection::new(PanelFrame::from_bits(bits), [20.0; LEDS]);
             Ok((Track::new(spots, 0, (96, 96)), Reading { corners, detection }, explained))
         };
@@ -689,7 +687,7 @@ mod tests {
             assert!(better(lost(), followed(edge, 0.9)).is_err());
         }
         assert!(better(lost(), followed(Scene::PLAIN.bits, 0.9)).is_ok());
-        // What is read at the first place as well is judged by the light alone.
+        // Where both places are read, the light alone decides.
         let both = better(followed(Scene::PLAIN.bits, 0.5), followed(0, 0.9));
         assert!(both.is_ok_and(|(_, _, explained)| explained == 0.9));
     }

@@ -99,7 +99,7 @@ pub(super) fn foresee(lattice: &Lattice, states: &[i8; LEDS]) -> Result<(), Loca
         .iter()
         .enumerate()
         .fold(0u64, |bits, (led, &state)| bits | u64::from(state != 0) << led);
-    let (lit, different) = (pattern.count_ones(), neighbours_that_differ(pattern));
+    let (lit, different) = counts(pattern);
     let near = |range: &RangeInclusive<u32>, slack: u32, value: u32| (range.start() - slack..=range.end() + slack).contains(&value);
     if !near(&LIT, SLACK.0, lit) || !near(&DIFFERENT, SLACK.1, different) {
         return Err(LocateError::NotRandom { lit, different });
@@ -157,13 +157,22 @@ fn clear(slope: &Slope, noise: f32, scope: Scope) -> Result<f32, LocateError> {
 
 /// Whether a pattern may be a message's, by how many LEDs are On and how many neighbours differ.
 pub(crate) fn is_random(pattern: u64) -> bool {
-    LIT.contains(&pattern.count_ones()) && DIFFERENT.contains(&neighbours_that_differ(pattern))
+    are_random(counts(pattern))
+}
+
+fn are_random((lit, different): (u32, u32)) -> bool {
+    LIT.contains(&lit) && DIFFERENT.contains(&different)
+}
+
+/// LEDs that are On, and neighbours that differ.
+fn counts(pattern: u64) -> (u32, u32) {
+    (pattern.count_ones(), neighbours_that_differ(pattern))
 }
 
 fn random(spots: &LatticeModel, scope: Scope) -> Result<(), LocateError> {
     let states = spots.state.iter().enumerate();
     let pattern = states.fold(0u64, |bits, (led, &state)| bits | u64::from(state != 0.0) << led);
-    let (lit, different) = (pattern.count_ones(), neighbours_that_differ(pattern));
+    let (lit, different) = counts(pattern);
     // What begins each block is the same each time, and far from random.
     let is_sync = || {
         let mut seen = Orientation::ALL.into_iter().map(|orientation| SYNC.seen(orientation).bits());
@@ -171,7 +180,7 @@ fn random(spots: &LatticeModel, scope: Scope) -> Result<(), LocateError> {
     };
     let stand_out = if shows_off(spots) { !pattern } else { pattern };
     let is_orderly = || repetition(pattern) > MOST_REPETITION || empty_edges(stand_out) > MOST_DARK_EDGES;
-    if !is_random(pattern) || scope.is_single() && is_orderly() && !is_sync() {
+    if !are_random((lit, different)) || scope.is_single() && is_orderly() && !is_sync() {
         return Err(LocateError::NotRandom { lit, different });
     }
     Ok(())
