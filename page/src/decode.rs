@@ -120,7 +120,8 @@ mod tests {
     #[test]
     fn what_is_no_picture_is_refused() {
         let mut out = Vec::new();
-        assert!(matches!(file(b"no picture", &mut out), Err(Fault::Library(_))));
+        let is_no_picture = |fault| matches!(fault, Fault::Library(error) if error.is::<sim::input::PictureError>());
+        assert!(file(b"no picture", &mut out).is_err_and(is_no_picture));
         assert!(matches!(rgba(&[0; 7], (2, 1), &mut out), Err(Fault::Pixels { .. })));
         let grey = file(b"P5 4 4 255 0123456789abcdef", &mut out).unwrap();
         assert_eq!(grey["found"], false);
