@@ -47,7 +47,7 @@
 //!
 //! | module | has |
 //! |---|---|
-//! | [`l2a_table`] | the best ratio of LED to ambient light, by light and LED interval: computed on the host, looked up by the transmitter |
+//! | [`l2a_table`] | the best ratio of LED to ambient light, by light and LED interval: computed on the host, looked up by transmitters |
 //! | [`serial`] | the messages between a computer and a transmitter over a cable |
 //! | [`symbol_rate`] | the panel's symbol rate, and the highest that a camera follows |
 //! | [`waveform`] | the LEDs' waveform within a symbol: still, or a carrier |

@@ -250,7 +250,7 @@ impl Camera {
         })
     }
 
-    /// What was learnt, with the lens as it was set. The encoding is that of the given images, even if pixels were encoded for the
+    /// The learnt camera with the lens as it was set. The encoding is that of the given images, even if pixels were encoded for the
     /// receiver.
     pub fn learnt(&self, py: Python<'_>, learnt: &Learnt, are_encoded: bool) -> PyResult<LearntCamera> {
         let mut camera = learnt.camera;

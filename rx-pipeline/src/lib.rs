@@ -68,8 +68,8 @@
 //!
 //! # Choosing
 //!
-//! - **From a camera to messages:** [`receiver::Receiver`], for one panel or several. Its [memory](receiver::ReceiverMemory) is sized by the
-//!   pixels that a panel is read in. `9216`, 96×96, suits panels of any size, because near ones are read in larger pixels.
+//! - **From a camera to messages:** [`receiver::Receiver`], for one panel or several. Its [memory](receiver::ReceiverMemory) is sized by
+//!   the pixels that a panel is read in. `9216`, 96×96, suits panels of any size, because near ones are read in larger pixels.
 //! - **A panel in clutter** is found by its blinking in two or three frames: give the search memory for the earlier ones
 //!   ([`receiver::FrameSearch::with_history`]). With a little more memory it also finds panels that fill the picture
 //!   ([`receiver::FrameSearch::bytes`]).

@@ -1,5 +1,5 @@
-//! Films as cameras and recorders keep them: qualities, containers, bare streams, gaps, unsteady frames, covers and interlacing, decoded with
-//! ffmpeg.
+//! Films as cameras and recorders keep them: qualities, containers, bare streams, gaps, unsteady frames, covers and interlacing, decoded
+//! with ffmpeg.
 //!
 //! Where ffmpeg is absent (`tests/run` installs it), this is skipped. `cli/tests/films.rs` and `cli/tests/formats.rs` have what needs none.
 

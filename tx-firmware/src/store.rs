@@ -135,8 +135,8 @@ pub trait Memory {
         Err(StoreError::NoSigning)
     }
 
-    /// Keeps the key of this seed in place of the one before, whose every trace is erased. Its first signature has this counter; that of the
-    /// key that is there already has the next one, where that is greater.
+    /// Keeps the key of this seed in place of the one before, whose every trace is erased. Its first signature has this counter; that of
+    /// the key that is there already has the next one, where that is greater.
     ///
     /// # Errors
     /// [`StoreError`]; then the old key or the new is there, and traces of the old one may be: do it again.

@@ -57,7 +57,7 @@ fn send(bench: &mut Bench, message: &[u8]) {
     bench.expect(&Request::Send { repeats: None, message }, &Answer::Done);
 }
 
-/// The message that the LEDs show within so many panels, and its signature.
+/// The message that the LEDs show within a number of panels, and its signature.
 fn shown(bench: &mut Bench, panels: u32) -> Option<(Vec<u8>, Signature)> {
     let mut deframer = Box::new(Deframer::new());
     (0..panels).find_map(|index| {
@@ -259,7 +259,7 @@ fn cut_while_signing<const WRITE: usize>(before: &Flash<WRITE>, used: &HashSet<u
 
 #[test]
 fn no_counter_comes_twice_wherever_the_power_goes() {
-    // After so many starts the record is in the middle of a unit, at its end, and at its beginning.
+    // After these starts the record is in the middle of a unit, at its end, and at its beginning.
     for starts in [0, 1, 6, 7, 8, 14, 15] {
         let mut used = HashSet::new();
         let mut flash = Flash::<4>::new();

@@ -109,7 +109,7 @@ pub enum Request<'a> {
         /// The counter of its first signature; a key that is there already keeps its own where that is greater.
         counter: u32,
     },
-    /// Erase every trace of the key: messages sent from now on are not signed. Answered by [`Answer::Key`](super::Answer::Key). Added later:
-    /// an older transmitter refuses it as unknown.
+    /// Erase every trace of the key: messages sent from now on are not signed. Answered by [`Answer::Key`](super::Answer::Key). Added
+    /// later: an older transmitter refuses it as unknown.
     EraseKey,
 }

@@ -35,7 +35,8 @@ pub const PRESETS: [Preset; 13] = presets! {
     "fog": "day in fog of 160 m visibility", "fog" "road" "usual-rate";
     "phone": "day through a phone's camera: 30 frames a second, read out line by line, small pixels", "phone" "road";
     "dashcam": "day through a dash camera with a long lens: 60 frames a second, read out line by line", "dashcam" "road";
-    "hm01b0": "a lit hall through a microcontroller's camera of 324 x 244 pixels: 30 frames a second, read out line by line", "hm01b0" "road";
+    "hm01b0":
+        "a lit hall through a microcontroller's camera of 324 x 244 pixels: 30 frames a second, read out line by line", "hm01b0" "road";
 };
 
 /// The preset `name` as a commented TOML file, or none of that name.

@@ -100,8 +100,8 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let smaller = smaller.map(|(decimation, share)| format!("{decimation} times smaller {}", told(of(share, decimation))));
     format!(
         "The whole frame with *share*, which misses {} of the panels. Frames averaged down: {}. An LED at 70 m is 1.6 pixels \
-         wide in the whole frame, and a search tries all candidates if the panel is no longer visible. The whole frame with *full* {}. Once it has a panel, a \
-         receiver follows it and stops searching.",
+         wide in the whole frame, and a search tries all candidates if the panel is no longer visible. \
+         The whole frame with *full* {}. Once it has a panel, a receiver follows it and stops searching.",
         of(true, 1).map_or_else(String::new, percent),
         smaller.collect::<Vec<_>>().join(", "),
         told(of(false, 1))

@@ -278,8 +278,8 @@ pub fn why(diagrams: &[Diagram]) -> String {
     format!(
         "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance needs. Common numbers divide the error of \
          a comparison of two ratios by {} and that of the best L2A by {}; for the same error, independent numbers take the square of \
-         these factors in time. Common numbers cost nothing, because frame k of a seed is the same at any setting. The interval of the bit error rate treats a \
-         frame as the unit; one that treats bits as independent is {} times as wide.",
+         these factors in time. Common numbers cost nothing, because frame k of a seed is the same at any setting. The interval \
+         of the bit error rate treats a frame as the unit; one that treats bits as independent is {} times as wide.",
         gain_of(|title| title.starts_with("B2W at L2A 1.6")),
         gain_of(|title| title == "best L2A"),
         range(with(|title| title.starts_with("bit error rate")).flat_map(as_if_independent))

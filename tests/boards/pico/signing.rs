@@ -42,7 +42,7 @@ fn after(board: &mut Emulator, sequence: u32, request: &Request<'_>, millisecond
     board.run_ms(milliseconds)
 }
 
-/// What was shown, and how it was lit.
+/// The panels shown and their light.
 fn record(events: &[Happening]) -> Record {
     let mut record = Record::default();
     record.extend(events);

@@ -33,7 +33,7 @@ pub enum Shake {
     Random,
     /// Sums of sines of 1 to 12 Hz, as a hand's or a vehicle's.
     Smooth,
-    /// A turn about the picture's centre by so many degrees a frame, there and back, the panel far from the centre.
+    /// A turn about the picture's centre by a number of degrees a frame, there and back, the panel far from the centre.
     Turn,
 }
 
@@ -84,7 +84,7 @@ impl Add for Fate {
     }
 }
 
-/// Receives a film as `vocc receive` does, told its two rates; `verbose` tells of each frame.
+/// Receives a film as `vocc receive` does, told its two rates; `verbose` prints each frame.
 pub fn receive(film: Film, verbose: bool) -> Fate {
     let mut drawing = Drawing::new(film);
     let side = drawing.side();

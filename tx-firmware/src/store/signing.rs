@@ -1,8 +1,8 @@
 //! The private key that signs, and the counters of its signatures. Feature `signing`.
 //!
 //! The key stands in the record beside the first counter that is not reserved. A signature takes a counter that was reserved since the last
-//! start; when there is none, a record reserves the next [`RESERVED`] before the first of them is used. A power cut loses what was reserved,
-//! and no counter is used twice.
+//! start; when there is none, a record reserves the next [`RESERVED`] before the first of them is used. A power cut loses what was
+//! reserved, and no counter is used twice.
 //!
 //! A record that counts no longer still holds its key. So another key, or none, begins a unit, and all other units are erased.
 
@@ -16,7 +16,7 @@ use link::{
 
 use super::{BLANK, Found, RECORD, SIGNING_KEY, Store, StoreError};
 
-/// Counters that one record reserves: a start loses no more than that, and so many signatures cost one write.
+/// Counters that one record reserves: a start loses no more than that, and one write serves this many signatures.
 pub const RESERVED: u32 = 64;
 
 /// Counter, 4 bytes, behind the key's.
