@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use link::panel::LEDS;
+use link::panel::{LEDS, PanelFrame};
 use serde_json::json;
 use tx_firmware::schedule::Schedule;
 use tx_firmware::symbol_clock::QUARTERS;
@@ -12,7 +12,7 @@ use vocc_tests::undersampled::{self, receive_light};
 
 use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
-use crate::panel::{Record, Symbol};
+use crate::panel::{Record, Symbol, from_message_on};
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
@@ -24,6 +24,8 @@ const LATE_QUARTERS: usize = 27;
 const RATE_ERROR_MAX: f64 = 4.9e-5;
 
 const MESSAGE: &str = "Sent by a carrier from the pins of a board";
+/// The panels that were made ready before the message was sent go first.
+const READY_MS: u32 = 500;
 /// How long the message is filmed.
 const FILMED_MS: u32 = 1_600;
 /// A usual camera.
@@ -179,18 +181,21 @@ pub fn a_message_by_a_carrier_is_received_by_a_camera(programs: &Programs, folde
     board.run_ms(500);
     board.real_time(true);
     let terminal = Terminal::open(board.socket());
+    let mut record = Record::default();
     for words in [
         &["device", "rate", "90", "--carrier-cycles", "16"][..],
         &["device", "send", "--message", MESSAGE],
     ] {
         vocc(programs, folder, words, terminal.name()).json();
     }
-    board.real_time(false);
-    let mut record = Record::default();
-    record.extend(&board.run_ms(100));
-    let from_ns = record.symbols.last().expect("symbols are shown").ns;
-    record.extend(&board.run_ms(FILMED_MS));
-    let edges = &record.symbols;
+    record.extend(&board.real_time(false));
+    record.extend(&board.run_ms(READY_MS + FILMED_MS));
+    let edges = from_message_on(&record.symbols, MESSAGE.as_bytes(), |panel| {
+        let quarter = |is_panel| if is_panel { panel } else { PanelFrame::from_bits(!panel.bits()) };
+        let cycle = QUARTERS.map(quarter);
+        cycle.repeat(FILM.cycles as usize)
+    });
+    let from_ns = edges[0].ns;
     let fate = receive_light(FILM, MESSAGE.as_bytes(), |start_s| {
         let [from, to] = [start_s, start_s + FILM.exposure_s].map(|at_s| from_ns as f64 + 1e9 * at_s);
         let first = edges.partition_point(|edge| edge.ns as f64 <= from) - 1;

@@ -14,7 +14,7 @@ use link::framing::Event as Received;
 
 use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
-use crate::panel::{REFLECTANCE, Record, Symbol};
+use crate::panel::{REFLECTANCE, Record, Symbol, from_message_on};
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
@@ -22,6 +22,8 @@ const MESSAGE: &str = "Sent from the pins of a board";
 const LUX: f64 = 4_000.0;
 /// What the camera sees, beside the paper's scene.
 const SCENE: [&str; 1] = ["link.symbol_rate_hz=90"];
+/// The panels that were made ready before the message was sent go first.
+const READY_MS: u32 = 500;
 /// Symbols for which the message is filmed, two repeats of it.
 const FILMED_MS: u32 = 700;
 const PANEL_PIXELS: usize = 128 * 128;
@@ -36,9 +38,8 @@ pub fn a_message_sent_to_the_board_is_received_by_a_camera(programs: &Programs, 
     let terminal = Terminal::open(board.socket());
     vocc(programs, folder, &["device", "send", "--message", MESSAGE], terminal.name()).json();
     record.extend(&board.real_time(false));
-    record.extend(&board.run_ms(100));
-    let filmed_from_ns = record.symbols.last().expect("symbols are shown").ns;
-    record.extend(&board.run_ms(FILMED_MS));
+    record.extend(&board.run_ms(READY_MS + FILMED_MS));
+    let filmed_from_ns = from_message_on(&record.symbols, MESSAGE.as_bytes(), |panel| vec![panel])[0].ns;
     let luminance_cd_m2 = |ns| record.pulses_at(ns).luminance_cd_m2();
     let film = Film::new("paper", &SCENE, LUX, REFLECTANCE);
     let messages = film.messages(&record.symbols, luminance_cd_m2, filmed_from_ns);

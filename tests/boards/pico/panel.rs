@@ -1,5 +1,7 @@
 //! What the LEDs of an emulated board showed, from what its pins did.
 
+use link::fec::Code;
+use link::framing::Framer;
 use link::l2a_table::{Illuminance, Interval, L2aTable};
 use link::panel::PanelFrame;
 
@@ -18,6 +20,20 @@ pub fn l2a(lux: f64) -> f64 {
 pub struct Symbol {
     pub ns: u64,
     pub panel: PanelFrame,
+}
+
+/// Panels by which the beginning of a message is recognised (count).
+const OPENING: usize = 8;
+
+/// The symbols from a board's first message on, each of whose panels takes as many edges of the latch as `edges` gives.
+///
+/// A computer sends a message at any moment. A film that begins with the message is the same film each time.
+pub fn from_message_on<'a>(symbols: &'a [Symbol], message: &[u8], edges: impl Fn(PanelFrame) -> Vec<PanelFrame>) -> &'a [Symbol] {
+    let mut framer = Framer::new(message, Code::for_length(message.len()), true).expect("a message");
+    let opening: Vec<PanelFrame> = (0..OPENING).flat_map(|_| edges(framer.next_panel())).collect();
+    let begins = |at: &[Symbol]| at.iter().map(|edge| edge.panel).eq(opening.iter().copied());
+    let first = symbols.windows(opening.len()).position(begins);
+    &symbols[first.expect("the message is shown")..]
 }
 
 /// Everything that the LEDs did, in the order of time.
