@@ -13,6 +13,7 @@
 //! If no frame shows the complement of another, as with still panels, the carrier changes nothing but the rows that sync panels show
 //! inverted.
 
+mod change;
 mod fit;
 mod history;
 mod lines;
@@ -26,7 +27,8 @@ mod waveform;
 use crate::corners::Corners;
 use crate::detect::{Detection, correlation};
 use crate::symbols::is_sure;
-use fit::{ALL_SHAPES, AtFrequency, Fit, Shown, step, still_score};
+use change::{CHANGED, changed_at};
+use fit::{ALL_SHAPES, AtFrequency, Fit, Shown, mean_modulation, step, still_losses, still_score};
 use history::{History, Sighting};
 use lines::{Known, Lines};
 use link::panel::SoftPanel;
@@ -91,7 +93,10 @@ pub(crate) struct Carrier {
     since_last: u8,
     fit: Option<Fit>,
     wait: u32,
-    /// Those until it was known.
+    /// Whether it has just been found, or found anew.
+    is_new: bool,
+    /// Whether the last frames contradict it.
+    is_contradicted: bool,
     readings: Readings,
     /// Carriers that explain the frames as well as each other, and whether they are to be tried on the readings.
     rivals: heapless::Vec<Fit, RIVALS>,
@@ -114,6 +119,8 @@ impl Carrier {
         since_last: 0,
         fit: None,
         wait: 0,
+        is_new: false,
+        is_contradicted: false,
         readings: Readings::NONE,
         rivals: heapless::Vec::new(),
         is_tried: false,
@@ -180,13 +187,11 @@ impl Carrier {
         }
         self.rows.see(time, &detection.soft);
         *detection = detection.inverted(self.rows.leds());
-        let was_known = self.fit.is_some();
-        if !was_known {
-            let is_of_one = detection.mixed.is_none() || is_sure(&detection.soft);
-            let soft = if is_of_one { detection.soft } else { SoftPanel::ERASED };
-            self.readings.push(number, time, &soft);
-        }
+        let is_of_one = detection.mixed.is_none() || is_sure(&detection.soft);
+        let soft = if is_of_one { detection.soft } else { SoftPanel::ERASED };
+        self.readings.push(number, time, &soft);
         self.see(time, detection);
+        self.is_new = false;
         self.follow();
         let Some(fit) = self.fit else {
             let is_tried = core::mem::take(&mut self.is_tried);
@@ -202,9 +207,13 @@ impl Carrier {
             Shown::Nothing => (detection.soft, detection.mixed) = (SoftPanel::ERASED, None),
         }
         // With a sign that is wrong with some probability, each bit is.
-        let sure = fit.sure.min(self.sure_of_sign(&fit, time));
+        let sure = if self.is_contradicted {
+            0.0
+        } else {
+            fit.sure.min(self.sure_of_sign(&fit, time))
+        };
         *detection = detection.doubted(libm::tanhf(0.5 * sure));
-        (!was_known).then_some(Reread(Source::Frames {
+        self.is_new.then_some(Reread(Source::Frames {
             readings: &self.readings,
             fits: self.fit.as_slice(),
             is_known: true,
@@ -235,6 +244,7 @@ impl Carrier {
         if let Some(fit) = self.fit {
             self.fit = Some(self.refined(fit));
         }
+        self.look_for_a_change();
         self.wait = self.wait.saturating_sub(1);
         if self.wait > 0 || !self.is_suspected() {
             return;
@@ -242,10 +252,7 @@ impl Carrier {
         let found = self.search();
         self.wait = if self.fit.is_some() { CHECK_FRAMES } else { SEARCH_FRAMES };
         match (found, &self.fit) {
-            (Some(found), None) => {
-                self.fit = Some(found);
-                self.wait = CHECK_FRAMES;
-            }
+            (Some(found), None) => self.begin(found),
             (None, None) => {
                 self.searches += 1;
                 self.is_tried = self.searches.is_multiple_of(TRIED_SEARCHES) && !self.rivals.is_empty();
@@ -258,6 +265,52 @@ impl Carrier {
                 self.fit = Some(Fit { sure, ..*fit });
             }
         }
+    }
+
+    fn begin(&mut self, found: Fit) {
+        (self.fit, self.is_new, self.wait) = (Some(found), true, CHECK_FRAMES);
+    }
+
+    /// Forgets the frames before a change of the carrier, if those since are explained clearly better without them.
+    fn look_for_a_change(&mut self) {
+        let changed = self.changed_at();
+        self.is_contradicted = changed.is_some();
+        let Some((first, loss)) = changed else { return };
+        let since = self.history.sightings().len() - first;
+        if since < SIGHTINGS_MIN || !since.is_multiple_of(SEARCH_FRAMES as usize) {
+            return;
+        }
+        self.history.hide(first);
+        let found = self.search();
+        let still = still_score(self.history.sightings());
+        let best = self.rivals.first().map_or(still, |best| best.score.max(still));
+        if best < CHANGED - loss {
+            self.history.show_all();
+            return;
+        }
+        self.history.forget_hidden();
+        self.readings.forget_before(self.history.sightings()[0].time);
+        self.reversals = self.history.reversals();
+        (self.fit, self.is_contradicted, self.searches, self.wait) = (None, false, 0, SEARCH_FRAMES);
+        if let Some(found) = found {
+            self.begin(found);
+        }
+    }
+
+    /// The number of the sighting at which the carrier has changed, or at which it began on a panel that was still, and what the sightings
+    /// since cost as if it had not (nats).
+    fn changed_at(&self) -> Option<(usize, f32)> {
+        let sightings = self.history.sightings();
+        let from = |losses: &mut dyn Iterator<Item = f32>, number: usize| (number, losses.skip(number).sum());
+        let Some(fit) = &self.fit else {
+            let modulation = mean_modulation(sightings.get(..SIGHTINGS_MIN)?);
+            let losses = || still_losses(sightings, modulation);
+            let first = changed_at(losses()).filter(|&first| first >= SIGHTINGS_MIN)?;
+            return Some(from(&mut losses(), first));
+        };
+        let at = AtFrequency::new(sightings, fit.time, fit.frequency);
+        let losses = || at.losses(step(fit.phase) as u8, fit.shape);
+        Some(from(&mut losses(), changed_at(losses())?))
     }
 
     /// How sure the sign of a frame is by the carrier's phase (nats): by how much worse the nearest phases at which it is the other explain
@@ -351,7 +404,7 @@ impl Carrier {
         let rivals = candidates.iter().filter(|other| best.differs(other, sightings) > OTHER);
         let rival = rivals.map(|other| other.score).fold(still, f32::max);
         let alternates = (ALTERNATES..0.5 - ALTERNATES).contains(&best.frequency) && best.shape > 0;
-        let is_reversed = self.reversals >= REVERSALS_MIN;
+        let is_reversed = self.history.reversals() >= REVERSALS_MIN;
         let margin = if is_reversed { CLEARLY } else { BY_CONTRAST };
         if !(is_reversed || alternates) || sightings.len() < SIGHTINGS_MIN || best.score < still + margin {
             self.rivals.clear();

@@ -65,6 +65,19 @@ pub struct Film {
     pub sensor: Sensor,
     /// Frames.
     pub frames: usize,
+    /// What is otherwise in the film's first part.
+    pub change: Option<Change>,
+}
+
+/// A film's first part, before the message begins: beacons, by another carrier or by the same at another phase.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Change {
+    /// Frames of the first part.
+    pub frames: usize,
+    /// Cycles of its carrier in a symbol; 0 where the panel is still.
+    pub cycles: u32,
+    /// By how much the carrier is later than in the second part (cycles).
+    pub late: f64,
 }
 
 impl Film {
@@ -108,6 +121,7 @@ impl Film {
             pitch_px: PITCH_PX,
             sensor: Sensor::USUAL,
             frames: (3.0 * fps).clamp(120.0, 360.0) as usize,
+            change: None,
         }
     }
 
@@ -151,6 +165,20 @@ impl Film {
 
     fn rate_hz(&self) -> f64 {
         self.symbol_rate_hz * (1.0 + 1e-6 * self.clock_ppm)
+    }
+
+    /// Symbols of the first part.
+    fn symbols_before(&self) -> usize {
+        let frames = self.change.map_or(0, |change| change.frames);
+        (frames as f64 / self.fps * self.rate_hz()).round() as usize
+    }
+
+    /// The cycles of a symbol, and by how much they are late.
+    fn carrier_of(&self, symbol: usize) -> (u32, f64) {
+        match self.change {
+            Some(change) if symbol < self.symbols_before() => (change.cycles, change.late),
+            _ => (self.cycles, 0.0),
+        }
     }
 }
 
@@ -224,12 +252,18 @@ impl FilmDrawing {
         }
         let mut random = ChaCha8Rng::seed_from_u64(film.seed ^ 0xca44_1e40);
         let mut framer = Framer::new(message, Code::for_length(message.len()), true).expect("a message");
+        let mut beacons = Framer::beacon();
         let shown = film.frames as f64 / film.fps * film.rate_hz() * 1.01;
+        let symbols_before = film.symbols_before();
+        let next = |symbol| match symbol < symbols_before {
+            true => beacons.next_panel().bits(),
+            false => framer.next_panel().bits(),
+        };
         Self {
             film,
             side: frame,
             centre_px,
-            symbols: (0..shown as usize + 8).map(|_| framer.next_panel().bits()).collect(),
+            symbols: (0..shown as usize + 8).map(next).collect(),
             off,
             leds,
             deviates: (0..DEVIATES).map(|_| gauss(&mut random)).collect(),
@@ -246,20 +280,18 @@ impl FilmDrawing {
 
     /// The share of an exposure from `start_s` on for which each LED is On.
     fn shares(&self, start_s: f64) -> [f32; LEDS] {
-        let Film {
-            exposure_s, cycles, phase, ..
-        } = self.film;
+        let Film { exposure_s, phase, .. } = self.film;
         // In symbols.
         let [from, to] = [start_s, start_s + exposure_s].map(|at| at * self.film.rate_hz() + phase);
         let mut shares = [0.0; LEDS];
         for symbol in from as usize..=to as usize {
             let [begin, end] = [from.max(symbol as f64), to.min(symbol as f64 + 1.0)];
             let length = end - begin;
-            let lit = match cycles {
-                0 => length,
-                cycles => {
+            let lit = match self.film.carrier_of(symbol) {
+                (0, _) => length,
+                (cycles, late) => {
                     let cycles = f64::from(cycles);
-                    (positive_cosine(end * cycles) - positive_cosine(begin * cycles)) / cycles
+                    (positive_cosine(end * cycles - late) - positive_cosine(begin * cycles - late)) / cycles
                 }
             };
             let panel = PanelFrame::from_bits(self.symbols[symbol]);

@@ -1,7 +1,7 @@
 //! A panel that shows bits as the phase of a carrier, in films drawn without the simulator.
 
 use vocc_tests::sensor::Sensor;
-use vocc_tests::undersampled::{Fate, Film, PITCH_PX, receive};
+use vocc_tests::undersampled::{Change, Fate, Film, PITCH_PX, receive};
 
 const MESSAGE: &[u8] = b"Lane closed ahead";
 
@@ -19,7 +19,11 @@ const USUAL: Film = Film {
     pitch_px: PITCH_PX,
     sensor: Sensor::USUAL,
     frames: 150,
+    change: None,
 };
+
+/// Frames after a change of the carrier: three repeats of the message.
+const CHANGED_FRAMES: usize = 100;
 
 /// Cameras of 24 to 150 frames a second, over whose panels, of LEDs 6 to 30 px apart, the phase turns by 0.6 to 6.4 cycles.
 const ROLLING_SEEDS: [u64; 8] = [8, 11, 13, 15, 17, 20, 21, 26];
@@ -63,6 +67,75 @@ fn still_panels_have_no_carrier() {
             "{seed}: {fate:?}"
         );
     }
+}
+
+/// A carrier that begins on a panel that was still, ends, or jumps: the message arrives within as many frames as the slowest of films that
+/// begin with it takes, give or take.
+#[test]
+fn a_carrier_that_changes_in_mid_film_is_learnt_anew() {
+    const CHANGES: [(&str, Change, u32); 5] = [
+        (
+            "begins",
+            Change {
+                frames: 40,
+                cycles: 0,
+                late: 0.0,
+            },
+            16,
+        ),
+        (
+            "begins late",
+            Change {
+                frames: 140,
+                cycles: 0,
+                late: 0.0,
+            },
+            16,
+        ),
+        (
+            "ends",
+            Change {
+                frames: 140,
+                cycles: 16,
+                late: 0.0,
+            },
+            0,
+        ),
+        (
+            "jumps by an eighth",
+            Change {
+                frames: 140,
+                cycles: 16,
+                late: 0.125,
+            },
+            16,
+        ),
+        (
+            "jumps by a quarter",
+            Change {
+                frames: 140,
+                cycles: 16,
+                late: 0.25,
+            },
+            16,
+        ),
+    ];
+    let mut latest = 0;
+    for (name, change, cycles) in CHANGES {
+        for clock_ppm in [0.0, 40.0, -150.0] {
+            let film = Film {
+                cycles,
+                clock_ppm,
+                frames: change.frames + CHANGED_FRAMES,
+                change: Some(change),
+                ..USUAL
+            };
+            let fate = received(film);
+            assert!(fate.delivered.is_some() && fate.wrong == 0, "{name}, {clock_ppm} ppm: {fate:?}");
+            latest = latest.max(fate.delivered.unwrap_or_default() - change.frames);
+        }
+    }
+    println!("{latest} frames after a change at the latest");
 }
 
 /// Contrast near 0, a phase that is parked, a carrier within 0.1 Hz of a multiple of the frames, exposures of whole cycles: there may be no

@@ -126,30 +126,36 @@ impl<'a> AtFrequency<'a> {
 
     /// The logarithm of the likelihood of that phase and shape (nats).
     pub fn score(&self, phase: u8, shape: usize) -> f32 {
+        -self.losses(phase, shape).sum::<f32>()
+    }
+
+    /// What each sighting costs with that phase and shape (nats).
+    pub fn losses(&self, phase: u8, shape: usize) -> impl Iterator<Item = f32> {
         let shape = &WAVEFORMS[shape];
-        let contrast = |i: usize| shape[usize::from(self.phases[i].wrapping_add(phase))];
-        let (mut cross, mut squares, mut seen, mut contrary) = (0.0, 0.0, 0.0, 0.0);
+        let contrast = move |i: usize| shape[usize::from(self.phases[i].wrapping_add(phase))];
+        let (mut cross, mut squares, mut seen) = (0.0, 0.0, 0.0);
         for (i, sighting) in self.sightings.iter().enumerate() {
             let expected = contrast(i);
             cross += sighting.modulation * expected.abs();
             squares += expected * expected;
             seen += sighting.modulation * sighting.modulation;
-            if let Some((before, is_reversed)) = sighting.pair {
-                let Some(before) = i.checked_sub(before.into()) else {
-                    continue;
-                };
-                let product = expected * contrast(before);
-                let wrong = if is_reversed { product } else { -product };
-                contrary += (CONTRARY_SLOPE * wrong).clamp(0.0, CONTRARY);
-            }
         }
         let full = cross / f32::max(squares, 1e-3);
         let unit = 1.0 / (NOISE * libm::sqrtf(seen / self.sightings.len().max(1) as f32)).max(f32::MIN_POSITIVE);
-        let odd = |(i, sighting): (usize, &Sighting)| {
-            let off = unit * (sighting.modulation - full * contrast(i).abs());
-            (0.5 * off * off).min(ODD)
-        };
-        -self.sightings.iter().enumerate().map(odd).sum::<f32>() - contrary
+        self.sightings.iter().enumerate().map(move |(i, sighting)| {
+            let expected = contrast(i);
+            let off = unit * (sighting.modulation - full * expected.abs());
+            let odd = (0.5 * off * off).min(ODD);
+            let of_pair = sighting
+                .pair
+                .and_then(|(before, is_reversed)| Some((i.checked_sub(before.into())?, is_reversed)));
+            let contrary = of_pair.map_or(0.0, |(before, is_reversed)| {
+                let product = expected * contrast(before);
+                let wrong = if is_reversed { product } else { -product };
+                (CONTRARY_SLOPE * wrong).clamp(0.0, CONTRARY)
+            });
+            odd + contrary
+        })
     }
 
     /// The best of some shapes and phases (steps of 1/256 cycle) at this frequency.
@@ -177,15 +183,22 @@ impl<'a> AtFrequency<'a> {
 
 /// How well a panel that is still explains what frames showed (nats): all of one contrast, none the complement of another.
 pub(super) fn still_score(sightings: &[Sighting]) -> f32 {
-    let count = sightings.len().max(1) as f32;
-    let mean = sightings.iter().map(|sighting| sighting.modulation).sum::<f32>() / count;
-    let unit = 1.0 / (NOISE * mean).max(f32::MIN_POSITIVE);
-    let odd = sightings.iter().map(|sighting| {
-        let off = unit * (sighting.modulation - mean);
-        (0.5 * off * off).min(ODD)
-    });
-    let reversals = sightings.iter().filter(|sighting| matches!(sighting.pair, Some((_, true))));
-    -odd.sum::<f32>() - CONTRARY * reversals.count() as f32
+    -still_losses(sightings, mean_modulation(sightings)).sum::<f32>()
+}
+
+/// What each sighting costs if the panel is still and its bits modulate this share of the light (nats).
+pub(super) fn still_losses(sightings: &[Sighting], modulation: f32) -> impl Iterator<Item = f32> {
+    let unit = 1.0 / (NOISE * modulation).max(f32::MIN_POSITIVE);
+    sightings.iter().map(move |sighting| {
+        let off = unit * (sighting.modulation - modulation);
+        let contrary = if matches!(sighting.pair, Some((_, true))) { CONTRARY } else { 0.0 };
+        (0.5 * off * off).min(ODD) + contrary
+    })
+}
+
+/// The mean share of the light that the bits modulate.
+pub(super) fn mean_modulation(sightings: &[Sighting]) -> f32 {
+    sightings.iter().map(|sighting| sighting.modulation).sum::<f32>() / sightings.len().max(1) as f32
 }
 
 /// All shapes.

@@ -19,6 +19,8 @@ pub(super) struct Sighting {
 pub(super) struct History {
     sightings: [Sighting; FRAMES],
     len: usize,
+    /// How many of the earliest are hidden for the time being.
+    hidden: usize,
 }
 
 impl History {
@@ -29,6 +31,7 @@ impl History {
             pair: None,
         }; FRAMES],
         len: 0,
+        hidden: 0,
     };
 
     pub fn push(&mut self, sighting: Sighting) {
@@ -52,12 +55,27 @@ impl History {
     }
 
     pub fn sightings(&self) -> &[Sighting] {
-        &self.sightings[..self.len]
+        &self.sightings[self.hidden..self.len]
+    }
+
+    /// Hides the earliest until they are [shown](Self::show_all) again or [forgotten](Self::forget_hidden).
+    pub fn hide(&mut self, earliest: usize) {
+        self.hidden = earliest.min(self.len);
+    }
+
+    pub fn show_all(&mut self) {
+        self.hidden = 0;
+    }
+
+    pub fn forget_hidden(&mut self) {
+        let hidden = core::mem::take(&mut self.hidden);
+        self.keep_last(self.len - hidden);
     }
 
     /// The last of them, at most `count`.
     pub fn last(&self, count: usize) -> &[Sighting] {
-        &self.sightings()[self.len.saturating_sub(count)..]
+        let sightings = self.sightings();
+        &sightings[sightings.len().saturating_sub(count)..]
     }
 
     /// How many of them show the complement of what was seen before.

@@ -39,6 +39,12 @@ impl Readings {
         self.len = (self.len + 1).min(FRAMES);
     }
 
+    /// Forgets those before that time (frame periods).
+    pub fn forget_before(&mut self, time: f64) {
+        let is_earlier = |index: usize| self.seen[(self.next + FRAMES - self.len + index) % FRAMES].time < time;
+        self.len -= (0..self.len).take_while(|&index| is_earlier(index)).count();
+    }
+
     /// The reading of a frame with the sign that a carrier gives it, the earliest being number 0.
     fn reading(&self, index: usize, fit: &Fit) -> (u64, f64, SoftPanel) {
         let seen = &self.seen[(self.next + FRAMES - self.len + index) % FRAMES];

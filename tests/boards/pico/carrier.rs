@@ -42,6 +42,7 @@ const FILM: undersampled::Film = undersampled::Film {
     pitch_px: undersampled::PITCH_PX,
     sensor: Sensor::USUAL,
     frames: 150,
+    change: None,
 };
 
 /// How many edges of the latch follow the first one at distances of this, s.
