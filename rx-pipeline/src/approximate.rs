@@ -1,5 +1,5 @@
-//! Functions that stand in for slower ones in loops over pixels: multiplications only, so that whole rows are vectorised on every
-//! processor. Each has the bound of its error beside it.
+//! Approximations of slow functions for loops over pixels. They use multiplications only, so that whole rows are vectorised on every
+//! processor. A constant beside each bounds its error.
 //!
 //! ```
 //! use rx_pipeline::approximate::{INVERSE_SQRT_ERROR, inverse_sqrt};
@@ -16,12 +16,12 @@ pub fn inverse_sqrt(x: f32) -> f32 {
     refined(refined(refined(guess(x), half), half), half)
 }
 
-/// The darkest light that [`root`] takes a root of.
+/// The least argument of [`root`].
 pub const ROOT_MIN: f32 = 1e-6;
 /// Bound of the relative error of [`root`].
 pub const ROOT_ERROR: f64 = 5e-6;
 
-/// √x by two of Newton's steps; what is below [`ROOT_MIN`], negative or no number counts as that.
+/// √x by two steps of Newton's method. Arguments below [`ROOT_MIN`], negative ones and NaN count as [`ROOT_MIN`].
 #[inline(always)]
 pub fn root(x: f32) -> f32 {
     let x = x.max(ROOT_MIN);
@@ -29,11 +29,11 @@ pub fn root(x: f32) -> f32 {
     x * refined(refined(guess(x), half), half)
 }
 
-/// Bounds of the error of [`censored_loss`] up to 10 deviations: absolute, and relative, of which it may have both together.
+/// Bounds of the error of [`censored_loss`] up to 10 deviations, [absolute, relative]; the error is at most the sum of both.
 pub const CENSORED_LOSS_ERROR: [f64; 2] = [0.05, 0.05];
 
-/// −ln Q(t), by two parabolas: what it costs that a pixel expected t deviations below saturation is saturated. Beyond 10 deviations up
-/// to 14 % too little.
+/// −ln Q(t), by two parabolas: the loss of a saturated pixel that is expected t deviations below saturation. Beyond 10 deviations it is up
+/// to 14 % too low.
 #[inline(always)]
 pub fn censored_loss(t: f32) -> f32 {
     let (near, far) = ((t + 2.0).max(0.0), t.max(0.0));

@@ -1,29 +1,27 @@
-//! What a receiver has learnt of the camera it looks through, and of the panel that it looks at.
+//! The receiver's estimates of its camera and of the panel.
 
 use link::camera::Camera;
 
-/// What a panel's frames have told.
+/// The camera and the panel's defects, estimated from a panel's frames.
 ///
-/// Given back as [`ReceiverSettings::camera`](crate::receiver::ReceiverSettings::camera), the camera is what the next receiver begins with.
+/// Pass the camera to the next receiver as [`ReceiverSettings::camera`](crate::receiver::ReceiverSettings::camera).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Learnt {
-    /// The camera: what the frames say of it, and what was told of the rest. A near panel is read in larger pixels, which say nothing of
-    /// its curve and its blur.
+    /// The camera: estimates from the frames, and the configured values elsewhere. A near panel is read in larger pixels, which do not show
+    /// the camera's curve and blur.
     pub camera: Camera,
-    /// The camera as the panel's pixels show it now: in larger ones, curve and blur are those that explain what is seen in them.
+    /// The camera of the pixels that the panel is read in now. In larger pixels, curve and blur are those that explain these pixels.
     pub seen: Camera,
-    /// The standard deviation of [`Camera::blur_sigma_px`], in pixels; none where the blur is the one that was told.
+    /// The standard deviation of [`Camera::blur_sigma_px`], in pixels; `None` if the blur is the configured one.
     pub blur_deviation_px: Option<f32>,
-    /// The standard deviation of a pixel of middle grey from what is expected of it, in grey levels: the sensor's noise, and whatever the
-    /// model leaves unexplained.
+    /// The standard deviation of a middle-grey pixel about the model, in grey levels: sensor noise and model error.
     pub noise_grey: f32,
-    /// By how much of an exposure each line is later than the one above it: negative where lines are read from below, 0 where all are
-    /// exposed at once; none before exposures that caught two symbols have told. The time of a line over that of the exposure, so that it
-    /// follows the exposure.
+    /// The delay between neighbouring lines, in exposures, so that it follows the exposure: negative if the camera reads from below, 0 if
+    /// it exposes all lines at once; `None` until an exposure has caught two symbols.
     #[cfg(feature = "read-lines")]
     pub line_delay: Option<f32>,
-    /// LEDs that do not follow the message, bit 8·row + column each: dead, stuck, or far too dim. They are read as erased.
+    /// LEDs that do not follow the message, bit 8·row + column each: dead, stuck, or far too dim. They are read as erasures.
     pub broken: u64,
-    /// Frames that this was learnt from, 64 at most: older ones are forgotten.
+    /// Frames behind these estimates, at most 64, because older frames are forgotten.
     pub frames: u32,
 }

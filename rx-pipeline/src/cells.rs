@@ -1,4 +1,4 @@
-//! Which pixel belongs to which LED, worked out once for a pose and laid out for [`crate::features`].
+//! The map from pixels to LEDs, computed once per pose and laid out for [`crate::features`].
 
 #[cfg(test)]
 mod tests;
@@ -7,7 +7,7 @@ use crate::approximate::inverse_sqrt;
 use crate::corners::Corners;
 use link::panel::{LEDS, SIDE};
 
-/// The widest bounding box of a panel, in pixels: rows are worked on in buffers of this length.
+/// The widest bounding box of a panel, in pixels: the length of row buffers.
 pub const MAX_WIDTH_PX: usize = 255;
 
 /// The cell number of pixels of the bounding box that belong to no cell.
@@ -20,9 +20,8 @@ pub(crate) const NO_CELL: u8 = LEDS as u8;
 /// centred on its LED and open at its right and lower sides, so that each pixel belongs to at most one. Cell 8·row + column is
 /// that of the LED of the same number.
 ///
-/// `PIXELS` is the largest bounding box, width times height. A map takes about 10 bytes a pixel: 13 kB for
-/// 36×36, 164 kB for 128×128. Where that is too much for the stack put an [`CellMap::empty`] map in a `static`
-/// and [`CellMap::build`] it in place.
+/// `PIXELS` is the largest bounding box, width times height. A map takes about 10 bytes a pixel: 13 kB for 36×36, 164 kB for 128×128. If
+/// that is too much for the stack, put an [`CellMap::empty`] map into a `static` and [`CellMap::build`] it in place.
 ///
 /// ```
 /// use rx_pipeline::{cells::CellMap, corners::Corners};
@@ -165,8 +164,8 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
         Ok(())
     }
 
-    /// Moves the cells by whole pixels, for a frame that begins elsewhere and is `width` × `height` px; empties the map, and is false,
-    /// where they do not lie within it.
+    /// Moves the cells by whole pixels, for a frame of `width` × `height` px with another origin. If they do not lie within that frame,
+    /// empties the map and returns false.
     pub(crate) fn shift(&mut self, [dx, dy]: [i32; 2], width: usize, height: usize) -> bool {
         let moved = |start: usize, by: i32, length: usize, limit: usize| {
             let start = start.checked_add_signed(by as isize)?;
@@ -178,24 +177,24 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
         place.is_some()
     }
 
-    /// The panel's bounding box; of no pixels while the map is empty.
+    /// The panel's bounding box; it has no pixels while the map is empty.
     pub const fn bounds(&self) -> Bounds {
         self.bounds
     }
 
-    /// The cell (0 to 63) of the pixel (`x`, `y`) of the frame; `None` if it belongs to none.
+    /// The cell (0 to 63) of the pixel (`x`, `y`) of the frame; `None` outside the cells.
     pub fn cell(&self, x: usize, y: usize) -> Option<usize> {
         let cell = self.cell[self.index(x, y)?];
         (cell != NO_CELL).then_some(cell.into())
     }
 
-    /// The unit vector from the pixel (`x`, `y`) of the frame towards the centre of its cell's LED. Zero at the centre
-    /// itself and where there is no cell.
+    /// The unit vector from the pixel (`x`, `y`) of the frame towards the centre of its cell's LED. Zero at the centre itself and outside
+    /// the cells.
     pub fn rho(&self, x: usize, y: usize) -> [f32; 2] {
         self.index(x, y).map_or([0.0; 2], |i| [self.rho_x[i], self.rho_y[i]])
     }
 
-    /// How many pixels belong to cell `cell` (0 to 63); 0 for numbers beyond. At least 1 in a built map.
+    /// The number of pixels of cell `cell` (0 to 63); 0 for numbers beyond. At least 1 in a built map.
     pub fn pixels_of_cell(&self, cell: usize) -> usize {
         self.pixels().get(cell).copied().map_or(0, usize::from)
     }
@@ -261,8 +260,8 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
         }
     }
 
-    /// Fills the map of a panel whose rows are rows of the frame: what lies to the right of what, and in which cell, is the
-    /// same in all pixel rows of one row of cells, so only the vectors' lengths are worked out for each pixel.
+    /// Fills the map of a panel whose rows are rows of the frame: columns and cells are the same in all pixel rows of one row of cells, so
+    /// only the vectors' lengths are computed for each pixel.
     #[inline(always)]
     fn fill_upright(
         &mut self,
@@ -278,7 +277,7 @@ impl<const PIXELS: usize> CellMap<PIXELS> {
         let (mut in_row, mut first) = ([0; LEDS], 0);
         for y in 0..height {
             let row = width * y..width * (y + 1);
-            // By the very operations of `cells_of_row`, so that both change at the same row.
+            // The same operations as in `cells_of_row`, so that both change at the same row.
             let from_top = from_border((row_factor * y as f32 + row_offset) * (1.0 / scale));
             let led_row = is_within(from_top).then(|| floor(from_top));
             if above == Some(led_row) {
@@ -315,7 +314,7 @@ fn is_upright(matrix: &[[f32; 3]; 3]) -> bool {
 }
 
 impl CellsError {
-    /// That cells which end there are not within a frame of that size.
+    /// The error for cells that end there, outside a frame of that size.
     pub(crate) fn outside_frame([[left, right], [top, bottom]]: [[f64; 2]; 2], [width, height]: [usize; 2]) -> Self {
         Self::OutsideFrame {
             left,
@@ -328,7 +327,7 @@ impl CellsError {
     }
 }
 
-/// Where the outermost cells end along x and along y.
+/// The ends of the outermost cells along x and along y.
 pub(crate) fn ends(corners: &Corners) -> [[f64; 2]; 2] {
     let outline = corners.homography().outline();
     [0, 1].map(|axis| {
@@ -392,7 +391,7 @@ fn floor(x: f32) -> f32 {
     if rounded > x { rounded - 1.0 } else { rounded }
 }
 
-/// The runs of one cell, and the vectors from their pixels to the cell's centre; zero where there is no cell.
+/// The runs of one cell, and the vectors from their pixels to the cell's centre; zero outside the cells.
 fn runs_of_row(
     centres: &[[f32; 2]; LEDS],
     y: f32,

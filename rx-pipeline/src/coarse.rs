@@ -1,8 +1,8 @@
-//! Frames in larger pixels: a near panel in them is as large as a far one in the frame itself.
+//! Frames in larger pixels, in which a near panel is as large as a far one in the camera's own pixels.
 //!
-//! A larger pixel is the root mean square of up to 4×2 of the grey levels in its square, whatever the square's side, so that its cost does
-//! not grow with that: grey levels are about the root of light, and so the light of an LED's rim counts for what it is. Neighbours are then
-//! mixed by the binomial 1, 2, 1 along both axes: an LED that was a sharp disc many pixels wide looks like one under a lens, a round spot.
+//! A larger pixel is the root mean square of at most 4×2 grey levels from its square. Its cost therefore does not grow with the square's
+//! side. Grey levels are about the root of light, so the root mean square averages light, and an LED's rim counts fully. Neighbours are
+//! then mixed by the binomial 1, 2, 1 along both axes: a sharp disc many pixels wide becomes a round spot, as under a lens.
 
 use crate::approximate::root;
 use crate::corners::{Corners, CornersError};
@@ -12,18 +12,18 @@ use crate::spots::SIGMA_PX;
 use crate::spots::{LatticeModel, PIXEL_VARIANCE};
 use core::ops::Range;
 
-/// Samples along a larger pixel's row, at most (count), and a 2, 3 or 4 px wide one has no fewer than that. More:
-/// less noise, and slower.
+/// Samples along a larger pixel's row, at most (count); every column is sampled in pixels of up to that width. More: less noise, and
+/// slower.
 const SAMPLES_ACROSS: usize = 4;
 /// Samples along a larger pixel's column, at most (count). As above.
 const SAMPLES_DOWN: usize = 2;
 
 /// The variance of the binomial 1, 2, 1.
 const MIXING_VARIANCE: f32 = 0.5;
-/// Larger pixels worked on together.
+/// Larger pixels per pass (count).
 const SEGMENT: usize = 256;
 
-/// Larger pixels in a frame: `side` × `side` of its pixels each, the first one's first at `origin`.
+/// Larger pixels in a frame: `side` × `side` of its pixels each, from `origin` on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Grid {
     pub side: usize,
@@ -37,38 +37,38 @@ impl Grid {
     /// The frame's own pixels.
     pub const FRAME: Self = Self { side: 1, origin: [0; 2] };
 
-    /// Larger pixels from the frame's first on.
+    /// Larger pixels that start at the frame's first pixel.
     pub const fn of_side(side: usize) -> Self {
         Self { side, origin: [0; 2] }
     }
 
-    /// Where in the frame a position in larger pixels is.
+    /// Converts a position from larger pixels to the frame.
     pub fn place_in_frame(&self, at: [f32; 2]) -> [f32; 2] {
         let middle = 0.5 * (self.side as f32 - 1.0);
         core::array::from_fn(|i| at[i] * self.side as f32 + middle + self.origin[i] as f32)
     }
 
-    /// Where in larger pixels a position in the frame is.
+    /// Converts a position from the frame to larger pixels.
     pub fn place_of_frame(&self, at: [f32; 2]) -> [f32; 2] {
         let middle = 0.5 * (self.side as f32 - 1.0);
         core::array::from_fn(|i| (at[i] - middle - self.origin[i] as f32) / self.side as f32)
     }
 
-    /// The standard deviation, in larger pixels, of what is as wide in the frame.
+    /// Converts a standard deviation in the frame to larger pixels.
     pub fn sigma_from_frame(&self, sigma_px: f32) -> f32 {
         let side = self.side as f32;
         let variance = (sigma_px * sigma_px - PIXEL_VARIANCE).max(0.0) / (side * side);
         libm::sqrtf(variance + self.own_variance())
     }
 
-    /// The blur that there is in larger pixels of what a lens has blurred in the frame.
+    /// The blur in larger pixels if the lens has this blur in the frame.
     pub fn blur_from_frame(&self, blur_sigma_px: f32) -> f32 {
         let in_frame = libm::sqrtf(blur_sigma_px * blur_sigma_px + PIXEL_VARIANCE);
         let sigma = self.sigma_from_frame(in_frame);
         libm::sqrtf((sigma * sigma - PIXEL_VARIANCE).max(0.0))
     }
 
-    /// The variance of what mixes larger pixels with their neighbours.
+    /// The variance that mixing with neighbours adds.
     pub fn mixing_variance(&self) -> f32 {
         if self.side > 1 { MIXING_VARIANCE } else { 0.0 }
     }
@@ -78,12 +78,12 @@ impl Grid {
         PIXEL_VARIANCE + self.mixing_variance()
     }
 
-    /// Where in the frame corners seen here are.
+    /// Converts corners from larger pixels to the frame.
     pub fn corners_to_frame(&self, corners: &Corners) -> Result<Corners, CornersError> {
         Corners::new(corners.points().map(|at| self.place_in_frame(at)))
     }
 
-    /// Where corners in the frame are seen here.
+    /// Converts corners from the frame to larger pixels.
     pub fn corners_from_frame(&self, corners: &Corners) -> Result<Corners, CornersError> {
         Corners::new(corners.points().map(|at| self.place_of_frame(at)))
     }
@@ -96,7 +96,7 @@ impl Grid {
         lattice.scaled(self.place_of_frame(lattice.centre), 1.0 / self.side as f32)
     }
 
-    /// What in the frame looks like `spots` in larger pixels.
+    /// Converts spots from larger pixels to the frame.
     pub fn spots_to_frame(&self, spots: &LatticeModel) -> LatticeModel {
         let side = self.side as f32;
         let variance = (spots.sigma * spots.sigma - self.own_variance()).max(0.0) * side * side;
@@ -105,14 +105,14 @@ impl Grid {
         widened(spots, lattice, sigma, side)
     }
 
-    /// What spots in the frame look like in larger pixels.
+    /// Converts spots from the frame to larger pixels.
     pub fn spots_from_frame(&self, spots: &LatticeModel) -> LatticeModel {
         let sigma = self.sigma_from_frame(spots.sigma).clamp(*SIGMA_PX.start(), *SIGMA_PX.end());
         let lattice = self.lattice_from_frame(&spots.lattice);
         widened(spots, lattice, sigma, 1.0 / self.side as f32)
     }
 
-    /// The same larger pixels in a frame that begins elsewhere, so that positions change by `shift`.
+    /// The same larger pixels in a frame with another origin, in which positions change by `shift`.
     pub fn shifted(&self, shift: [i32; 2]) -> Self {
         Self {
             origin: core::array::from_fn(|i| self.origin[i].saturating_add(shift[i])),
@@ -120,8 +120,8 @@ impl Grid {
         }
     }
 
-    /// The `width` × `height` larger pixels, in `buffer`; `None` if they do not fit into it or none of them is whole in the frame. Beyond
-    /// its edges the frame goes on as it ends.
+    /// The `width` × `height` larger pixels, drawn into `buffer`; `None` if they do not fit into it or if the frame holds no whole one.
+    /// Beyond its edges the frame continues with its outermost pixels.
     pub fn draw<'a>(&self, frame: &Frame<'_>, size: [usize; 2], buffer: &'a mut [u8]) -> Option<Frame<'a>> {
         let [width, height] = size;
         let inside = Inside::of(self, frame, size)?;
@@ -189,12 +189,12 @@ impl Grid {
         sums[end..].fill(right);
     }
 
-    /// How many samples are taken along an axis, of so many at most.
+    /// The number of samples along an axis, at most `most`.
     fn samples(&self, most: usize) -> usize {
         self.side.min(most)
     }
 
-    /// Where in a larger pixel samples are taken along an axis: spread evenly, and as far from either side.
+    /// The positions of samples along an axis of a larger pixel: evenly spread and symmetric.
     fn offsets(&self, most: usize) -> impl Iterator<Item = usize> {
         let (side, count) = (self.side, self.samples(most));
         (0..count).map(move |i| {
@@ -204,12 +204,12 @@ impl Grid {
     }
 }
 
-/// The larger pixels that are whole in a frame.
+/// The larger pixels that lie wholly within a frame.
 struct Inside<'a> {
     part: Frame<'a>,
-    /// How many columns and rows of larger pixels begin before it.
+    /// Columns and rows of larger pixels before the first whole one.
     before: [usize; 2],
-    /// How many there are.
+    /// Columns and rows of whole larger pixels.
     size: [usize; 2],
 }
 
@@ -237,9 +237,9 @@ impl<'a> Inside<'a> {
     }
 }
 
-/// Adds the squares of each `SIDE` neighbours.
+/// Adds the squares of every `SIDE` neighbours.
 fn add_all<const SIDE: usize>(row: &[u8], sums: &mut [u32]) {
-    /// As many sums as make a loop that the compiler reckons with at once.
+    /// Sums per pass, so that the compiler vectorises the loop.
     const SUMS: usize = 8;
     fn add<const SIDE: usize>(pixels: &[[u8; SIDE]], sums: &mut [u32]) {
         for (sum, pixels) in sums.iter_mut().zip(pixels) {
@@ -255,7 +255,7 @@ fn add_all<const SIDE: usize>(row: &[u8], sums: &mut [u32]) {
     }
 }
 
-/// The same light in spots of another width, on another lattice in pixels `scale` times as fine.
+/// The same light in spots of another width, on another lattice, in pixels `scale` times as fine.
 fn widened(spots: &LatticeModel, lattice: Lattice, sigma: f32, scale: f32) -> LatticeModel {
     let ratio = spots.sigma / (sigma / scale);
     LatticeModel {
@@ -272,7 +272,7 @@ mod tests {
     use super::*;
     use properties::prelude::*;
 
-    /// Grey levels of which each pixel of the frame has its own.
+    /// A frame from a grey level per pixel.
     fn frame_of(width: usize, height: usize, grey: impl Fn(usize, usize) -> u8) -> std::vec::Vec<u8> {
         (0..width * height).map(|i| grey(i % width, i / width)).collect()
     }
@@ -317,7 +317,7 @@ mod tests {
         }
     }
 
-    /// The centre of gravity of light beyond the darkest.
+    /// The centre of gravity of the light above the darkest pixel.
     fn centre(frame: &Frame<'_>) -> [f32; 2] {
         let (mut sum, mut total) = ([0.0; 2], 0.0);
         for (y, row) in frame.rows().enumerate() {
@@ -352,7 +352,7 @@ mod tests {
             let squares: f32 = drawn.rows().flatten().map(|&grey| f32::from(grey).powi(2)).sum();
             let peak = drawn.rows().flatten().copied().max().unwrap_or_default();
             let width = (squares / f32::from(peak).powi(2) / core::f32::consts::TAU).sqrt();
-            // The spot in the frame is of light, without what a pixel adds.
+            // The spot in the frame is light alone, without the pixel's own variance.
             let own = libm::sqrtf(sigma_px * sigma_px + PIXEL_VARIANCE);
             prop_assert!((width / grid.sigma_from_frame(own) - 1.0).abs() < 0.1, "{width}");
         }

@@ -1,11 +1,11 @@
-//! Where the panel lies in the frame: its four corner LEDs, and the homography they fix.
+//! The panel's position in the frame: its four corner LEDs, and the homography that they define.
 
 use link::panel::SIDE;
 
-/// The least pitch that is read (px).
+/// The least pitch that the receiver reads (px).
 ///
-/// A square cell holds a pixel centre wherever it lies and however it is turned once its inscribed circle has the
-/// radius √2/2, that is, from a side of √2 px on. 1.5 px keeps a little distance from that.
+/// A square cell holds a pixel centre at any position and rotation if its inscribed circle has at least the radius √2/2, that is, from a
+/// side of √2 px on. 1.5 px leaves a margin.
 pub(crate) const MIN_PITCH_PX: f32 = 1.5;
 
 /// The position of the last LED of a row or column in panel coordinates.
@@ -53,7 +53,7 @@ pub enum CornersError {
         /// 0 to 3: top left, top right, bottom right, bottom left.
         corner: usize,
     },
-    /// The LEDs are too close to each other to be told apart.
+    /// The LEDs are too close to each other to be resolved.
     #[error(
         "the LEDs are {pitch_px} px apart: at least {MIN_PITCH_PX} px is needed; check the corners, or show the panel larger: \
          from nearer, by a longer focal length, or in more pixels"
@@ -102,7 +102,7 @@ impl Corners {
         self.0
     }
 
-    /// The same corners, those of the panel's own rows, where these are of a picture that has it turned by so many right angles clockwise.
+    /// The corners in the order of the panel's own rows, if these belong to a picture that shows it `quarter_turns` right angles clockwise.
     pub(crate) fn upright(&self, quarter_turns: u8) -> Self {
         let mut points = self.0;
         points.rotate_left(usize::from(quarter_turns % 4));
@@ -114,7 +114,7 @@ impl Corners {
         self.sides_px().into_iter().sum::<f32>() / (4.0 * LAST as f32)
     }
 
-    /// Where the panel's diagonals meet: the image of its centre.
+    /// The intersection of the panel's diagonals: the image of its centre.
     pub fn centre_px(&self) -> [f32; 2] {
         let [x, y] = self.homography().to_image([LAST / 2.0; 2]);
         [x as f32, y as f32]
@@ -149,8 +149,8 @@ fn turn(a: [f32; 2], b: [f32; 2], c: [f32; 2]) -> f64 {
 
 /// The projective map from panel coordinates (u: LED column, v: LED row, both 0 to 7 at the LEDs) to pixels.
 ///
-/// In f64: it is computed a few times for a pose, and the difference of nearly equal products in its inverse would cost f32
-/// the tenth of a thousandth of a pixel that decides to which cell a pixel on a border belongs.
+/// In f64: it is computed a few times per pose, and its inverse subtracts nearly equal products. In f32 that would cost the tenth of a
+/// thousandth of a pixel which decides the cell of a pixel on a border.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Homography {
     forward: [[f64; 3]; 3],
@@ -196,8 +196,8 @@ impl Homography {
             .map(|[a, b, c]| [a, b, a * x + b * y + c].map(|value| (value * scale) as f32))
     }
 
-    /// The image of the panel's middle, the steps to the next LED in its row and in its column there, and by how much farther off these
-    /// are, as a share of the distance.
+    /// The image of the panel's middle, the steps from there to the next LED in the row and in the column, and the growth of distance with
+    /// these steps, as a share of the distance.
     pub(crate) fn about_middle(&self) -> [[f32; 2]; 4] {
         let middle = LAST / 2.0;
         let [x, y, [g, h, one]] = self.forward;

@@ -7,8 +7,8 @@
 //! | [`Detector::Otsu`] | the cells' mean grey | nothing | where LEDs are many pixels large, or on the smallest processor |
 //! | [`Detector::Fisher`] | AGR, GRI and, if wanted, NGR | training | when frames with known bits are at hand |
 //!
-//! The first three see nothing but one panel, so they need LEDs of both states in it: a panel that is all On or all Off is
-//! split in two all the same. A scrambled message has both.
+//! The first three use one panel alone, so they need LEDs of both states in it: they split a panel that is all On or all Off in two all the
+//! same. A scrambled message has both states.
 //!
 //! # Soft values
 //!
@@ -17,9 +17,9 @@
 //! them from the panel itself, by the classes they have just found, in standardised features. To Σ they add
 //! a hundredth of each feature's variance in the panel on its diagonal, so that a frame without noise has finite values.
 //!
-//! The limits of that model: where the classes overlap, a split by the panel itself cuts their tails off, takes Σ for smaller
-//! than it is, and so claims to be surer than it may be. The errors of neighbouring cells, which the blur makes alike, count as
-//! independent. And as Σ is not round, the sign of a soft value may differ from k-means' bit close to the border.
+//! The model has limits. If the classes overlap, a split by the panel itself cuts their tails off, underestimates Σ, and so overstates how
+//! sure the bits are. Blur makes the errors of neighbouring cells alike, but they count as independent. And as Σ is not round, the sign of
+//! a soft value may differ from k-means' bit close to the border.
 
 mod detection;
 mod discriminant;
@@ -47,10 +47,10 @@ use error::WHITE_CELLS_MAX;
 use link::panel::PanelFrame;
 use standardise::standardised;
 
-/// A cell of a brighter mean is white, but for what a codec leaves of that (grey). Higher: ripples of white are read as bits.
+/// A cell of a brighter mean is white, with some room for a codec's errors (grey). Higher: ripples of white are read as bits.
 const WHITE_GREY: f32 = 248.0;
 
-/// How to tell On from Off.
+/// The classifier of On and Off.
 ///
 /// ```
 /// use rx_pipeline::{cells::CellMap, corners::Corners, detect::Detector, features::Features, frame::Frame};
@@ -81,12 +81,12 @@ pub enum Detector {
     Fisher(Fisher),
 }
 
-/// How a panel is read: by its cells' features, or by its pixels.
+/// How a panel is read: from its cells' features, or from its pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Method {
-    /// By AGR, GRI and NGR.
+    /// From AGR, GRI and NGR.
     Features(Detector),
-    /// By the bits that make the pixels likeliest.
+    /// The bits of greatest likelihood, given the pixels.
     #[default]
     MaximumLikelihood,
 }
@@ -119,11 +119,10 @@ impl Detector {
         Ok(Detection::new(bits, llr))
     }
 
-    /// The bits of the panel alone, for who needs no soft values: a third of the time of [`Detector::detect`] or less.
+    /// The panel's bits without soft values, in at most a third of the time of [`Detector::detect`].
     ///
     /// # Errors
-    /// [`DetectError::ContrastTooLow`] if all cells look alike, [`DetectError::OneClass`] if they do in the features that
-    /// the detector goes by.
+    /// [`DetectError::ContrastTooLow`] if all cells look alike, [`DetectError::OneClass`] if they do so in the detector's features.
     #[inline(always)]
     pub fn decide(&self, features: &Features) -> Result<PanelFrame, DetectError> {
         check_contrast(features)?;
@@ -151,10 +150,10 @@ fn check_contrast(features: &Features) -> Result<(), DetectError> {
     }
 }
 
-/// Whether so few cells are white that what Off LEDs show is no ripple of their neighbours' light.
+/// Checks that few enough cells are white: near many white cells, an Off LED shows only ripples of its neighbours' light.
 ///
 /// # Errors
-/// When more are: [`DetectError::TooWhite`].
+/// [`DetectError::TooWhite`] if more are white.
 pub fn check_white(features: &Features) -> Result<(), DetectError> {
     let is_white = |&&grey: &&f32| grey > WHITE_GREY;
     match features.mean_grey.iter().filter(is_white).count() {

@@ -1,4 +1,4 @@
-//! What a cell says of its LED: greyscale ratios and the gradient towards the centre.
+//! The features of a cell: greyscale ratios and the gradient towards the centre.
 //!
 //! - **AGR**, average greyscale ratio: the cell's mean grey over the panel's.
 //! - **GRI**, gradient radial inwards: (1/n)·Σ ∇G·ρ̂ over the cell's n pixels, with ∇G = (G(x+1) − G(x−1), G(y+1) − G(y−1))
@@ -11,7 +11,7 @@ use crate::frame::Frame;
 use core::array;
 use link::panel::{LEDS, SIDE};
 
-/// The darkest that a mean is taken for in a ratio (grey): half a level is what rounding leaves unknown.
+/// The least mean in a ratio (grey): half a level, the error of rounding.
 const DARKEST_GREY: f32 = 0.5;
 
 /// The features of the 64 cells of one panel, cell 8·row + column.
@@ -98,7 +98,7 @@ impl Features {
 
     /// Neighbour greyscale ratio of each cell: its mean grey over the mean of its up to eight neighbours' means.
     ///
-    /// Means below half a grey level count as that, so that the ratio is finite in the dark.
+    /// Means below half a grey level count as half a level, so that the ratio is finite in the dark.
     pub fn ngr(&self) -> [f32; LEDS] {
         array::from_fn(|cell| {
             let around = |centre: usize| centre.saturating_sub(1)..(centre + 2).min(SIDE);
@@ -184,8 +184,8 @@ impl Sums {
 /// The most rows whose greys add up in 16 bits.
 const MAX_ROWS: u32 = 255;
 
-/// Successive pixel rows of the same runs of cells, summed column by column: whole rows at a time, whatever the cells' size. In
-/// an upright panel that is a row of cells, else a single row of pixels.
+/// Successive pixel rows of the same runs of cells, summed column by column: whole rows at a time, independent of the cells' size. In an
+/// upright panel that is a row of cells, else a single row of pixels.
 struct Band<'a> {
     cell: &'a [u8],
     run: &'a [u8],

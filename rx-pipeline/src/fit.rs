@@ -1,4 +1,4 @@
-//! From a pose that is about right to the one that fits the pixels best (Levenberg 1944; Marquardt 1963).
+//! Refinement of an approximate pose to the best fit of the pixels (Levenberg 1944; Marquardt 1963).
 
 use crate::lattice::{Lattice, MIDDLE};
 use crate::spots::{LatticeModel, Observation, Residuals, Slope, Window};
@@ -11,33 +11,32 @@ const SETTLED: f32 = 3e-3;
 const DAMPING: f32 = 0.05;
 /// The least damping (share of the curvature).
 const LEAST_DAMPING: f32 = 0.01;
-/// What a step that improves multiplies the damping by (factor).
+/// Factor on the damping after a step that improves.
 const EASED: f32 = 0.3;
-/// What a step that does not improve makes of the damping: a multiple (factor), and this more (share of the
-/// curvature).
+/// The damping after a step that does not improve: multiplied (factor), and increased (share of the curvature).
 const STIFFENED: (f32, f32) = (4.0, 0.2);
-/// With so much damping no step leads anywhere (share of the curvature). Higher: more steps before giving up.
+/// The damping at which the search ends (share of the curvature). Higher: more steps before giving up.
 const STUCK: f32 = 50.0;
-/// Steps in which only the levels settle, since nothing else can before (count).
+/// Steps that fit the levels alone, which have to settle first (count).
 pub(crate) const LEVELLING: usize = 3;
-/// Steps in which a near panel's tilt settles, at most (count).
+/// Steps for a near panel's tilt, at most (count).
 const TILTING: usize = 8;
 
-/// A model fitted to a frame, and how it differs from that.
+/// A model fitted to a frame, and its residuals.
 pub(crate) struct Fit {
     pub spots: LatticeModel,
     pub slope: Slope,
 }
 
 impl Fit {
-    /// Root mean square of what is left, in grey levels.
+    /// Root mean square of the residuals, in grey levels.
     pub fn residual_grey(&self) -> f32 {
         libm::sqrtf(self.slope.squares / self.slope.pixels.max(1) as f32)
     }
 }
 
-/// Fits levels, states and shape together in at most `steps` steps, the levels first where `start` has none; `None` where there is
-/// nothing to settle on.
+/// Fits levels, states and shape together in at most `steps` steps, the levels first if `start` has none; `None` if there is nothing to
+/// fit.
 pub(crate) fn levenberg_marquardt<const N: usize>(
     residuals: &mut Residuals<N>,
     observation: Observation<'_, '_>,
@@ -75,7 +74,7 @@ pub(crate) fn levenberg_marquardt<const N: usize>(
     Some(Fit { spots, slope })
 }
 
-/// A near panel's fit, seen in perspective: its tilt too, as long as that leaves less.
+/// The fit of a near panel, in perspective: with its tilt too, as long as that reduces the residuals.
 pub(crate) fn in_perspective<const N: usize>(
     residuals: &mut Residuals<N>,
     observation: Observation<'_, '_>,

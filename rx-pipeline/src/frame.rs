@@ -1,6 +1,6 @@
 //! A camera frame: 8-bit grey pixels somewhere in memory.
 
-/// The most columns or rows that a camera is expected to have: whoever reads frames from files or streams refuses more.
+/// The most columns or rows of a camera's frame: readers of files and streams refuse more.
 pub const SIDE_MAX: usize = 8192;
 
 /// A view of 8-bit grey pixels.
@@ -25,16 +25,16 @@ pub struct Frame<'a> {
     stride: usize,
 }
 
-/// Why pixels are no frame.
+/// Why pixels do not make a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FrameError {
     /// No pixel at all.
     #[error("a frame of {width} × {height} pixels is empty: give at least 1 × 1")]
     Empty {
-        /// Columns asked for.
+        /// Requested columns.
         width: usize,
-        /// Rows asked for.
+        /// Requested rows.
         height: usize,
     },
     /// Rows that overlap in memory.
@@ -45,10 +45,10 @@ pub enum FrameError {
         /// Columns.
         width: usize,
     },
-    /// Fewer bytes than the frame's size calls for.
+    /// Fewer bytes than the frame needs.
     #[error("{length} bytes do not hold {width} × {height} pixels in rows of {stride} bytes: check the frame's size")]
     TooShort {
-        /// Bytes given.
+        /// Bytes available.
         length: usize,
         /// Columns.
         width: usize,
@@ -84,7 +84,7 @@ impl<'a> Frame<'a> {
         Self::with_stride(pixels, width, height, width)
     }
 
-    /// A frame whose rows start every `stride` bytes; the bytes between are not looked at.
+    /// A frame whose rows start every `stride` bytes; the bytes in between are ignored.
     ///
     /// # Errors
     /// As [`Frame::new`], and [`FrameError::StrideTooShort`] if `stride` is less than `width`.

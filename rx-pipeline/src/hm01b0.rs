@@ -1,31 +1,30 @@
 //! Himax's HM01B0, a grey camera of 324×324 pixels, over its I2C registers.
 //!
-//! Registers and their meaning are those of the HM01B0 datasheet; what it leaves open (the analog settings) is what
-//! Himax's own example and the drivers in the field write. There is no gamma in this camera: its grey levels are linear in light above
-//! [`BLACK_GREY`].
+//! Registers follow the HM01B0 datasheet. The analog settings, which it leaves open, follow Himax's own example and the drivers in the
+//! field. This camera has no gamma: its grey levels are linear in light above [`BLACK_GREY`].
 
 use embedded_hal::{delay::DelayNs, i2c::I2c};
 use serde::{Deserialize, Serialize};
 
 /// Its address on the bus, 7 bits.
 const ADDRESS: u8 = 0x24;
-/// What its identity registers hold.
+/// The value of its identity registers.
 const MODEL_ID: u16 = 0x01b0;
-/// From one of its pixels to the next, µm.
+/// The pixel pitch, µm.
 const PIXEL_PITCH_UM: f32 = 3.6;
-/// The focal length of the lens that it is sold with (HM01B0-MNA-00FT870), µm.
+/// The focal length of its usual lens (HM01B0-MNA-00FT870), µm.
 const FOCAL_LENGTH_UM: f32 = 870.0;
-/// The clock that modules feed it, Hz.
+/// The clock that modules supply, Hz.
 const MASTER_CLOCK_HZ: u32 = 24_000_000;
-/// Pixel clocks in a line: the least that the sensor takes.
+/// Pixel clocks in a line: the sensor's minimum.
 pub const LINE_CLOCKS: u16 = 0x178;
 /// The pixel clock, Hz: an eighth of the master clock.
 pub const PIXEL_CLOCK_HZ: u32 = MASTER_CLOCK_HZ / 8;
-/// The grey level of no light, which the sensor holds by its dark pixels.
+/// The grey level of no light, which the sensor holds by means of its dark pixels.
 pub const BLACK_GREY: u8 = 8;
 /// The shortest exposure, lines.
 pub const LEAST_LINES: u16 = 2;
-/// After a software reset nothing is written for so long, ms.
+/// The pause after a software reset, ms.
 const RESET_MS: u32 = 100;
 /// Lines of a frame's period that cannot be exposed.
 const UNEXPOSED_LINES: u16 = 2;
@@ -50,7 +49,7 @@ const SIX_BITS: u16 = 0x3011;
 const WIDTH_OF_PORT: u16 = 0x3059;
 const CLOCKS: u16 = 0x3060;
 
-/// Black level, its correction, and the analog part: bits that the datasheet leaves open, and that need not read as they were written.
+/// Black level, its correction, and the analog part: the datasheet leaves bits open, and these need not read back as written.
 const ANALOG: [(u16, u8); 24] = [
     (0x1003, BLACK_GREY),
     (0x1007, BLACK_GREY),
@@ -74,12 +73,12 @@ const ANALOG: [(u16, u8); 24] = [
     (0x1002, 0x32),
     (0x0350, 0x7f),
     (0x1006, 0x01),
-    // The correction of defective pixels stays off: to it a far LED is one.
+    // The correction of defective pixels stays off, because it removes a far LED.
     (0x1008, 0x00),
     (SIX_BITS, 0x70),
 ];
 
-/// Which pixels are read, and how often.
+/// The pixels of a frame, and the frame rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mode {
     /// Whether 2×2 pixels are read as one.
@@ -116,7 +115,7 @@ impl Mode {
         FOCAL_LENGTH_UM / (PIXEL_PITCH_UM * pixels_as_one)
     }
 
-    /// From one frame to the next, µs.
+    /// The frame period, µs.
     pub const fn period_us(&self) -> u32 {
         (self.frame_lines as u64 * LINE_CLOCKS as u64 * 1_000_000 / PIXEL_CLOCK_HZ as u64) as u32
     }
@@ -127,7 +126,7 @@ impl Mode {
     }
 }
 
-/// How light becomes grey levels.
+/// The exposure: how light becomes grey levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Exposure {
     /// Lines that a pixel is exposed for: [`LEAST_LINES`] to [`Mode::most_lines`].
@@ -140,42 +139,42 @@ impl Exposure {
     /// The highest analog gain: 8.
     pub const GAIN_MAX: u8 = 3;
 
-    /// How long a pixel is exposed, µs.
+    /// The exposure time of a pixel, µs.
     pub(crate) const fn time_us(&self) -> u32 {
         (self.lines as u64 * LINE_CLOCKS as u64 * 1_000_000 / PIXEL_CLOCK_HZ as u64) as u32
     }
 
-    /// Grey levels for a given light, in lines at gain 1.
+    /// Grey levels per light, relative to an exposure of one line at gain 1.
     pub const fn sensitivity(&self) -> u32 {
         (self.lines as u32) << self.gain_log2
     }
 }
 
-/// What is wrong with a camera.
+/// A fault of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum CameraError {
-    /// Nobody acknowledges.
+    /// No device acknowledges.
     #[error("no camera answers at I2C address 0x24: look at SDA, SCL and 3.3 V")]
     Silent,
-    /// Somebody else is there.
+    /// Another device answers.
     #[error("the chip at I2C address 0x24 says it is {id:#06x}, an HM01B0 says 0x01b0: connect an HM01B0")]
     WrongId {
-        /// What its identity registers hold.
+        /// The value of its identity registers.
         id: u16,
     },
-    /// A register does not keep what is written to it.
+    /// A register does not keep a written value.
     #[error("register {register:#06x} of the camera holds {holds:#04x} after {written:#04x} was written: the bus or the camera is faulty")]
     Register {
         /// Its address.
         register: u16,
-        /// What was written.
+        /// The written value.
         written: u8,
-        /// What it holds.
+        /// The value read back.
         holds: u8,
     },
 }
 
-/// A camera on a bus, and what waits for it.
+/// A camera on a bus, and a delay.
 #[derive(Debug)]
 pub struct Hm01b0<B, D> {
     bus: B,
@@ -183,7 +182,7 @@ pub struct Hm01b0<B, D> {
     mode: Mode,
 }
 
-/// What frames of that mode depend on, by the datasheet.
+/// The registers of a mode, by the datasheet.
 fn read_out(mode: Mode) -> [(u16, u8); 12] {
     let (step, binning) = if mode.is_binned { (3, 3) } else { (1, 0) };
     let [frame_high, frame_low] = mode.frame_lines.to_be_bytes();
@@ -195,7 +194,7 @@ fn read_out(mode: Mode) -> [(u16, u8); 12] {
         (READ_OUT_ROWS, step),
         (BINNING, binning),
         (QVGA_WINDOW, 1),
-        // Eight wires, and a pixel clock that stands still between lines: an eighth of the master clock.
+        // Eight data lines, and a pixel clock that pauses between lines: an eighth of the master clock.
         (WIDTH_OF_PORT, 0x02),
         (CLOCKS, 0x20),
         (FRAME_LENGTH, frame_high),
@@ -219,7 +218,7 @@ fn exposing(exposure: Exposure) -> [(u16, u8); 5] {
 }
 
 impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
-    /// A camera that has not been talked to.
+    /// A camera without any access to the bus yet.
     pub fn new(bus: B, delay: D, mode: Mode) -> Self {
         Self { bus, delay, mode }
     }
@@ -227,7 +226,7 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
     /// Sets the camera up and starts its frames. Takes 100 ms and some 60 transfers.
     ///
     /// # Errors
-    /// [`CameraError`] if it is not there, is another one, or does not keep a setting.
+    /// [`CameraError`] if the camera does not answer, is another device, or does not keep a setting.
     pub fn start(&mut self, exposure: Exposure) -> Result<(), CameraError> {
         self.identify()?;
         self.write(SOFTWARE_RESET, 0)?;
@@ -243,7 +242,7 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
         self.write(MODE_SELECT, 1)
     }
 
-    /// Exposes like this from one of the next frames on.
+    /// Sets the exposure of one of the next frames and of all later ones.
     ///
     /// # Errors
     /// [`CameraError::Silent`].
@@ -254,7 +253,7 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
         self.write(UPDATE, 1)
     }
 
-    /// Whether it is there, and an HM01B0.
+    /// Checks that the device is there and is an HM01B0.
     ///
     /// # Errors
     /// [`CameraError::Silent`] or [`CameraError::WrongId`].
@@ -276,7 +275,7 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
         self.bus.write(ADDRESS, &[high, low, value]).map_err(|_| CameraError::Silent)
     }
 
-    /// Whether a register holds what was written.
+    /// Checks that a register holds the written value.
     fn check(&mut self, register: u16, written: u8) -> Result<(), CameraError> {
         let holds = self.read(register)?;
         if holds == written {

@@ -1,4 +1,4 @@
-//! A lattice of 8×8 spots, seen in perspective where that shows.
+//! A lattice of 8×8 spots, in perspective if that is visible.
 
 use crate::corners::Corners;
 use link::panel::SIDE;
@@ -6,23 +6,23 @@ use link::panel::SIDE;
 /// Lattices are the same if no corner differs by more (pitches).
 const SAME_LATTICE: f32 = 0.4;
 
-/// Where the LEDs of a panel lie.
+/// The positions of a panel's LEDs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lattice {
     /// The panel's centre in pixels.
     pub centre: [f32; 2],
-    /// From one LED to the next in its row.
+    /// The step from one LED to the next in its row.
     pub column: [f32; 2],
-    /// From one LED to the next in its column.
+    /// The step from one LED to the next in its column.
     pub row: [f32; 2],
-    /// By how much farther off the next LED is in a row and in a column, as a share of the panel's distance: 0 where that does not show.
+    /// The growth of distance to the next LED in a row and in a column, as a share of the panel's distance: 0 if it is not measurable.
     pub tilt: [f32; 2],
 }
 
 /// The middle of the panel in columns or rows.
 pub(crate) const MIDDLE: f32 = (SIDE - 1) as f32 / 2.0;
 
-/// The nearest that any place of a lattice is supposed to be, in distances of its middle: nearer ones are behind the camera.
+/// The least distance of a lattice's position, in distances of its middle: nearer ones are behind the camera.
 const NEAREST: f32 = 0.1;
 
 impl Lattice {
@@ -37,7 +37,7 @@ impl Lattice {
         }
     }
 
-    /// Whether the middle of another is at most `pitches` pitches off.
+    /// Whether the middle of another lattice is at most `pitches` pitches away.
     #[cfg(feature = "surroundings")]
     pub fn is_beside(&self, other: &Self, pitches: f32) -> bool {
         let [dx, dy] = core::array::from_fn(|axis| self.centre[axis] - other.centre[axis]);
@@ -62,7 +62,7 @@ impl Lattice {
         Self { centre, column, row, tilt }
     }
 
-    /// The same LEDs, numbered from another corner: by a right angle further clockwise.
+    /// The same LEDs, numbered from the next corner: turned by a right angle clockwise.
     fn counted_on(&self) -> Self {
         Self {
             column: self.row,
@@ -77,15 +77,15 @@ impl Lattice {
         core::iter::successors(Some(*self), |lattice| Some(lattice.counted_on())).take(4)
     }
 
-    /// The same LEDs, numbered so that rows are turned by no more than half a right angle: which corner is the panel's own first one does
-    /// not show.
+    /// The same LEDs, numbered so that rows are turned by at most half a right angle: the image does not show which corner is the panel's
+    /// first.
     pub fn most_upright(&self) -> Self {
         let upright = |lattice: &Self| lattice.column[0] + lattice.row[1];
         let best = self.turns().max_by(|a, b| upright(a).total_cmp(&upright(b)));
         best.unwrap_or(*self)
     }
 
-    /// The same shape around `centre`, so many times as large.
+    /// The same shape around `centre`, `scale` times as large.
     pub fn scaled(&self, centre: [f32; 2], scale: f32) -> Self {
         Self {
             centre,
@@ -95,7 +95,7 @@ impl Lattice {
         }
     }
 
-    /// The position of an LED, or of a place between or beyond LEDs.
+    /// The position of an LED, or of a point between or beyond LEDs.
     pub fn position(&self, column: f32, row: f32) -> [f32; 2] {
         let (column, row) = (column - MIDDLE, row - MIDDLE);
         let nearness = 1.0 / self.distance(column, row);
@@ -105,7 +105,7 @@ impl Lattice {
         })
     }
 
-    /// How far off a place is that is so many LEDs from the middle, in distances of the panel's middle.
+    /// The distance of the point at that column and row from the middle, relative to the distance of the panel's middle.
     pub fn distance(&self, column: f32, row: f32) -> f32 {
         (1.0 + column * self.tilt[0] + row * self.tilt[1]).max(NEAREST)
     }
@@ -131,13 +131,13 @@ impl Lattice {
         [self.column, self.row].map(|[x, y]| libm::hypotf(x, y))
     }
 
-    /// Width and height of the box around it, with so much room beyond its outer LEDs, in pitches.
+    /// Width and height of the box around it, with a margin of `room` pitches beyond its outer LEDs.
     pub fn extent(&self, room: f32) -> [f32; 2] {
         let far = (SIDE - 1) as f32 + 2.0 * room;
         core::array::from_fn(|axis| far * (self.column[axis].abs() + self.row[axis].abs()))
     }
 
-    /// Whether no corner differs by as much as [`SAME_LATTICE`] pitches, from whichever corner LEDs are numbered.
+    /// Whether all corners differ by less than [`SAME_LATTICE`] pitches, whichever corner LEDs are numbered from.
     pub fn is_close_to(&self, other: &Self) -> bool {
         let limit = SAME_LATTICE * self.pitch()[0];
         let (here, there) = (self.corners(), other.corners());

@@ -1,76 +1,74 @@
-//! The bits that make the frame likeliest: the image as a known operator on 64 unknown bits.
+//! Maximum-likelihood bits: the image is a known operator on 64 unknown bits.
 //!
 //! # The model
 //!
-//! Once the panel's corners are known, its image is known but for its bits and a few levels. In linear light, 1 at grey 118,
-//! a pixel at p sees
+//! Once the panel's corners are known, its bits and a few levels determine its image. In linear light, 1 at grey 118, a pixel at p sees
 //!
 //! ```text
 //! x(p) = background + Σ (off + contrast·(offset + gain·b))·h(p − LED),    b = 0 or 1 for each of the 64 LEDs
 //! ```
 //!
-//! `offset` and `gain` are 0 and 1 until the frames have told each LED's own: below.
+//! `offset` and `gain` are 0 and 1 until the frames have shown each LED's own values: below.
 //!
 //! h is the image of an LED of light 1. Lens blur, the LED's disc and the pixel's square together are close to a Gaussian whose variance is
-//! the sum of theirs, σ² + D²/16 + 1/12 px² for an LED D px wide, and that sum is all that matters here: it is
-//! fitted, not assumed. Noise is that of electrons and read-out, in whose root light all pixels weigh the same; a pixel
-//! at grey 255 says "at least" and no more. On is what is brighter: a solution of negative contrast is its own complement.
+//! the sum of theirs, σ² + D²/16 + 1/12 px² for an LED D px wide. The model depends on that sum alone, and fits it. Noise is that of
+//! electrons and read-out; in its root light all pixels weigh the same. A pixel at grey 255 is a lower bound. On is the brighter state: a
+//! solution of negative contrast is its own complement.
 //!
 //! Pixels beyond the panel's cells are left out, unless they turn out to be as plain as those between the LEDs: a street around the panel
-//! would spoil levels and noise, while a plain board tells of the outermost LEDs. Blocks of pixels stand for single ones where LEDs are
-//! far apart or the blur is wide.
+//! would spoil levels and noise, while a plain board helps with the outermost LEDs. If LEDs are far apart or the blur is wide, blocks of
+//! pixels replace single ones.
 //!
 //! # The search
 //!
-//! 1. **Least squares** on the light of the 64 LEDs, and the two groups that these fall into: a first guess of levels and bits. In a first
-//!    frame it begins from several widths of spots, that which locating has found among them, and goes on with that which leaves least.
-//! 2. **Interference cancellation**: each LED gets the share of On that the image calls for, given what is expected of the others; the
-//!    levels are refitted in between (Gauss and Newton), so that the noise left over falls from round to round.
+//! 1. **Least squares** on the light of the 64 LEDs, which fall into two groups: a first guess of levels and bits. In a first frame it
+//!    starts from several widths of spots, among them the locator's, and continues with the width of least residuals.
+//! 2. **Interference cancellation**: each LED gets its expected share of On, given the expectation of the others. The levels are refitted
+//!    in between (Gauss and Newton), so that the residual noise falls from round to round.
 //! 3. **Likelihood ascent**: flips of single LEDs, then of neighbours, as long as the likelihood rises.
-//! 4. **Sphere decoding**: the likeliest sets of flips of any number of LEDs (K-best; Guo & Nilsson 2006), or where many pixels are
+//! 4. **Sphere decoding**: the likeliest sets of flips of any number of LEDs (K-best; Guo & Nilsson 2006), or, if many pixels are
 //!    saturated, groups that grow from each LED (Kernighan & Lin 1970). The likelihood that refitted levels win back is part of a set's
 //!    gain (a Schur complement): without it, wrong bits and wrong levels hold each other in place.
 //!
-//! # What is learnt
+//! # Learning
 //!
-//! What a panel's levels were in earlier frames is a [prior](Experience) of those of the next one: it makes them surer, and reads panels
-//! whose LEDs are all alike. They follow the distance: light fills more pixels of a nearer panel.
+//! The levels of earlier frames give a [prior](Experience) of those of the next one. It makes them surer, and allows panels whose LEDs are
+//! all alike. It follows the distance, because the light of a nearer panel fills more pixels.
 //!
-//! A frame whose place shows much less contrast than usual teaches nothing, and one that shows hardly any is not read
-//! (`likelihood/proven.rs`): a wiper is before the panel, or its lamps are dark. What was learnt is doubted when bits stay unsure that were
-//! sure before: the frame is also read by what was known when they were, and by nothing, and what makes its bits surest holds from then on.
+//! A frame that shows much less contrast than usual teaches nothing, and one that shows hardly any is not read (`likelihood/proven.rs`): a
+//! wiper covers the panel, or its lamps are dark. If bits stay unsure that were sure before, the levels are in doubt: the frame is also
+//! read with the levels of the last sure frame, and with none. The reading of surest bits wins, and its levels stay.
 //!
-//! Of each LED, its two levels are learnt from the moments of its light over panels that differ, no bit being known: unequal LEDs, a dim
-//! row, bright patches behind an open frame. An LED of one level does not follow the message; it is named and erased
-//! (`likelihood/leds.rs`). [`MaximumLikelihood::learnt`] tells what has been learnt.
+//! The two levels of each LED are learnt without known bits, from the moments of its light over panels that differ: unequal LEDs, a dim
+//! row, bright patches behind an open frame. An LED of one level does not follow the message; it is reported and erased
+//! (`likelihood/leds.rs`). [`MaximumLikelihood::learnt`] returns the estimates.
 //!
-//! Where LEDs overlap, frames also tell by which curve the camera encodes light (`likelihood/curve.rs`): in the first of them, other
-//! curves are tried, one a frame, and the receiver goes over to one that is better beyond doubt.
+//! If LEDs overlap, frames also show the camera's encoding curve (`likelihood/curve.rs`): the first of them try other curves, one a frame,
+//! and the receiver changes to one that is significantly better.
 //!
-//! A microcontroller learns the same by the same code: the LEDs take 1.4 kB a panel, the curve 100 bytes. The curve may be left out there:
-//! it is the feature `learn-curve`.
+//! A microcontroller learns the same by the same code: the LEDs take 1.4 kB a panel, the curve 100 bytes. The feature `learn-curve` is
+//! optional there.
 //!
 //! # Soft values
 //!
-//! The log-likelihood ratio of a bit is what the likelihood loses when the bit is flipped and the others do their best to make up for it
-//! (max-log); between the sets that the sphere decoder lists, it is the logarithm of their odds. Where more bits are in doubt than a list
-//! can tell of, all ratios of the panel are made smaller: `docs/detectors.md` shows how sure they then are. The noise is estimated from the
-//! frame, so whatever the model does not explain makes all ratios smaller. Errors of the model are as wide as an LED, and count for more
-//! than as many pixels' noise: ratios are divided by how much more is left of the LEDs' images than noise would leave (quasi-likelihood;
-//! McCullagh & Nelder 1989).
+//! The log-likelihood ratio of a bit is the likelihood lost by its flip after the others have adapted (max-log); between the sets that the
+//! sphere decoder lists, it is the logarithm of their odds. If more bits are in doubt than a list can represent, all ratios of the panel
+//! are made smaller: `docs/detectors.md` shows how sure they then are. The noise is estimated from the frame, so that errors of the model
+//! make all ratios smaller. These errors are as wide as an LED, and count for more than as many pixels' noise: ratios are divided by the
+//! dispersion of the residuals of the LEDs' images relative to noise (quasi-likelihood; McCullagh & Nelder 1989).
 //!
 //! # Two symbols in one exposure
 //!
-//! An exposure across a change shows LEDs that were On for a part of it. A receiver's detector takes what is known of
-//! the symbol before, and reads both: `likelihood/mixture.rs`. Where the camera's lines are exposed one after another, each row of LEDs was
-//! caught at another moment; how much later each line is, is learnt from such exposures, and kept: `likelihood/lines.rs`.
+//! An exposure across a change shows LEDs that were On for a part of it. The detector takes the soft values of the symbol before, and reads
+//! both symbols: `likelihood/mixture.rs`. If the camera exposes its lines one after another, each row of LEDs shows another moment.
+//! `likelihood/lines.rs` learns the delay of a line from such exposures and keeps it.
 //!
 //! # Limits
 //!
-//! One blur for the whole panel, Gaussian and as wide as high; a curve that is a power, at the black level that was told. Neither costs
-//! bits to speak of: discs of defocus, sharpened frames, curves from linear to γ = 2.6 are read without errors. A background that is not
-//! plain costs bits in the first frames of an open panel, until its LEDs are known, and where it moves behind them. LEDs whose images are
-//! sharp discs many pixels wide are looked at in larger pixels, and any detector reads them.
+//! One blur for the whole panel, Gaussian and as wide as high; a curve that is a power, at the configured black level. Neither costs bits
+//! to speak of: discs of defocus, sharpened frames, curves from linear to γ = 2.6 are read without errors. An uneven background costs bits
+//! in the first frames of an open panel, until its LEDs are known, and whenever it moves behind them. If the images of LEDs are sharp discs
+//! many pixels wide, larger pixels are used, and any detector reads them.
 
 mod ascent;
 mod crop;
@@ -119,32 +117,32 @@ use link::panel::{LEDS, SoftPanel};
 use model::Model;
 use proven::Proven;
 
-/// What is around the cells is looked at anew after so many (frames).
+/// Interval between looks at the surroundings of the cells (frames).
 const LOOK_AROUND_FRAMES: u32 = 8;
-/// LEDs of either kind in a panel of which levels are learnt, at least (count).
+/// LEDs of either state in a panel that teaches, at least (count).
 const LEARN_LEDS: u32 = 8;
-/// How sure its bits are on the average, at least (nats). Lower: levels are learnt from wrong bits.
+/// The average certainty of the bits of a frame that teaches, at least (nats). Lower: levels are learnt from wrong bits.
 const LEARN_LLR: f32 = 1.0;
-/// How sure a frame's bits are that is held against other curves, at least (share that is expected to be right). Lower: wrong bits and
-/// wrong places are explained by curves.
+/// The confidence of a frame that is compared under other curves, at least (expected share of right bits). Lower: curves explain wrong bits
+/// and wrong places.
 const CONFIDENCE_MIN: f32 = 0.95;
-/// A search that goes by no levels shows that the light is another where it leaves less noise by this (factor). Lower: what is read anew
-/// because two symbols share it loses the usual levels, too.
+/// The light has changed if a search without prior levels leaves less noise by this (factor). Lower: a frame that shares two symbols loses
+/// the usual levels, too.
 const OTHER_LIGHT: f32 = 2.0;
-/// If two symbols share an exposure, some LED's flip costs less (nats): where α of it is the other symbol's, α² of a
-/// flip's cost becomes noise of half the LEDs, so that a flip costs about 2·(1 − 2α)/α² times half the pixels of an
-/// LED, 10 to 30. Below α = 1/8 the bits are certain all the same.
+/// If two symbols share an exposure, some LED's flip costs less (nats). If α of it is the other symbol's, α² of a flip's cost becomes noise
+/// of half the LEDs, so that a flip costs about 2·(1 − 2α)/α² times half the pixels of an LED, 10 to 30. Below α = 1/8 the bits are certain
+/// all the same.
 const MIXED: f32 = 1000.0;
-/// LEDs are not measured in images of which more is saturated (share): how bright they are does not show there.
+/// Maximum share of saturated pixels for a measurement of LEDs, because saturation hides how bright they are (share).
 const SATURATED_MAX: f32 = 0.05;
 
-/// What a frame that seems to show two symbols adds to how unsure bits are (share of wrong bits),
+/// Addition to the doubt in the bits if a frame seems to show two symbols (share of wrong bits),
 #[cfg(feature = "carrier")]
 const UNSURE_MIXED: f32 = 0.05;
-/// what a frame changes of that (share),
+/// the weight of a frame in the average doubt (share),
 #[cfg(feature = "carrier")]
 const UNSURE_GAIN: f32 = 0.125;
-/// and from where on each LED's light is measured (share of wrong bits). Lower: slower.
+/// and the doubt from which on each LED's light is measured (share of wrong bits). Lower: slower.
 #[cfg(feature = "carrier")]
 const UNSURE_MIN: f32 = 0.004;
 
@@ -166,19 +164,19 @@ const UNSURE_MIN: f32 = 0.004;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 pub struct MaximumLikelihood<const PIXELS: usize> {
-    /// The curve that was told.
+    /// The configured curve.
     told: Encoding,
     experience: Experience,
     proven: Proven,
-    /// What was learnt in the camera's own pixels, where larger ones are looked at.
+    /// Estimates from the camera's own pixels, kept while larger ones are used.
     in_own_pixels: OwnPixels,
-    /// How unsure bits were of late (share of wrong ones).
+    /// The recent average doubt in the bits (share of wrong ones).
     #[cfg(feature = "carrier")]
     unsure: f32,
     model: Model<PIXELS>,
 }
 
-/// What was learnt of the camera in its own pixels.
+/// Estimates of the camera from its own pixels.
 struct OwnPixels {
     curve: CurveEvidence,
     /// The standard deviation of the blur, and that of its estimate.
@@ -186,7 +184,6 @@ struct OwnPixels {
 }
 
 impl OwnPixels {
-    /// Nothing.
     const NONE: Self = Self {
         curve: CurveEvidence::NONE,
         blur_px: None,
@@ -194,15 +191,15 @@ impl OwnPixels {
 }
 
 impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
-    /// A detector for frames of `camera` that has seen none.
+    /// A detector for frames of `camera`, before its first frame.
     pub fn new(camera: Camera) -> Self {
         let mut detector = Self::empty();
         detector.prepare(camera);
         detector
     }
 
-    /// A detector's memory, for a `static`: it sees black before it is [prepared](Self::prepare). It is all zeros, so that it takes no
-    /// room in flash.
+    /// A detector's memory, for a `static`. It must be [prepared](Self::prepare) first, and sees black before. It is all zeros, so that it
+    /// takes no room in flash.
     pub const fn empty() -> Self {
         Self {
             told: Encoding::Gamma(0.0),
@@ -215,13 +212,13 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         }
     }
 
-    /// Gets ready for frames of `camera`, or of the nearest whose values are in their ranges, and forgets all others: a search that
-    /// begins from no blur at all may have no end.
+    /// Prepares for frames of `camera`, with its values clamped to their ranges, and forgets all earlier frames. A search that starts from
+    /// no blur at all may not end.
     pub fn prepare(&mut self, camera: Camera) {
         self.prepare_with(camera, LikelihoodSettings::DEFAULT);
     }
 
-    /// The same with other settings.
+    /// As [`Self::prepare`], with other settings.
     pub fn prepare_with(&mut self, camera: Camera, settings: LikelihoodSettings) {
         let camera = camera.clamped();
         self.told = camera.encoding;
@@ -233,8 +230,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         }
     }
 
-    /// Goes on in other pixels of the camera's frames: `side` times as wide, and mixed with their neighbours by a spot of that variance.
-    /// What was learnt of the levels in the old ones says nothing of theirs, and larger ones nothing of the camera's curve.
+    /// Continues in other pixels of the camera's frames: `side` times as wide, and mixed with their neighbours by a spot of that variance.
+    /// Levels from the old pixels do not apply to the new ones, and larger ones do not show the camera's curve.
     #[cfg_attr(not(feature = "maximum-likelihood"), allow(dead_code))]
     pub(crate) fn go_on_in_pixels(&mut self, side: usize, mixing_variance: f32) {
         if self.sees_own_pixels() {
@@ -251,19 +248,19 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.proven.forget_levels();
     }
 
-    /// Reckons from now on with panels whose contrast is another in each frame, or no longer.
+    /// Sets whether the contrast differs from frame to frame because of a carrier.
     #[cfg(feature = "carrier")]
     pub(crate) fn expect_carrier(&mut self, has_carrier: bool) {
         self.experience.levels.has_carrier = has_carrier;
     }
 
-    /// Goes on with LEDs of which nothing is known, as those of another place are.
+    /// Forgets the LEDs, as after a change to another place.
     #[cfg_attr(not(feature = "maximum-likelihood"), allow(dead_code))]
     pub(crate) fn forget_leds(&mut self) {
         self.experience.leds = LedMoments::NONE;
     }
 
-    /// Forgets what the panel's image has taught, but for how lines are read.
+    /// Forgets all estimates from the panel's image except the line delay.
     #[cfg(feature = "carrier")]
     pub(crate) fn forget(&mut self) {
         self.set_experience(self.experience.of_lines());
@@ -276,7 +273,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         side == 1.0
     }
 
-    /// What the frames so far have told of the camera and the LEDs; none before the first.
+    /// Estimates of the camera and the LEDs from the frames so far; `None` before the first.
     pub fn learnt(&self) -> Option<Learnt> {
         let levels = self.experience.levels.mean_levels()?;
         let [side, mixing] = self.model.pixels;
@@ -308,19 +305,19 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         })
     }
 
-    /// What has been learnt from the frames so far.
+    /// The estimates from the frames so far, as a prior.
     pub const fn experience(&self) -> Experience {
         self.experience
     }
 
-    /// Goes on with what was learnt elsewhere.
+    /// Continues with the estimates of another detector.
     pub fn set_experience(&mut self, experience: Experience) {
         self.experience = experience;
         self.model.see_by(experience.curve.encoding(self.told));
     }
 
-    /// Goes by lines that are each later than the one above by `delay` exposures, until frames show otherwise; 0, which is final, where all
-    /// are exposed at once. A delay that is no number within ±2 is not taken.
+    /// Sets the delay of each line relative to the one above, in exposures, until frames show another one; 0, which is final, if all are
+    /// exposed at once. A delay that is NaN or beyond ±2 is ignored.
     #[cfg(feature = "read-lines")]
     pub fn tell_line_delay(&mut self, delay: f32) {
         if delay.abs() <= LINE_DELAY_MAX {
@@ -337,13 +334,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.detect_after(&SoftPanel::ERASED, frame, corners, None)
     }
 
-    /// The same where something is known of the symbol `before`, which the exposure may have caught the end of: what it
-    /// then shows of the next one can be told apart. How wide the LEDs' images are (standard deviation in px, lens, LED and pixel together)
-    /// may be known from elsewhere: a first search begins with that.
+    /// As [`Self::detect`], given the soft values of the symbol `before`: if the exposure caught its end, both symbols can be separated. A
+    /// first search may start from a known width of the LEDs' images (standard deviation in px; lens, LED and pixel together).
     ///
     /// # Errors
     /// As [`Self::detect`].
-    // Not inlined: the stack of those who read panels otherwise stays as it is.
+    // Not inlined: it would grow the stack of all reading code.
     #[inline(never)]
     pub(crate) fn detect_after(
         &mut self,
@@ -363,7 +359,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         Ok(detection)
     }
 
-    /// Whether single LEDs may differ in contrast, as lines do that are exposed one after another before a carrier: then bits stay unsure.
+    /// Whether the bits stay unsure or a carrier is expected: lines exposed one after another may then give single LEDs another contrast.
     #[cfg(feature = "carrier")]
     fn is_asked_for_lights(&mut self, detection: &Detection) -> bool {
         let mixed = if detection.mixed.is_some() { UNSURE_MIXED } else { 0.0 };
@@ -371,7 +367,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         self.unsure > UNSURE_MIN || self.experience.levels.has_carrier
     }
 
-    /// The light of each LED by least squares, whatever the bits are.
+    /// The light of each LED by least squares, independent of the bits.
     #[cfg(feature = "carrier")]
     #[inline(never)]
     fn lights(&mut self, frame: &Frame<'_>, corners: &Corners) -> Option<Lights> {
@@ -386,8 +382,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         })
     }
 
-    /// Reads a panel whose bits are unsure `here` by what was learnt when they were surer, and by nothing; goes on with what makes them
-    /// surest.
+    /// Reads a panel with unsure bits (`here`) again, with the estimates of the last sure frame and with none. Keeps the estimates that
+    /// make the bits surest.
     #[cold]
     #[inline(never)]
     fn read_by_others(
@@ -413,7 +409,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         surest
     }
 
-    /// Reads the panel by what was learnt so far, and learns from it.
+    /// Reads the panel with the estimates so far, and updates them.
     #[inline(never)]
     fn read(
         &mut self,
@@ -484,7 +480,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let teaches = sure && is_random && self.proven.teaches(shown);
         if !teaches {
             self.experience.is_plain_around = was_plain_around;
-            // All LEDs Off, or On, explain whatever does not show them, but not well.
+            // All LEDs Off, or On, explain anything that does not show the panel, but poorly.
             let is_blank = !is_random && !self.fits(&best);
             if is_blank || Proven::is_covered(shown) {
                 let percent = if is_blank { 0 } else { (100.0 * shown) as u8 };
@@ -504,13 +500,13 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         Ok(detection)
     }
 
-    /// Whether a frame may be of the same panel in the same light.
+    /// Whether a frame may show the same panel in the same light.
     fn fits(&self, estimate: &Estimate) -> bool {
         let usual = &self.experience.levels;
         usual.fits(usual.usual_noise(&estimate.levels))
     }
 
-    /// What is known of the panel's image.
+    /// The prior knowledge of the panel's image.
     fn sight(&self, is_plain_around: bool) -> Sight {
         Sight {
             is_plain_around,
@@ -518,7 +514,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         }
     }
 
-    /// The panel in pixels as wide as befits its spots, and the variance to begin with of those.
+    /// The panel in pixels that suit the width of its spots, and the initial variance of these.
     fn look(&mut self, frame: &Frame<'_>, corners: &Corners, spot_sigma_px: Option<f32>) -> Result<(Crop, f32), DetectError> {
         let sight = self.sight(self.experience.is_plain_around);
         let crop = Crop::new(frame, corners, PIXELS, sight);
@@ -536,8 +532,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         Ok((wider, variance * ratio * ratio))
     }
 
-    /// Whether what is around the panel has turned out not to be plain, so that it has to be searched anew without. If it has turned out to
-    /// be, the estimate goes on with it.
+    /// Whether the panel's surroundings are not plain, so that the search must be repeated without them. If they are plain, the estimate
+    /// continues with them.
     fn look_around(&mut self, frame: &Frame<'_>, corners: &Corners, crop: &mut Crop, estimate: &mut Estimate) -> Result<bool, DetectError> {
         let noise = estimate.levels.noise;
         let sight = |is_plain_around| Sight {
@@ -572,8 +568,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         Ok(false)
     }
 
-    /// Learns of the camera's curve from a panel that was read, and goes on by another if that is better beyond doubt.
-    // Not inlined: the stack of those who read panels otherwise stays as it is.
+    /// Compares a panel under another curve, and changes to that curve if it is significantly better.
+    // Not inlined: it would grow the stack of all reading code.
     #[inline(never)]
     fn learn_curve(&mut self, frame: &Frame<'_>, crop: &Crop, estimate: &Estimate) {
         let now = self.model.camera.encoding;
@@ -611,14 +607,14 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         } = &mut self.experience;
         let panel = estimate.bits();
         if levels.frames() == 1 && !leds.are_known() {
-            // Whatever was learnt before was learnt from a worse fit.
+            // All earlier moments come from a worse fit.
             *leds = LedMoments::NONE;
         }
         let is_bright = self.model.image.saturated_share() > SATURATED_MAX;
         if levels.fits(levels.usual_noise(&estimate.levels)) && !is_bright && leds.is_new(panel) {
             let (lit, noise) = self.model.ascent(estimate).measure_light();
             let lit = self.model.above_ground(&lit);
-            // As long as the noise is not known, a mixture of two symbols looks like one.
+            // While the noise is unknown, a mixture of two symbols looks like one.
             if levels.fits_surely(levels.usual_noise(&estimate.levels)) || is_clear_cut(&lit) {
                 leds.update(panel, &lit);
                 *light_noise = noise;

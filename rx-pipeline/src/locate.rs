@@ -1,7 +1,7 @@
 //! Search: finding panels in whole frames.
 //!
 //! 1. `survey`: one pass over the frame finds busy places and, with an earlier frame, places that have changed.
-//! 2. `blob`: the size of what stands out there.
+//! 2. `blob`: the size of the object there.
 //! 3. `pose_candidates`: the poses with the greatest `evidence` around it. One convolution of the patch (`patch`) gives the evidence of 64
 //!    spots of any brightness, so hundreds of poses can be tried; `hill_climbing` finds the maxima, with spots of a few widths.
 //! 4. `verification`: 64 spots of two brightnesses and of any width are fitted to the pixels in linear light. They must explain the light,
@@ -53,47 +53,46 @@ pub use verification::LEAST_PITCH_PX;
 use verification::Verified;
 pub(crate) use verification::is_random;
 
-/// Peaks of change looked at in a frame, at most (count). More: slower, and panels among much that moves are found.
+/// Changed peaks tried in a frame, at most (count). More: slower, and panels among much motion are found.
 const CHANGED_PEAKS: usize = 4;
 /// Busy peaks kept of a frame, at most (count). More: slower, and panels among much clutter are found.
 const BUSY_PEAKS: usize = 24;
-/// An LED's own extent before anything is known of it (px, standard deviation).
+/// The assumed extent of an LED, before any estimate (px, standard deviation).
 const LED_SIGMA_PX: f32 = 0.6;
-/// Noise below is rounding (grey).
+/// The least noise, by rounding (grey).
 const LEAST_NOISE_GREY: f32 = 0.3;
-/// Columns and rows around a known panel in which no other is looked for (pitches, from the first LED on).
+/// Columns and rows around a known panel that are excluded from the search (pitches, from the first LED on).
 const KNOWN: RangeInclusive<f64> = -3.0..=10.0;
-/// A change fainter than this has to show in another search too (amplitude ratio): moving things may look like a panel once.
+/// A change fainter than this needs a second sighting in another search (amplitude ratio), because moving things may look like a panel
+/// once.
 const FAINT: f32 = 55.0;
-/// The same where not the panel alone has changed (amplitude ratio): the camera has moved, and edges that move may
-/// look like anything.
+/// The same while the camera moves (amplitude ratio), because edges that move may look like anything.
 const FAINT_IN_MOTION: f32 = 200.0;
-/// Spots of another width than expected have to show so much more clearly (factor): any width fits some edge that moves.
+/// Factor on these for spots of an unexpected width, because some width fits any edge that moves.
 const UNEXPECTED: f32 = 2.5;
-/// The width expected, over that of the narrowest and of the widest LED under the blur that was told (ratio).
+/// The range of expected widths, relative to the narrowest and to the widest LED under the configured blur (ratio).
 const EXPECTED_WIDTH: (f32, f32) = (0.88, 1.15);
 /// The pitch over the diameter of the widest LEDs (ratio): they fill two thirds of it.
 const PITCH_OVER_LED: f32 = 1.5;
-/// The camera has moved when half of the frame changes by more: this many times its noise (factor), and this
-/// (grey).
+/// The camera has moved if half of the frame changes by more than this many times its noise (factor) plus this (grey).
 const IN_MOTION: (f32, f32) = (1.5, 0.5);
-/// Busy places looked at in every frame (count); and one more, another each time.
+/// Busy places searched in every frame (count), beside one more that changes from frame to frame.
 const ALWAYS: usize = 2;
-/// Busy places are looked at for LEDs that are dark on a white board in every so many frames, in the others for bright ones (frames).
+/// The interval of frames that are searched for dark LEDs on a white board instead of bright ones (frames).
 const HOLES_EVERY: u64 = 4;
-/// The side of the largest panel looked for on a level (larger px): as large as the smallest on the next level, and a
-/// quarter. Larger: slower; smaller: panels fall between two levels.
+/// The side of the largest panel on a level (larger px): that of the smallest on the next level, and a quarter more. Larger: slower;
+/// smaller: panels fall between two levels.
 const LEVEL_SIDE_MAX_PX: f32 = 70.0;
-/// Sides of panels whose LEDs are looked for as spots by themselves around each busy place (px): between them they resolve pitches of 3 to
-/// 20 px. More: slower, and panels of other sizes are found so.
+/// Sides of panels for the search of isolated spots around each busy place (px): together they resolve pitches of 3 to 20 px. More: slower,
+/// and panels of other sizes are found in this way.
 const SPOTS_SIDES_PX: [f32; 3] = [40.0, 80.0, 120.0];
-/// Poses tried in a frame after searches in vain where the frame has changed, and where it is busy (count). More: panels that appear are
-/// found sooner, and each frame takes longer.
+/// Poses tried in a frame after failed searches, at changed and at busy places (count). More: new panels are found sooner, and each frame
+/// takes longer.
 const SPARE_POSES: [u32; 2] = [1, 2];
-/// Turns of frames in each of which another pose of a place is tried (count): two of each of the four sizes that a place may have.
+/// Frames of a cycle through the poses of a place (count): two poses for each of its up to four sizes.
 const SPARE_TURNS: u64 = 8;
 
-/// After searches in vain, one pair of frames in this many is searched for panels that the next level shows as well (count). More: faster.
+/// After failed searches, one pair of frames in this many is searched for panels that the next level shows as well (count). More: faster.
 const LARGE_EVERY: u64 = 5;
 
 /// Finds panels in frames.
@@ -112,12 +111,12 @@ const LARGE_EVERY: u64 = 5;
 pub struct Locator {
     metric: GreyMetric,
     blur_sigma_px: f32,
-    /// Whether it looks for panels so near that perspective shows.
+    /// Whether it searches for panels so near that perspective is visible.
     is_near: bool,
     settings: SearchSettings,
 }
 
-/// A panel found.
+/// A located panel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Location {
     /// The centres of the corner LEDs.
@@ -128,17 +127,17 @@ pub struct Location {
     pub noise_grey: f32,
     /// Amplitude of all LEDs together over the noise of a pixel.
     pub signal_to_noise: f32,
-    /// What is left unexplained over what may be (ratio of variances).
+    /// Residual over allowed residual (ratio of variances).
     pub(crate) misfit: f32,
     /// Standard deviation of one LED's image, in pixels: its own extent, the blur and the pixel together.
     pub spot_sigma_px: f32,
     pub(crate) spots: LatticeModel,
-    /// Whether only what is within its own outline was looked at.
+    /// Whether only the area within its own outline was used.
     pub(crate) is_amid_clutter: bool,
 }
 
 impl Location {
-    /// A panel found in the pixels of a grid, as it is in the camera's frame.
+    /// Converts a panel from the pixels of a grid to those of the camera's frame.
     pub(crate) fn in_frame(&self, grid: &Grid) -> Result<Self, LocateError> {
         let spots = grid.spots_to_frame(&self.spots);
         Ok(Self {
@@ -150,18 +149,18 @@ impl Location {
     }
 }
 
-/// How much of a frame to look at.
+/// How much of a frame to search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// Only what stands out as spots by themselves, whatever is around them: cheap, and enough for most single frames.
+    /// Isolated spots only, whatever surrounds them: cheap, and enough for most single frames.
     Spots,
-    /// All that stands out.
+    /// All peaks.
     Full,
-    /// What is most striking, and of the rest one place in each frame: pass a number that counts the frames.
+    /// The highest peaks, and one other place in each frame: pass a number that counts the frames.
     Share(u64),
-    /// After searches in vain: what was suspected before, and of the rest a few poses, others in each frame.
+    /// For use after failed searches: earlier suspects, and a few other poses that change from frame to frame.
     Spare(u64),
-    /// A share on a level of larger pixels, beside others: less of it, and only panels that the next level is too coarse for.
+    /// A share of one level of larger pixels, beside other levels: fewer poses, and only panels for which the next level is too coarse.
     Level(u64),
 }
 
@@ -175,17 +174,17 @@ impl Effort {
         }
     }
 
-    /// Whether suspects are looked at again where they were, before all else, if the camera is at rest.
+    /// Whether suspects are tried first at their old place, if the camera is at rest.
     fn looks_again(self) -> bool {
         matches!(self, Self::Spare(_))
     }
 
-    /// Of so many places that have changed those that are looked at, and which of their poses come first, if it is not all.
+    /// The part of `places` changed places to search, and the turn of their poses if not all are tried.
     fn changed(self, places: usize, in_motion: bool) -> (Range<usize>, Option<usize>) {
         let Self::Spare(number) = self else {
             return (0..places, None);
         };
-        // In motion changes are everywhere, and seldom a panel's.
+        // In motion, changes are everywhere and seldom a panel's.
         let (turn, is_due) = if in_motion { (number / 2, number % 2 == 0) } else { (number, true) };
         if places == 0 || !is_due {
             return (0..0, None);
@@ -195,7 +194,7 @@ impl Effort {
         (place..place + 1, Some((turn / places % SPARE_TURNS) as usize))
     }
 
-    /// Which busy places are looked at, by their ranks, and against which grounds.
+    /// Selects busy places, by their ranks, and the grounds to subtract there.
     fn busy(self) -> (impl Fn(usize, Ground) -> bool, &'static [Ground]) {
         let another = |number: u64| ALWAYS + (number % (BUSY_PEAKS - ALWAYS) as u64) as usize;
         let grounds = match self {
@@ -214,23 +213,23 @@ impl Effort {
             Self::Spots => true,
             Self::Full => rank < ground.places(),
             Self::Share(number) | Self::Level(number) => rank < ALWAYS || rank == another(number),
-            // In eight frames each of the most striking is compared with each ground.
+            // In eight frames each of the highest peaks is tried with each ground.
             Self::Spare(number) => rank == ((number / 2 + number / 4) % ALWAYS as u64) as usize || rank == another(number / 4),
         };
         (chosen, grounds)
     }
 
-    /// Whether it looks at all levels of a frame at once.
+    /// Whether it searches all levels of a frame at once.
     pub(crate) fn takes_its_time(self) -> bool {
         matches!(self, Self::Spots | Self::Full)
     }
 
-    /// Poses tried of a busy place, at most.
+    /// Poses tried at a busy place, at most.
     fn poses_of_a_place(self) -> u32 {
         if matches!(self, Self::Spare(_)) { 1 } else { u32::MAX }
     }
 
-    /// The side of the largest panel looked for, in pixels.
+    /// The side of the largest panel in the search, in pixels.
     fn largest_px(self) -> f32 {
         match self {
             Self::Level(_) => LEVEL_SIDE_MAX_PX,
@@ -244,7 +243,7 @@ impl Locator {
     /// A locator for frames of `camera`.
     ///
     /// # Errors
-    /// [`CameraError`] if something of the camera is out of its range.
+    /// [`CameraError`] if a property of the camera is out of its range.
     pub fn new(camera: Camera) -> Result<Self, CameraError> {
         let camera = camera.checked()?;
         Ok(Self {
@@ -255,21 +254,21 @@ impl Locator {
         })
     }
 
-    /// The same by other settings.
+    /// Replaces the settings.
     ///
     /// # Errors
-    /// [`SettingError`] if one is out of its range.
+    /// [`SettingError`] if a setting is out of its range.
     pub fn with_settings(self, settings: SearchSettings) -> Result<Self, SettingError> {
         settings.validate()?;
         Ok(Self { settings, ..self })
     }
 
-    /// Standard deviation of one LED's image before anything is known of it, in pixels.
+    /// The initial standard deviation of one LED's image, in pixels.
     pub(crate) fn spot_sigma_px(&self) -> f32 {
         libm::sqrtf(self.blur_sigma_px * self.blur_sigma_px + LED_SIGMA_PX * LED_SIGMA_PX + PIXEL_VARIANCE)
     }
 
-    /// The same in other pixels of the camera's frames.
+    /// The same locator in other pixels of the camera's frames.
     pub(crate) fn seen_in(&self, grid: &Grid) -> Self {
         Self {
             blur_sigma_px: grid.blur_from_frame(self.blur_sigma_px),
@@ -282,16 +281,16 @@ impl Locator {
         &self.metric
     }
 
-    /// The panel in a single frame that stands out most.
+    /// The panel with the highest peak in a single frame.
     ///
     /// # Errors
-    /// One variant of [`LocateError`] for each way to fail, about what is most striking.
+    /// The [`LocateError`] of the highest peak.
     pub fn locate<const N: usize>(&self, frame: &Frame<'_>, memory: &mut LocatorMemory<N>) -> Result<Location, LocateError> {
         self.locate_among(frame, &[], &[], Effort::Full, memory, &mut ())
     }
 
-    /// The panel in `frame` that stands out most, by itself or by its change from the `earlier` frames (latest first), other than those
-    /// `known`. Earlier frames of another size are left out.
+    /// The panel with the highest peak in `frame`, alone or by its change from the `earlier` frames (latest first), other than those
+    /// `known`. Earlier frames of another size are ignored.
     ///
     /// # Errors
     /// As [`Locator::locate`].
@@ -309,7 +308,7 @@ impl Locator {
         self.search(frame, earlier, known, effort, workspace, profile)
     }
 
-    /// The same in memory of other parts.
+    /// The same in separate parts of memory.
     pub(crate) fn search<const N: usize>(
         &self,
         frame: &Frame<'_>,
@@ -339,7 +338,7 @@ impl Locator {
         let in_motion = survey.noise_of_change_grey > IN_MOTION.0 * survey.noise_grey + IN_MOTION.1;
         let enough = if in_motion { FAINT_IN_MOTION } else { FAINT };
         let mut is_faint = false;
-        // What a change shows, if it is a panel for sure.
+        // Returns a panel found by a change if it is certain, and keeps it as a suspect otherwise.
         let mut sure = |found: Location, attempt: &mut Attempt<'_, N>, is_faint: &mut bool| {
             let (suspect, doubt) = self.suspected(&found, enough);
             let doubt = doubt.filter(|_| !suspected.confirm(&suspect, !in_motion));
@@ -382,13 +381,13 @@ impl Locator {
                     return Ok(found);
                 }
             }
-            // The next frame confirms it sooner than all else is looked through; but not twice in a row is all else left for that.
+            // The next frame confirms a suspect sooner than a full search would, but never twice in a row.
             if effort != Effort::Full && !suspected.was_faint() && is_faint && !in_motion {
                 return Err(attempt.failure());
             }
         }
         let (chosen, grounds) = effort.busy();
-        // Each has its own, as it is right of other panels.
+        // One budget per ground, because each ground suits other panels.
         let mut budgets = [effort.budget(self.settings.busy_poses, SPARE_POSES[1]); 4];
         attempt.turn = None;
         for (rank, peak) in survey.busy.iter().filter(unknown).enumerate() {
@@ -408,9 +407,9 @@ impl Locator {
         Err(attempt.failure())
     }
 
-    /// A panel that a change shows as a suspect, and why it is no more than that, if so: `enough` is the amplitude ratio from which on it is.
+    /// A panel found by a change, as a suspect, and the reason for doubt, if any: a certain one has at least the amplitude ratio `enough`.
     fn suspected(&self, found: &Location, enough: f32) -> (Suspect, Option<LocateError>) {
-        // Spots that overlap add up to anything smooth.
+        // Overlapping spots add up to anything smooth.
         let apart = found.spots.apart();
         let surprise = if self.expects(&found.spots) { 1.0 } else { UNEXPECTED };
         let needed = surprise * enough / (apart * apart);
@@ -429,7 +428,7 @@ impl Locator {
         (suspect, doubt)
     }
 
-    /// The likeliest pose, in `frame` alone, of a panel as large and turned as `expected` and not much further away than it is wide.
+    /// The likeliest pose, in `frame` alone, of a panel with the size and rotation of `expected`, at most about a panel's width away.
     pub(crate) fn locate_near(&self, frame: &Frame<'_>, expected: &Lattice, spot_sigma_px: f32) -> Option<Lattice> {
         let view = View {
             spot_sigma_px,
@@ -438,10 +437,10 @@ impl Locator {
         view.near(expected)
     }
 
-    /// Whether spots are as wide as those of LEDs are under the blur that was told.
+    /// Whether spots have the width of LEDs under the configured blur.
     fn expects(&self, spots: &LatticeModel) -> bool {
         let [across, down] = spots.lattice.pitch();
-        // A disc's variance along an axis is a sixteenth of its diameter's square.
+        // A disc's variance along an axis is a sixteenth of the square of its diameter.
         let widest_disc = across.max(down) / PITCH_OVER_LED / 4.0;
         let told = self.spot_sigma_px();
         let widest = libm::sqrtf(told * told + widest_disc * widest_disc);
@@ -460,22 +459,22 @@ impl Locator {
     }
 }
 
-/// Whether a position is within a panel's outline or nearly so.
+/// Whether a position is within a panel's outline or close to it.
 fn near(corners: &Corners, [x, y]: [f32; 2]) -> bool {
     let [column, row] = corners.homography().to_panel([x.into(), y.into()]);
     KNOWN.contains(&column) && KNOWN.contains(&row)
 }
 
-/// A search under way, and why it has failed so far.
+/// A search in progress, and the first reason of its failure so far.
 struct Attempt<'a, const N: usize> {
     locator: &'a Locator,
     residuals: &'a mut Residuals<N>,
     failure: Option<LocateError>,
     places: usize,
     largest_px: f32,
-    /// Which poses come first: of each size of a place the likeliest, then the next ones. None: all of one size, then those of the next.
+    /// The turn of poses at a place: the likeliest one of each size, then the next ones. `None`: all of one size, then all of the next.
     turn: Option<usize>,
-    /// Poses that may still be tried.
+    /// Poses left to try.
     budget: u32,
 }
 
@@ -529,7 +528,7 @@ impl<const N: usize> Attempt<'_, N> {
                         Ok(verified) if verified.is_beyond_doubt() => {
                             return Some(verified.location());
                         }
-                        // What passes may still be the second best of all poses.
+                        // A pose that passes may still be the second best.
                         Ok(verified) => {
                             let fits = verified.fits();
                             if best.as_ref().is_none_or(|best| verified.is_better_than(best)) {
@@ -553,7 +552,7 @@ impl<const N: usize> Attempt<'_, N> {
         best.map(|verified| verified.location())
     }
 
-    /// A panel, clearly, on the lattice of the spots around a place: in what stands out there, or in patches of a few sizes.
+    /// A clear panel on the lattice of the spots around a place: in its blobs, or in patches of a few sizes.
     fn on_spots(&mut self, peak: &Peak, view: View<'_, '_>) -> Option<Location> {
         self.places += 1;
         let sizes = SPOTS_SIDES_PX.map(|side_px| Blob {
@@ -574,14 +573,14 @@ impl<const N: usize> Attempt<'_, N> {
         None
     }
 
-    /// A suspect where it was.
+    /// A suspect at its old place.
     fn again(&mut self, suspect: &Suspect, view: View<'_, '_>) -> Option<Location> {
         let pose = view.promising(&suspect.lattice, &[suspect.spot_sigma_px()], Scope::Change)?;
         let verified = self.verified(&view, Scope::Change, &pose).ok()?;
         Some(verified.location())
     }
 
-    /// A pose that is a panel's in that scope; or within the panel's own outline, where only what is around it may speak against it.
+    /// Verifies a pose in that scope. If only its surroundings may have failed it, verifies it within the panel's own outline.
     fn verified(&mut self, view: &View<'_, '_>, scope: Scope, pose: &Sharpened) -> Result<Verified, LocateError> {
         let mut verify = |scope| verification::verify(self.residuals, view, self.locator, scope, pose);
         match verify(scope) {
@@ -607,7 +606,7 @@ mod tests {
     };
 
     /// A panel with a board that ends one and a half pitches beyond the LEDs, between a bright wall and a dark one: light of the board, and
-    /// how far LEDs that are Off and On stand out of it.
+    /// light of Off and On LEDs relative to it.
     fn before_two_walls(board_light: f32, [off, on]: [f32; 2], blur_sigma_px: f32) -> Vec<u8> {
         let light = |i: usize| {
             let at = [(i % SIDE) as f32, (i / SIDE) as f32];
@@ -637,7 +636,7 @@ mod tests {
         }
     }
 
-    /// LEDs that are On are hardly brighter than the board, as both are nearly white, and those that are Off are dark.
+    /// On LEDs are hardly brighter than the board, as both are nearly white, and Off LEDs are dark.
     #[test]
     fn white_boards_are_found_by_their_dark_leds() {
         for blur_sigma_px in [0.6, 0.7, 0.8] {

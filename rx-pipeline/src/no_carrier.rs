@@ -1,10 +1,10 @@
-//! What stands for the carrier's phase where panels are still.
+//! Stub of the carrier's phase, for panels without a carrier.
 
 use crate::corners::Corners;
 use crate::detect::Detection;
 use link::panel::SoftPanel;
 
-/// Nothing is read again.
+/// A stub: nothing is read again.
 #[derive(Clone, Copy, Debug)]
 pub struct Reread<'a>(core::marker::PhantomData<&'a ()>);
 

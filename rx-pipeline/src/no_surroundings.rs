@@ -1,17 +1,17 @@
-//! What stands where a panel's surroundings would, in programs that leave them out: nothing, and it takes no room.
+//! Stub of a panel's surroundings, for programs without that feature; it takes no memory.
 
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 use link::panel::PanelFrame;
 
-/// No surroundings: they never get known, so that nobody asks them.
+/// A stub that never becomes known.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surroundings;
 
-/// No room for a picture.
+/// A stub of a picture.
 pub(crate) struct Tiles;
 
-/// No place.
+/// A stub of a place.
 #[derive(Clone, Debug)]
 pub(crate) struct Placement;
 

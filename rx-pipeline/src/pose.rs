@@ -1,25 +1,25 @@
-//! Where the panel is before the camera, and how sure that is.
+//! The panel's position and orientation relative to the camera, with covariance.
 //!
-//! A panel is read in pixels; with the camera's [focal length](Lens) and the [panel's size](PanelSize), they tell metres and angles.
-//! This is for those who drive by them: each number comes with the covariance that the pixels' noise gives it, and where there is no
-//! answer a [`PoseError`] says why.
+//! A panel is read in pixels; the camera's [focal length](Lens) and the [panel's size](PanelSize) convert these to metres and angles. Each
+//! number has the covariance due to the pixels' noise, so that a driving function can rely on it; a [`PoseError`] gives the reason if there
+//! is no pose.
 //!
 //! 1. **The image of the panel's plane**, eight numbers, is fitted to the pixels together with light, blur, noise and unequal LEDs, by
 //!    maximum likelihood, and their Fisher information with it (`pose/image_fit.rs`).
 //! 2. **The pose**, six numbers, and its two-fold ambiguity follow from the eight (`pose/planar.rs`).
-//! 3. **Its covariance** is that of all poses that explain the eight, each as likely as it is (`pose/posterior.rs`): a slope at one best
-//!    pose would say nothing of how a far panel leans.
-//! 4. **How fast it comes nearer** follows from its poses in successive frames ([`Closing`]).
+//! 3. **Its covariance** is that of all poses that explain the eight numbers, weighted by their likelihood (`pose/posterior.rs`):
+//!    derivatives at one best pose would not describe the orientation of a far panel.
+//! 4. **The closing speed** follows from the poses of successive frames ([`Closing`]).
 //!
 //! # Axes
 //!
 //! The camera's: x right, y down, z forward, in metres. The panel's: x along its rows, y down its columns, z into it; its middle is the
 //! origin. A panel that faces the camera upright has the rotation 1; others are turned by Rz(roll)·Ry(yaw)·Rx(pitch).
 //!
-//! # What it does not know
+//! # Limits
 //!
-//! The noise is that of pixels. Errors of the calibration, of the panel's size, a rolling shutter's slant and motion within the exposure
-//! are in none of the numbers; where they leave the image unlike any square lattice's, [`Pose::inflation`] says by how much it is unlike.
+//! The covariance covers the noise of pixels alone. It excludes errors of the calibration and of the panel's size, a rolling shutter's
+//! slant and motion within the exposure. If such errors make the image unlike any square lattice's, [`Pose::inflation`] gives the amount.
 
 mod appearance;
 mod closing;
@@ -51,27 +51,27 @@ use image_fit::ImageFit;
 use planar::rotation_by;
 use posterior::Posterior;
 
-/// How large a panel is.
+/// The size of a panel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PanelSize {
     led_diameter_m: f64,
     pitch_m: f64,
 }
 
-/// No panel is of such a size.
+/// A panel size out of its range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PanelSizeError {
-    /// The LEDs.
+    /// The diameter of an LED.
     #[error("an LED diameter of {led_diameter_m} m is not 0.0001 to 10 m: measure one; the usual panel's are 0.03 m wide")]
     LedDiameter {
-        /// The diameter asked for, in metres.
+        /// The requested diameter, in metres.
         led_diameter_m: f64,
     },
-    /// What is between them.
+    /// The gap between LEDs.
     #[error("an LED interval of {interval} is not 0 to 100: give the gap between two LEDs' edges over their diameter")]
     Interval {
-        /// The interval asked for.
+        /// The requested interval.
         interval: f64,
     },
 }
@@ -105,49 +105,49 @@ impl PanelSize {
         }
     }
 
-    /// From the middle of one LED to that of the next, in metres.
+    /// The distance between the middles of neighbouring LEDs, in metres.
     pub fn pitch_m(&self) -> f64 {
         self.pitch_m
     }
 
-    /// From the panel's middle to its outer line of LEDs, in metres.
+    /// The distance from the panel's middle to its outer line of LEDs, in metres.
     pub fn half_side_m(&self) -> f64 {
         3.5 * self.pitch_m
     }
 }
 
-/// What a panel tells of itself is a size that can be.
+/// A transmitted geometry is always within the ranges.
 impl From<Geometry> for PanelSize {
     fn from(told: Geometry) -> Self {
         Self::of(told.led_diameter_m(), told.interval())
     }
 }
 
-/// A panel that was read in a frame, and what is known of it and of the camera.
+/// A reading of a panel, with the known properties of panel and camera.
 #[derive(Clone, Copy)]
 pub struct PanelObservation<'a> {
     /// The frame.
     pub frame: &'a Frame<'a>,
-    /// Where the panel is in it, to half a pitch.
+    /// The panel's position in it, to half a pitch.
     pub corners: &'a Corners,
-    /// What it shows: wrong bits make its pose less sure, not wrong.
+    /// The panel's bits: wrong bits make its pose less precise, not wrong.
     pub bits: PanelFrame,
-    /// The pixels' encoding, and the blur where the fit begins.
+    /// The pixels' encoding, and the initial blur.
     pub camera: &'a Camera,
-    /// How directions become pixels.
+    /// The mapping of directions to pixels.
     pub lens: &'a Lens,
-    /// How large the panel is.
+    /// The panel's size.
     pub size: PanelSize,
 }
 
-/// Why a pose is not known.
+/// Why there is no pose.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PoseError {
-    /// The panel is not in the frame with enough pixels.
+    /// The panel has too few pixels in the frame.
     #[error("the panel is not whole in the frame: aim the camera, or use a larger region")]
     OutsideFrame,
-    /// There is no memory for its pixels.
+    /// Its pixels exceed the memory.
     #[error("the panel's surroundings of {width} × {height} pixels are more than the {capacity} that there is memory for")]
     TooLarge {
         /// Columns.
@@ -157,55 +157,55 @@ pub enum PoseError {
         /// The estimator's `PIXELS`.
         capacity: usize,
     },
-    /// The lens's formula sees the panel from no direction.
+    /// The lens model has no direction for the panel's position.
     #[error("by the camera's distortion no light falls where the panel is seen: check the calibration")]
     NoRay,
-    /// The pixels do not tell all numbers.
+    /// The pixels do not determine all parameters.
     #[error("the pixels do not tell it: too little contrast, or a panel too small or seen edge on")]
     Singular,
-    /// The fit found no end.
+    /// The fit did not converge.
     #[error("the fit has not settled in {rounds} rounds: the pixels are not those of a panel there")]
     NotSettled {
         /// Rounds of the fit.
         rounds: usize,
     },
-    /// The fit went elsewhere.
+    /// The fit converged at another place.
     #[error("the fit has moved {off_pitches:.1} LED pitches away: the pixels are not those of a panel there")]
     Elsewhere {
-        /// How far, in pitches.
+        /// The distance, in pitches.
         off_pitches: f64,
     },
-    /// The fit has settled on what is no lattice of LEDs.
+    /// The fit converged on a pattern that is no lattice of LEDs.
     #[error("the light is not that of a square lattice of LEDs there: the corners or the bits are wrong")]
     Unlike,
-    /// The blur is beyond what is fitted.
+    /// The blur is out of the supported range.
     #[error("the blur is too sharp or too wide for a panel of this size: go farther off, focus, or give blur_sigma_px")]
     Blur,
 }
 
-/// Where a panel is, and how sure that is.
+/// A panel's pose and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// The panel's middle before the camera, in metres: x right, y down, z forward.
+    /// The position of the panel's middle relative to the camera, in metres: x right, y down, z forward.
     pub translation_m: [f64; 3],
-    /// Rows of the matrix that takes the panel's axes to the camera's: the mean of all that are likely.
+    /// Rows of the matrix from the panel's axes to the camera's: the mean of the likely rotations.
     pub rotation: [[f64; 3]; 3],
     /// Covariance of the translation (m) and of the rotation vector (rad): true = exp(vector)·`rotation`, about the camera's axes.
     pub covariance: [[f64; 6]; 6],
     /// The two solutions that the image of a plane allows, the likelier first.
     pub solutions: [Solution; 2],
-    /// By how much covariances are larger than noise alone would make them, since the image is unlike a square lattice's: 1 if it is like.
+    /// The factor on the covariance because the image is unlike a square lattice's: 1 if noise alone explains it.
     pub inflation: f64,
 }
 
 /// One of two solutions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solution {
-    /// Rows of the matrix that takes the panel's axes to the camera's.
+    /// Rows of the matrix from the panel's axes to the camera's.
     pub rotation: [[f64; 3]; 3],
     /// Its range in metres.
     pub range_m: f64,
-    /// How probable it is: the two add up to 1.
+    /// Its probability; the two add up to 1.
     pub probability: f64,
 }
 
@@ -218,20 +218,20 @@ pub struct Known {
     pub sigma: f64,
 }
 
-/// A pose in the numbers that people speak of; angles in radians.
+/// A pose as range, bearing and angles; angles in radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseNumbers {
-    /// From the camera to the panel's middle, in metres.
+    /// The distance from the camera to the panel's middle, in metres.
     pub range_m: Known,
-    /// To the right of the optical axis.
+    /// Bearing to the right of the optical axis.
     pub azimuth: Known,
-    /// Above it.
+    /// Bearing above the optical axis.
     pub elevation: Known,
-    /// Turn about the axis z, clockwise as the camera sees it.
+    /// Rotation about the axis z, clockwise as seen by the camera.
     pub roll: Known,
-    /// Turn about the axis y: where it is positive, the panel's right side is the nearer one.
+    /// Rotation about the axis y: if it is positive, the panel's right side is the nearer one.
     pub yaw: Known,
-    /// Turn about the axis x.
+    /// Rotation about the axis x.
     pub pitch: Known,
 }
 
@@ -249,7 +249,7 @@ impl Pose {
     /// ```
     ///
     /// # Errors
-    /// [`PoseError::Singular`] if the information does not tell all numbers.
+    /// [`PoseError::Singular`] if the information does not determine all numbers.
     pub fn of_image(fit: &PlaneFit, half_side_m: f64, memory: &mut PoseMemory) -> Result<Self, PoseError> {
         memory.0.pose(fit, half_side_m)
     }
@@ -315,7 +315,7 @@ fn values(translation: &Vector3<f64>, rotation: &Matrix3<f64>) -> [f64; 6] {
     ]
 }
 
-/// Room for all poses that are weighed against each other, 0.5 MB.
+/// Memory for all weighted poses, 0.5 MB.
 pub struct PoseMemory(Posterior);
 
 impl Default for PoseMemory {
@@ -324,7 +324,7 @@ impl Default for PoseMemory {
     }
 }
 
-/// What a panel's pose is measured in: about 1.2 MB with `16384` pixels, which any panel fits in, as near ones are seen in larger ones.
+/// A pose estimator: about 1.2 MB with `16384` pixels, which suffice for any panel, because near ones are read in larger pixels.
 ///
 /// ```
 /// use link::camera::Camera;
@@ -365,15 +365,15 @@ impl<const PIXELS: usize> Default for PoseEstimator<PIXELS> {
 }
 
 impl<const PIXELS: usize> PoseEstimator<PIXELS> {
-    /// A fit is settled once it would move the image by less than this, in standard deviations.
+    /// A fit has converged if its next step would move the image by less than this, in standard deviations.
     pub const TOLERANCE: f64 = 0.1;
 
-    /// Its memory.
+    /// An estimator with the default tolerance.
     pub const fn new() -> Self {
         Self::settling_to(Self::TOLERANCE)
     }
 
-    /// One whose fits settle to another tolerance, in standard deviations of the image: less than 0.001 tells nothing more.
+    /// An estimator with another tolerance of convergence, in standard deviations of the image. Below 0.001 the result does not improve.
     pub const fn settling_to(tolerance: f64) -> Self {
         Self {
             fit: ImageFit::new(tolerance),
@@ -381,7 +381,7 @@ impl<const PIXELS: usize> PoseEstimator<PIXELS> {
         }
     }
 
-    /// Rounds that this has taken.
+    /// Rounds of the last fit.
     pub fn rounds(&self) -> usize {
         self.fit.rounds
     }
@@ -389,13 +389,13 @@ impl<const PIXELS: usize> PoseEstimator<PIXELS> {
     /// The pose of a panel that was read.
     ///
     /// # Errors
-    /// [`PoseError`] says why a pose is not known.
+    /// [`PoseError`] gives the reason if there is no pose.
     pub fn pose(&mut self, seen: &PanelObservation<'_>) -> Result<Pose, PoseError> {
         let fit = self.image(seen)?;
         self.posterior.pose(&fit, seen.size.half_side_m())
     }
 
-    /// What the frame tells of the image of the panel's plane, from which [`PoseEstimator::pose`] follows.
+    /// The image of the panel's plane in a frame, the first step of [`PoseEstimator::pose`].
     ///
     /// # Errors
     /// As there.

@@ -1,12 +1,12 @@
-//! How long each stage takes, for whoever has a clock.
+//! Timing of the stages, for callers with a clock.
 //!
-//! This crate has none. A [`Profile`] is told when a stage begins and ends; `()` is the one that does not listen, and costs nothing.
+//! This crate has no clock. It reports the begin and end of each stage to a [`Profile`]; `()` ignores these and costs nothing.
 
 /// A part of the pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Stage {
-    /// The pass over the whole frame for what stands out.
+    /// The survey of the whole frame.
     Survey,
     /// A peak of the survey: its size, pose candidates, fit and verification.
     Search,
@@ -20,7 +20,7 @@ pub enum Stage {
     Follow,
     /// Symbols to messages.
     Decode,
-    /// Where a panel that was read is, in metres: measured beside the receiver.
+    /// The pose of a panel in metres: timed outside the receiver.
     Pose,
 }
 
@@ -35,7 +35,7 @@ pub const STAGES: [Stage; 7] = [
     Stage::Decode,
 ];
 
-/// Somebody who takes the time.
+/// A consumer of the stages' begin and end.
 ///
 /// ```
 /// use rx_pipeline::profile::{Profile, Stage};
@@ -50,9 +50,9 @@ pub const STAGES: [Stage; 7] = [
 /// assert_eq!(count.0, 1);
 /// ```
 pub trait Profile {
-    /// A stage begins.
+    /// Called as a stage begins.
     fn begins(&mut self, stage: Stage);
-    /// The stage that began last ends.
+    /// Called as the stage that began last ends.
     fn ends(&mut self, stage: Stage);
 
     /// Runs `work` as a stage.

@@ -1,8 +1,7 @@
-//! The numbers that a user may turn of how panels are looked for, followed and read; of each its unit, its effect, its default and its
-//! range.
+//! The user's settings for finding, following and reading panels, each with its unit, effect, default and range.
 //!
-//! With the defaults a receiver does what `docs/receiver.md` states the results of. What a camera is like is told by
-//! [`link::camera::Camera`]; what memory there is, is a type's `PIXELS`. All other numbers stand in the code that uses them.
+//! The results in `docs/receiver.md` are for the defaults. [`link::camera::Camera`] describes the camera, and the memory is a type's
+//! `PIXELS`. All other constants are next to the code that uses them.
 //!
 //! ```
 //! use rx_pipeline::receiver::{ReceiverError, ReceiverSettings};
@@ -16,23 +15,23 @@
 //! assert_eq!(error.to_string(), "min_confidence is 2: give 0.5 to 1, or leave it at 0.95");
 //! ```
 
-/// A setting that is out of its range.
+/// A setting out of its range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{name} is {value}: give {min} to {max}, or leave it at {default}")]
 pub struct SettingError {
     /// The setting's name.
     pub name: &'static str,
-    /// The value asked for.
+    /// The requested value.
     pub value: f32,
-    /// The least that may be.
+    /// The minimum.
     pub min: f32,
-    /// The most that may be.
+    /// The maximum.
     pub max: f32,
-    /// What serves where nobody says.
+    /// The default.
     pub default: f32,
 }
 
-/// Settings with their defaults and ranges, which stand here and nowhere else.
+/// Defines settings with their defaults and ranges, in one place.
 macro_rules! settings {
     ($(#[$about:meta])* $Settings:ident { $($(#[$effect:meta])* $name:ident: $Number:ty = $default:literal in $min:literal..=$max:literal,)* }) => {
         $(#[$about])*
@@ -49,10 +48,10 @@ macro_rules! settings {
             /// All defaults.
             pub const DEFAULT: Self = Self { $($name: $default,)* };
 
-            /// Whether each value is in its range.
+            /// Checks that each value is in its range.
             ///
             /// # Errors
-            /// [`SettingError`] about the first that is not.
+            /// [`SettingError`] for the first value out of its range.
             pub fn validate(&self) -> Result<(), SettingError> {
                 $(
                     let (min, max): ($Number, $Number) = ($min, $max);
@@ -79,58 +78,56 @@ macro_rules! settings {
 }
 
 settings! {
-    /// How a panel is looked for in whole frames: see [`Locator`](crate::locate::Locator).
+    /// The search for panels in whole frames: see [`Locator`](crate::locate::Locator).
     SearchSettings {
-        /// Poses tried where the frame has changed, in each frame (count).
+        /// Poses tried at changed places in each frame (count).
         ///
         /// More: panels that blink are found in fewer frames, and each frame takes longer.
         changed_poses: u16 = 8 in 1..=1000,
-        /// Poses tried where a single frame is busy, in each frame (count).
+        /// Poses tried at busy places of a single frame, in each frame (count).
         ///
         /// More: panels among clutter are found in fewer frames, and each frame takes longer. 0: only what blinks is found.
         busy_poses: u16 = 3 in 0..=1000,
-        /// By how much likelier a panel has to be in a single frame, where its LEDs run into each other, than spots of any brightness
-        /// (natural logarithm of the odds).
+        /// Minimum log odds (natural logarithm) of a panel against spots of any brightness, in a single frame in which its LEDs merge.
         ///
-        /// Higher: fewer things are taken for panels, and more panels are found only by their blinking.
+        /// Higher: fewer false positives, and more panels are found only by their blinking.
         min_log_odds: f32 = 10.0 in 0.0..=100.0,
-        /// Pixels at grey 255 of a panel that is found, at most (percent).
+        /// Maximum share of pixels at grey 255 in a found panel (percent).
         ///
-        /// Higher: panels are found of which little is known; lower: overexposed ones are refused.
+        /// Higher: panels with little readable content are found; lower: overexposed ones are refused.
         max_saturated_percent: u8 = 60 in 0..=100,
     }
 }
 
 settings! {
-    /// How a panel that was found is followed from frame to frame.
+    /// How a panel is followed from frame to frame.
     TrackingSettings {
         /// Frames in a row that may miss the panel before it is given up (frames): 0.12 s at 100 a second.
         ///
-        /// More: longer gaps are bridged, and a panel that has gone is looked for later.
+        /// More: longer gaps are bridged, and the search for a panel that has gone starts later.
         patience_frames: u16 = 12 in 0..=10000,
-        /// The widest distance of neighbouring LEDs that is looked at in the frame's own pixels (px). Nearer panels are drawn in larger
-        /// pixels, in which it is the widest, too.
+        /// The greatest pitch in the frame's own pixels (px). Nearer panels are drawn in larger pixels, in which the same limit applies.
         ///
         /// Less: faster, and less noise is averaged away.
         max_pitch_px: f32 = 7.2 in 4.0..=7.2,
-        /// A panel is looked for again where its bits of late are less sure (probability that one is right). Maximum likelihood alone
-        /// tells.
+        /// A panel is searched again if its recent bits are less sure (probability that one is right). Only maximum likelihood provides
+        /// this.
         ///
-        /// Higher: lattices that lie a line off are mended sooner, and noise costs more time.
+        /// Higher: lattices off by a line are corrected sooner, and noise costs more time.
         min_confidence: f32 = 0.95 in 0.5..=1.0,
     }
 }
 
 settings! {
-    /// How bits are read by maximum likelihood: see [`MaximumLikelihood`](crate::likelihood::MaximumLikelihood).
+    /// How maximum likelihood reads bits: see [`MaximumLikelihood`](crate::likelihood::MaximumLikelihood).
     LikelihoodSettings {
         /// Sets of flips that the sphere decoder keeps (count).
         ///
-        /// Fewer: faster, more wrong bits where LEDs overlap, and soft values less sure.
+        /// Fewer: faster, more wrong bits if LEDs overlap, and soft values less sure.
         list_sets: u8 = 64 in 1..=64,
-        /// Frames in which other curves of the camera are tried (frames).
+        /// Frames that try other curves of the camera (frames).
         ///
-        /// More: a wrong curve is mended more surely, and the first frames take longer for longer. 0: the curve is the one that was told.
+        /// More: a wrong curve is corrected more reliably, and the first frames take longer for longer. 0: the configured curve stays.
         curve_frames: u16 = 32 in 0..=1000,
     }
 }

@@ -1,17 +1,17 @@
 //! The panel's image: Gaussian spots before a background, in linear light.
 //!
-//! An LED's disc, the lens blur and the pixel's square together are close to a Gaussian, so a pixel at p sees b + Σ aₖ·g(p − pₖ). One
-//! model serves all who need one: the same [light of a grey level](light_table), the same [spots](window). It is held against pixels
-//! in one of two metrics, by the noise that is expected:
+//! An LED's disc, the lens blur and the pixel's square together are close to a Gaussian, so a pixel at p sees b + Σ aₖ·g(p − pₖ). All users
+//! share one model: the same [light of a grey level](light_table), the same [spots](window). Two metrics compare it with pixels, depending
+//! on the expected noise:
 //!
-//! | metric | noise is alike in all | for |
+//! | metric | uniform noise in | for |
 //! |---|---|---|
-//! | [`GreyMetric`] | grey levels: clutter, rounding | finding and following: where the lattice is, with spots of few brightnesses |
-//! | [`RootMetric`] | roots of light: electrons | reading: which bits are the likeliest |
+//! | [`GreyMetric`] | grey levels: clutter, rounding | finding and following: the lattice, with spots of few brightnesses |
+//! | [`RootMetric`] | roots of light: electrons | reading: the likeliest bits |
 //!
-//! The spots have two forms. [`profile`] is a spot by itself, cut where little is left of it, and its derivatives: a fit looks at
-//! hundreds of poses. [`SpotTable`] is 64 spots of one size, cut farther out and never by the window's rim: bits are told apart by
-//! what one LED leaves in its neighbour's place.
+//! The spots have two forms. [`profile`] is a single spot, truncated early, and its derivatives: a fit tries hundreds of poses.
+//! [`SpotTable`] is 64 spots of one size, truncated farther out and never by the window's rim, because the light of an LED at its
+//! neighbour's place decides on bits.
 
 mod grey_metric;
 mod lattice_model;
@@ -35,5 +35,5 @@ pub(crate) use slope::Slope;
 pub(crate) use spot_table::{OVERLAP, SpotTable};
 pub(crate) use window::{LANES, SPOT_PX, Window, dot};
 
-/// The variance of a place within a pixel, in px².
+/// The variance of a uniform position within a pixel, in px².
 pub(crate) const PIXEL_VARIANCE: f32 = 1.0 / 12.0;

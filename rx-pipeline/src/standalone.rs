@@ -1,4 +1,4 @@
-//! A receiver that stands alone: a microcontroller with a camera that is flashed, pointed at a panel, and prints messages.
+//! A standalone receiver: a microcontroller with a camera that is flashed, pointed at a panel, and prints messages.
 //!
 //! ```text
 //!   camera ─ frame ─ Application ─ Follow: search the whole frame, follow, read ─ text on the port
@@ -6,15 +6,15 @@
 //!      └── exposure ─────┘  └── requests of a computer: status, reading, message, camera, picture
 //! ```
 //!
-//! | part | what it is |
+//! | part | purpose |
 //! |---|---|
-//! | [`Application`] | what runs: sets the camera up, takes frames, says what it sees, mends what can be mended |
-//! | [`Camera`], [`Clock`], [`Port`], [`Machine`] | what it runs on: a board is these and nothing else |
-//! | [`Follow`] | what finds and reads the panel: a [`Receiver`](crate::receiver::Receiver) |
-//! | [`exposure`] | how long to expose |
-//! | [`Request`], [`Answer`] | what a computer may ask, in the frames of [`link::serial`] |
+//! | [`Application`] | the program: sets the camera up, processes frames, reports, and recovers from faults |
+//! | [`Camera`], [`Clock`], [`Port`], [`Machine`] | its hardware: a board implements these alone |
+//! | [`Follow`] | finds and reads the panel: a [`Receiver`](crate::receiver::Receiver) |
+//! | [`exposure`] | control of the exposure |
+//! | [`Request`], [`Answer`] | a computer's requests, in the frames of [`link::serial`] |
 //!
-//! Text and answers share the port. Answers lie between two zeros, which text never has; and as long as a computer asks, there is no text.
+//! Text and answers share the port. Answers lie between two zeros, which text never contains, and there is no text while a computer asks.
 
 pub mod exposure;
 
@@ -44,16 +44,16 @@ use embedded_hal::{delay::DelayNs, i2c::I2c};
 
 /// A camera's registers.
 pub trait Camera {
-    /// Sets the camera up anew; its frames begin.
+    /// Resets the camera and starts its frames.
     ///
     /// # Errors
-    /// [`CameraError`] says what is wrong with it.
+    /// [`CameraError`] gives the camera's fault.
     fn start(&mut self, exposure: Exposure) -> Result<(), CameraError>;
 
-    /// Exposes like this from one of the next frames on.
+    /// Sets the exposure of one of the next frames and of all later ones.
     ///
     /// # Errors
-    /// [`CameraError`] says what is wrong with it.
+    /// [`CameraError`] gives the camera's fault.
     fn expose(&mut self, exposure: Exposure) -> Result<(), CameraError>;
 }
 
@@ -75,34 +75,34 @@ pub trait Clock {
 
 /// A serial port.
 pub trait Port {
-    /// A byte that has come; `None` where none has.
+    /// The next received byte; `None` if there is none.
     fn read(&mut self) -> Option<u8>;
 
-    /// Sends bytes, and waits where there is no room for them yet.
+    /// Sends bytes, and blocks until there is room for them.
     fn write(&mut self, bytes: &[u8]);
 }
 
-/// What else a board has.
+/// The other parts of a board.
 pub trait Machine {
-    /// The name of the board behind [`BOARD_PREFIX`], up to 20 bytes.
+    /// The name of the board after [`BOARD_PREFIX`], up to 20 bytes.
     const BOARD: &'static str;
     /// The version of its program.
     const FIRMWARE: &'static str;
 
-    /// The program is alive: called more often than once a second but for single calls of a search, whatever it is at.
+    /// Reports that the program is alive: called at least once a second, except during a single call of a search.
     fn alive(&mut self);
 
     /// Switches the lamp.
     fn lamp(&mut self, is_on: bool);
 
-    /// The deepest that the stack has been, bytes.
+    /// The greatest stack depth so far, bytes.
     fn stack_bytes(&self) -> u32;
 
-    /// Frames that ended before all of their lines had come, since the start.
+    /// Frames with missing lines, since the start.
     fn cut_short(&self) -> u32;
 }
 
-/// All that an [`Application`] runs on.
+/// The hardware of an [`Application`].
 pub trait Board: Camera + Clock + Port + Machine {}
 
 impl<B: Camera + Clock + Port + Machine> Board for B {}

@@ -19,45 +19,45 @@ use places::{AROUND, Place, places};
 pub(crate) use tiles::Tiles;
 use tiles::{ROOM, TILES};
 
-/// Panels are never expected nearer to their place (pitches).
+/// The least spread of the expected place (pitches).
 const LEAST_SPREAD: f32 = 0.15;
-/// Nats that count as one where a panel may be in one of two places: what two places say is not independent.
+/// The nats that count as one in the odds between two places, because the evidence is not independent.
 const DEPENDENCE: f32 = 4.0;
-/// The least probability that a panel is where its lattice explains the light, whatever is around. Lower: rivals are believed sooner, and
-/// less is left of readings before a ground that changes.
+/// The least probability that a panel is on the lattice that explains its light, whatever its surroundings. Lower: rivals are accepted
+/// sooner, and readings before a changing ground lose more weight.
 const LEAST: f32 = 0.75;
-/// A panel that is not likelier elsewhere by more is where it was expected (nats).
+/// Minimum lead of another place over the expected one (nats).
 const CLEARLY: f32 = 25.0;
-/// A panel with no corner farther off is where it was expected (pitches), nor is one that is off by less than a tile tells (px).
+/// Minimum distance of a corner from its expected place for a panel that has moved (pitches, and px: less than a tile resolves).
 const OFF: f32 = 0.25;
-/// See there.
+/// See [`OFF`].
 const OFF_PX: f32 = 1.0;
-/// Places nearer to each other than that are one (pitches).
+/// Places closer to each other count as one (pitches).
 const SAME: f32 = 0.35;
-/// The least deviation of an LED's level (share of the contrast): its place may lie between two tiles.
+/// The least deviation of an LED's level (share of the contrast), because its place may lie between two tiles.
 const DEVIATION: f32 = 0.03;
-/// The same of a place around: beside the slope of the light there.
+/// The same for a place around, in addition to the slope of the light there.
 const DEVIATION_AROUND: f32 = 0.02;
-/// The same of panels of no contrast: the sensor's noise (grey levels).
+/// Addition to both for the sensor's noise (grey levels).
 const DEVIATION_GREY: f32 = 1.5;
-/// The deviation of a place that has been seen once (share of the contrast), and of one that LEDs light, as they are On or Off.
+/// The initial deviation of a place after one frame (share of the contrast), and of one that LEDs light, as they are On or Off.
 const DEVIATION_AT_FIRST: [f32; 2] = [0.05, 0.2];
-/// What a frame changes of what is known (share).
+/// The weight of a frame in the averages (share).
 const GAIN: f32 = 0.15;
-/// LEDs of which a level is known, at least (count).
+/// LEDs of either state in a frame that teaches, at least (count).
 const LEAST_LEDS: f32 = 3.0;
-/// Places just around the LEDs that may differ by more than [`FAR`] before the panel has moved (count).
+/// Places next to the LEDs that may differ by more than [`FAR`] before the panel counts as moved (count).
 const DIFFERING: usize = 2;
-/// See there (deviations).
+/// See [`DIFFERING`] (deviations).
 const FAR: f32 = 3.5;
 
-/// What is known of a panel's levels and its surroundings, in grey levels.
+/// The levels of a panel and of its surroundings, in grey levels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surroundings {
     around: [Level; AROUND],
     off: Level,
     on: Level,
-    /// From how many frames it was learnt, as far as that matters (count).
+    /// The number of frames behind these, up to 255 (count).
     frames: u8,
 }
 
@@ -68,17 +68,17 @@ struct Level {
     variance: f32,
 }
 
-/// Where a panel may be.
+/// The candidate places of a panel.
 #[derive(Clone, Debug)]
 pub(crate) struct Placement {
     /// The likeliest place first.
     peaks: heapless::Vec<Peak, PEAKS>,
-    /// The logarithm of the odds that it is where it was expected.
+    /// The log odds of the expected place.
     as_expected: f32,
 }
 
 impl Placement {
-    /// Where it is if that is so far from where it was expected that a fit would not find it from there, and clearly likelier. A fit is finer.
+    /// Its place, if that is clearly likelier than the expected one, and too far from it for a fit to converge. A fit is more precise.
     pub fn elsewhere(&self, expected: &Lattice) -> Option<&Lattice> {
         let Peak { lattice, odds, .. } = self.peaks.first()?;
         let limit = (OFF * expected.pitch()[0]).max(OFF_PX);
@@ -87,7 +87,7 @@ impl Placement {
         (is_off && odds - self.as_expected >= CLEARLY).then_some(lattice)
     }
 
-    /// The probability that it is on `lattice`, rather than in the likeliest place elsewhere.
+    /// The probability that it is on `lattice` rather than in the likeliest place elsewhere.
     pub fn confidence(&self, lattice: &Lattice) -> f32 {
         let is_here = |peak: &&Peak| peak.lattice.is_beside(lattice, SAME);
         let here = self.peaks.iter().find(is_here).map_or(self.as_expected, |peak| peak.odds);
@@ -95,7 +95,7 @@ impl Placement {
         elsewhere.map_or(1.0, |peak| (1.0 / (1.0 + libm::expf((peak.odds - here) / DEPENDENCE))).max(LEAST))
     }
 
-    /// Whether it may be farther off than was looked.
+    /// Whether it may lie beyond the searched area.
     fn is_at_edge(&self) -> bool {
         let is_at_edge = |peak: &Peak| peak.at.iter().any(|c| c.abs() > ROOM - TILES as i32);
         self.peaks.first().is_some_and(is_at_edge)
@@ -114,7 +114,7 @@ impl Surroundings {
         self.frames > 0
     }
 
-    /// Learns from a frame in which the panel on `lattice` shows `bits`.
+    /// Updates the levels from a frame in which the panel on `lattice` shows `bits`.
     pub fn learn(&mut self, frame: &Frame<'_>, lattice: &Lattice, bits: PanelFrame) {
         let mut leds = [Sums::default(); 2];
         let mut around = [Level::NONE; AROUND];
@@ -148,7 +148,7 @@ impl Surroundings {
         self.frames = self.frames.saturating_add(1);
     }
 
-    /// Whether the places just around a panel on `lattice` are as they were.
+    /// Whether the places next to the LEDs of a panel on `lattice` are unchanged.
     pub fn agrees(&self, frame: &Frame<'_>, lattice: &Lattice) -> bool {
         let least = self.least_variance(DEVIATION);
         let differs = |level: &Level, at: [f32; 2]| {
@@ -162,13 +162,13 @@ impl Surroundings {
         differing.count() <= DIFFERING
     }
 
-    /// Of a place that deviates by that share of the contrast, at least.
+    /// The least variance for that share of the contrast.
     fn least_variance(&self, share: f32) -> f32 {
         let deviation = share * (self.on.mean - self.off.mean).abs() + DEVIATION_GREY;
         deviation * deviation
     }
 
-    /// The likeliest place of a panel that is usually `spread` pitches off where it is expected.
+    /// The likeliest place of a panel that is usually `spread` pitches from its expected place.
     pub fn place(&self, frame: &Frame<'_>, expected: &Lattice, spread: f32, tiles: &mut Tiles) -> Placement {
         let placement = self.place_near(frame, expected, spread, tiles);
         let Some(Peak { lattice, odds, .. }) = placement.peaks.first().filter(|_| placement.is_at_edge()) else {
@@ -227,7 +227,7 @@ impl Sums {
         self.squares += level.mean * level.mean + level.variance;
     }
 
-    /// Of all of them together.
+    /// The level of all of them together.
     fn level(self) -> Level {
         let mean = self.means / self.count;
         let variance = (self.squares / self.count - mean * mean).max(0.0);
@@ -248,7 +248,7 @@ mod tests {
         ..Scene::PLAIN
     };
 
-    /// How far from the truth a panel is placed (pitches), which has been seen in `scene` and is now `by` px elsewhere, showing `bits`.
+    /// The error of a panel's place (pitches): it was seen in `scene`, and is now `by` px elsewhere, showing `bits`.
     fn off(scene: Scene, by: [f32; 2], bits: u64) -> (f32, Placement) {
         let lattice = Lattice::through(&scene.corners());
         let mut surroundings = Surroundings::UNKNOWN;

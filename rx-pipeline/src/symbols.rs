@@ -1,4 +1,4 @@
-//! Readings to symbols: which frames show the same panel, and how many panels went by unseen.
+//! Readings to symbols: frames that show the same panel are merged, and panels that no frame showed are counted.
 //!
 //! A camera at least as fast as the panel sees each symbol once or more. A reading repeats the last one if the two correlate:
 //! ρ = Σ a·b/√(Σ a²·Σ b²) over the 64 soft values is at least 0.6. Error rates at this threshold:
@@ -10,16 +10,16 @@
 //!
 //! (`cargo test -p vocc-rx-pipeline symbols` computes both.)
 //!
-//! An exposure that caught two symbols adds to both what it says of each, and ends the one. It also says when it began: just before that
-//! end. So the next frame shows the other symbol, however little the exposure caught of it.
+//! An exposure that caught two symbols adds its soft values to both, and ends the first. It also dates the start of the second, which lies
+//! within the exposure. So the next frame shows the second symbol, however little the exposure caught of it.
 //!
-//! Where LEDs saturate, an exposure shared by two symbols looks like a symbol of its own that has all On LEDs of both. The clock tells
-//! which exposures may have caught two; what the symbol before or after then leaves of the On LEDs is the other's (`symbols/shared.rs`).
+//! If LEDs saturate, an exposure shared by two symbols looks like a symbol of its own with all On LEDs of both. The clock decides which
+//! exposures may have caught two; their On LEDs beyond those of the symbol before or after are the other's (`symbols/shared.rs`).
 //!
-//! How long the exposures are, in symbols, is the share of frames that catch two: usual ones are short, and longer ones show soon.
+//! The length of exposures, in symbols, equals the share of frames that catch two: it is short by default, and longer exposures show soon.
 //!
-//! How many symbols passed in a gap follows from the symbol rate and from where within the symbol the exposures can have been: an interval
-//! that each reading narrows.
+//! The number of symbols in a gap follows from the symbol rate and from the phase of the exposures within the symbol: an interval that each
+//! reading narrows.
 
 mod decoder;
 mod lateness;
@@ -31,32 +31,32 @@ use crate::detect::{Mixture, correlation};
 use lateness::Lateness;
 use link::panel::{Llr, SoftPanel};
 
-/// The correlation from which a reading is the last symbol again (1 for the same, 0 for another). Higher: symbols
-/// are taken for two; lower: two are taken for one. The tests compute both.
+/// The correlation from which on a reading repeats the last symbol (1 for the same, 0 for another). Higher: one symbol counts as two;
+/// lower: two count as one. The tests compute both rates.
 pub(crate) const REPEAT_CORRELATION: f32 = 0.6;
-/// The correlation of two sure readings up to which they are of two symbols, however soon one follows the other: frames were lost that
-/// nobody counted. Higher: noise makes symbols; lower: one in a hundred such losses, and more, is not seen.
+/// The correlation of two sure readings up to which they show two symbols, however close their frame numbers: frames were lost without a
+/// count. Higher: noise makes symbols; lower: more than one in a hundred such losses goes unnoticed.
 const OTHER_CORRELATION: f32 = 0.3;
-/// By how much the two clocks may disagree (share): rates that are off by 500 ppm are followed, and crystals of 100 ppm beside.
-/// Higher: gaps are counted less surely; lower: symbols are counted twice where a film's rate is off by more.
+/// The greatest difference between the two clocks (share): rates 500 ppm off are followed, with crystals of 100 ppm in addition. Higher:
+/// gaps are counted less reliably; lower: symbols are counted twice if a film's rate is off by more.
 const CLOCK_TOLERANCE: f64 = 6e-4;
-/// The longest exposure of usual cameras (share of the frame period). Higher: gaps are counted less surely, and chance is taken for two
-/// symbols more often; lower: more frames that catch two have to show that exposures are longer.
+/// The longest exposure of usual cameras (share of the frame period). Higher: gaps are counted less reliably, and chance looks like two
+/// symbols more often; lower: it takes more frames with two symbols to detect longer exposures.
 const EXPOSURE_USUAL: f64 = 0.1;
-/// The longest exposure that is followed (share of the frame period): with more, hardly a frame shows one symbol.
+/// The longest supported exposure (share of the frame period): with a longer one, hardly a frame shows a single symbol.
 const EXPOSURE_MAX: f64 = 0.8;
-/// The frames that tell how long exposures are: after so many (count) they count half. Higher: surer; lower: follows a changing camera.
+/// Frames in the estimate of the exposure: after this many (count) they are halved. Higher: surer; lower: follows a changing camera.
 const FRAMES_KEPT: u32 = 128;
-/// The soft value of an LED below which it is doubtful (quarters of a nat). Higher: more symbols are lost that other light makes look
-/// like two; lower: exposures that two symbols shared evenly are taken for one.
+/// The soft value of an LED below which it is doubtful (quarters of a nat). Higher: more symbols are lost that other light makes look like
+/// two; lower: exposures that two symbols shared evenly count as one.
 const SURE_LLR: u8 = 64;
-/// Doubtful LEDs of a reading that shows a single symbol, at most (count). Higher: as a lower [`SURE_LLR`].
+/// Doubtful LEDs in a reading of a single symbol, at most (count). Higher: as a lower [`SURE_LLR`].
 const DOUBTFUL_MAX: usize = 8;
 
-/// One symbol, of all the frames that showed it.
+/// One symbol, from all frames that showed it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Symbol {
-    /// Its number: that of the first symbol seen is 0, and symbols that passed unseen count. It wraps around.
+    /// Its number: 0 for the first symbol; symbols that no frame showed count. It wraps around.
     pub index: u32,
     /// The sum of the readings' soft values, within ±127.
     pub panel: SoftPanel,
@@ -66,20 +66,20 @@ pub struct Symbol {
     pub last_frame: u64,
 }
 
-/// Why no clock runs at this rate.
+/// A symbol rate out of range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "{symbols_per_frame} symbols a frame: more than 0 and at most 1 can be followed; raise the frame rate or lower \
      the symbol rate"
 )]
 pub struct SymbolRateError {
-    /// The rate asked for.
+    /// The requested rate.
     pub symbols_per_frame: f32,
 }
 
 /// Numbers the symbols and merges repeated readings of one.
 ///
-/// A symbol is given out once, when the next one is seen or at [`SymbolClock::flush`].
+/// It returns a symbol once, when the next one is seen or at [`SymbolClock::flush`].
 ///
 /// ```
 /// use link::panel::{PanelFrame, SoftPanel};
@@ -100,12 +100,12 @@ pub struct SymbolClock {
     symbols_per_frame: f64,
     current: Option<Current>,
     next_index: u32,
-    /// By how many frame periods the frame at hand was taken later than its number says.
+    /// The delay of the current frame relative to its number, in frame periods.
     late: Lateness,
-    /// Frames that were taken in of late, and how many of them caught two symbols.
+    /// Recent frames, and below, how many of them caught two symbols.
     frames: u32,
     mixed: u32,
-    /// Whether so many did that exposures are longer than usual.
+    /// Whether that number shows exposures longer than usual.
     is_long: bool,
 }
 
@@ -113,11 +113,11 @@ pub struct SymbolClock {
 struct Current {
     symbol: Symbol,
     reading: SoftPanel,
-    /// Where within its symbol the last frame's exposure began, at least and at most: 0 the symbol's start, 1 its end.
+    /// The phase of the last frame's exposure start within its symbol, least and greatest: 0 the symbol's start, 1 its end.
     phase: (f64, f64),
-    /// By how many frame periods that frame was taken later than its number says.
+    /// The delay of that frame relative to its number, in frame periods.
     late: Lateness,
-    /// Whether no frame has shown the symbol alone yet, only the end of one that caught the symbol before it too.
+    /// Whether the symbol has been seen only in an exposure that it shares with the symbol before.
     partial: bool,
 }
 
@@ -125,7 +125,7 @@ impl SymbolClock {
     /// A clock for a panel that shows `symbols_per_frame` symbols in a camera's frame period.
     ///
     /// # Errors
-    /// If `symbols_per_frame` is not above 0 and at most 1.
+    /// [`SymbolRateError`] if `symbols_per_frame` is not above 0 and at most 1.
     pub fn new(symbols_per_frame: f32) -> Result<Self, SymbolRateError> {
         if symbols_per_frame > 0.0 && symbols_per_frame <= 1.0 {
             Ok(Self {
@@ -142,8 +142,8 @@ impl SymbolClock {
         }
     }
 
-    /// Says that the frames from now on were taken so many frame periods later than their numbers say, or earlier where that is negative:
-    /// cameras that do not keep their rate say so with each frame. What is no number is taken for 0, and what is beyond ±10⁹ for that.
+    /// Sets the delay of all later frames relative to their numbers, in frame periods, negative for early ones. Call it with each frame of
+    /// a camera that does not keep its rate. NaN counts as 0; the value is clamped to ±10⁹.
     ///
     /// ```
     /// use link::panel::{PanelFrame, SoftPanel};
@@ -162,14 +162,14 @@ impl SymbolClock {
         self.late = Lateness::new(frames);
     }
 
-    /// When a frame was taken, if it is so late as was last said (frame periods).
+    /// The time of a frame with the current delay (frame periods).
     pub(crate) fn time_of(&self, frame: u64) -> f64 {
         self.late.time_of(frame)
     }
 
-    /// Takes in the reading of frame `frame`; gives the symbol before it if it shows a new one.
+    /// Adds the reading of frame `frame`; returns the symbol before it if it shows a new one.
     ///
-    /// Frames that were lost are left out. A frame number that does not rise, and a reading of which nothing is known, is ignored.
+    /// Skip lost frames. A frame number that does not rise, and a reading of zeros, are ignored.
     pub fn push(&mut self, frame: u64, reading: &SoftPanel) -> Option<Symbol> {
         if reading.0.iter().all(|&llr| llr == 0) {
             return None;
@@ -204,7 +204,7 @@ impl SymbolClock {
         let likely_before_its_end = phase.0 + phase.1 < 2.0;
         let must_repeat = clearly_before_its_end || current.partial && likely_before_its_end;
         let alike = correlation(&current.reading, reading);
-        // Too early for another symbol, unless frames were lost that are not counted.
+        // Too early for another symbol, unless frames were lost without a count.
         let is_another = alike < OTHER_CORRELATION && is_sure(&current.reading) && is_sure(reading);
         if may_repeat && (alike >= REPEAT_CORRELATION || must_repeat && !is_another) {
             current.merge(frame, self.late, reading);
@@ -217,19 +217,19 @@ impl SymbolClock {
         } else {
             advanced(phase)
         };
-        // Wraps around as the index does, and stays at a gap's end beyond all counting.
+        // Wraps around as the index does, and saturates after an extreme gap.
         let index = done.index.wrapping_add(advance as u32);
         self.start(frame, reading, index, within(phase, (-reach, 1.0)));
         Some(done)
     }
 
-    /// Takes in what frame `frame` says, which seems to have caught the end of one symbol and the beginning of the next; gives the last one
-    /// of which it is the end, or which was over before.
+    /// Adds frame `frame`, which seems to have caught the end of one symbol and the beginning of the next; returns the symbol that ended
+    /// there or before.
     ///
-    /// Where the two cannot be told apart, the frame's `reading` counts as that of one symbol if it is sure of nearly all LEDs (it shows
-    /// the symbol that had most of the exposure, or the On LEDs of both), or if the frame lies in the middle of a symbol: then it is noisy. So
-    /// does a sure reading of the symbol shown before, where little is known of the next: a trace of another symbol may be other light, and
-    /// the next frame shows it better.
+    /// If the two are inseparable, the frame's `reading` counts as that of one symbol in two cases: it is sure of nearly all LEDs (the
+    /// symbol with most of the exposure, or the On LEDs of both), or the frame lies in the middle of a symbol, so that it is noisy. A sure
+    /// repeat of the symbol before also counts as one if little is known of the next: a trace of another symbol may be other light, and the
+    /// next frame shows it better.
     pub fn push_mixed(&mut self, frame: u64, reading: &SoftPanel, mixture: &Mixture) -> Option<Symbol> {
         let is_repeat = |current: &Current| correlation(&current.reading, reading) >= REPEAT_CORRELATION;
         let is_inseparable = *mixture == Mixture::INSEPARABLE;
@@ -242,7 +242,7 @@ impl SymbolClock {
         }
     }
 
-    /// Whether the exposure of a frame may catch the end of a symbol and the beginning of the next, as far as its phase is known.
+    /// Whether the exposure of a frame may catch the end of a symbol and the beginning of the next, by its known phase.
     fn may_catch_two(&self, frame: u64) -> bool {
         let current = self.current.as_ref();
         let phase = current.and_then(|current| current.phase_at(frame, self.late, self.symbols_per_frame));
@@ -258,7 +258,7 @@ impl SymbolClock {
             current.merge(frame, self.late, &mixture.ending);
             (0.0, phase)
         } else {
-            // The symbol that ends here was shown by no frame alone: nothing is known of it.
+            // No frame showed the symbol that ends here alone: it is unknown.
             advanced(phase)
         };
         let done = current.symbol;
@@ -268,7 +268,7 @@ impl SymbolClock {
         Some(done)
     }
 
-    /// What is known of the symbol that frame `frame` shows the end of, if it shows the end of one; nothing if it has passed.
+    /// The soft values of the symbol whose end frame `frame` may show; erased if that symbol is over.
     pub fn before(&self, frame: u64) -> SoftPanel {
         let current = self.current.as_ref().filter(|current| {
             let phase = current.phase_at(frame, self.late, self.symbols_per_frame);
@@ -277,7 +277,7 @@ impl SymbolClock {
         current.map_or(SoftPanel::ERASED, |current| current.symbol.panel)
     }
 
-    /// Counts a frame. How many of them catch two symbols tells whether exposures are longer than usual.
+    /// Counts a frame. The share of frames with two symbols decides whether exposures are longer than usual.
     fn count(&mut self, is_mixed: bool) {
         if self.frames == FRAMES_KEPT {
             self.frames /= 2;
@@ -289,7 +289,7 @@ impl SymbolClock {
         let [usual, longest] = [false, true].map(|is_long| self.exposure(is_long));
         let (deviation, expected) = (libm::sqrtf(mixed), usual as f32 * frames);
         if !self.is_long && mixed - deviation > expected {
-            // What is known of where the symbol began took exposures to be shorter.
+            // The phase was estimated for shorter exposures.
             if let Some(current) = &mut self.current {
                 current.phase.0 -= longest - usual;
             }
@@ -299,18 +299,18 @@ impl SymbolClock {
         }
     }
 
-    /// The longest exposure that is reckoned with, in symbols.
+    /// The longest assumed exposure, in symbols.
     fn exposure(&self, is_long: bool) -> f64 {
         let share = if is_long { EXPOSURE_MAX } else { EXPOSURE_USUAL };
         share * self.symbols_per_frame
     }
 
-    /// The number of the symbol that the last frame showed; none before the first.
+    /// The number of the symbol in the last frame; `None` before the first.
     pub fn current(&self) -> Option<u32> {
         self.current.as_ref().map(|current| current.symbol.index)
     }
 
-    /// The symbol that was being read, if any. The next reading starts another.
+    /// The current symbol, if any. The next reading starts another.
     pub fn flush(&mut self) -> Option<Symbol> {
         self.current.take().map(|current| current.symbol)
     }
@@ -334,7 +334,7 @@ impl SymbolClock {
 }
 
 impl Current {
-    /// Frames since the last one, and where its exposure began, counted from the start of the last one's symbol; none for a
+    /// Frames since the last one, and the phase of the exposure's start, counted from the start of the last one's symbol; `None` for a
     /// frame that is no later.
     fn phase_at(&self, frame: u64, late: Lateness, symbols_per_frame: f64) -> Option<(u64, (f64, f64))> {
         let elapsed = frame.checked_sub(self.symbol.last_frame).filter(|&elapsed| elapsed > 0)?;
@@ -347,8 +347,8 @@ impl Current {
         Some((elapsed, phase))
     }
 
-    /// The symbol as far as the next one's reading tells of it, if its only frame showed that one too; and where in the next one this frame
-    /// then began.
+    /// If the only frame of this symbol showed the next one too: the symbol without the next one's On LEDs, and the phase of this frame in
+    /// the next one.
     fn ended_by(&self, frame: u64, late: Lateness, next: &SoftPanel, reach: f64, symbols_per_frame: f64) -> Option<(Symbol, (f64, f64))> {
         let is_of_one_frame = self.symbol.first_frame == self.symbol.last_frame && !self.partial;
         if !is_of_one_frame || self.phase.1 + reach <= 1.0 {
@@ -378,11 +378,11 @@ impl Current {
     }
 }
 
-/// Nothing is known of the phase.
+/// An unknown phase.
 const ANY_PHASE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
-/// How many symbols have passed, at least one, and the phases in the symbol after them. Where that number is not certain, the phases
-/// are anything, so that one wrong guess makes no others.
+/// The number of symbols that have passed, at least one, and the phases in the symbol after them. If that number is uncertain, the phases
+/// become unknown, so that one wrong guess causes no others.
 fn advanced((earliest, latest): (f64, f64)) -> (f64, (f64, f64)) {
     let advance = libm::floor((earliest + latest) / 2.0).max(1.0);
     let certain = libm::floor(earliest).max(1.0) == (libm::ceil(latest) - 1.0).max(1.0);
@@ -393,7 +393,7 @@ fn advanced((earliest, latest): (f64, f64)) -> (f64, (f64, f64)) {
     }
 }
 
-/// Whether hardly any LED is doubtful. Where two symbols had about as much of an exposure, all are that differ in them.
+/// Whether hardly any LED is doubtful. If two symbols had about equal parts of an exposure, all LEDs are doubtful in which they differ.
 pub(crate) fn is_sure(reading: &SoftPanel) -> bool {
     let doubtful = reading.0.iter().filter(|llr| llr.unsigned_abs() < SURE_LLR);
     doubtful.count() <= DOUBTFUL_MAX
@@ -416,7 +416,7 @@ mod tests {
         SoftPanel::certain(PanelFrame::from_bits(bits), 10)
     }
 
-    /// A different, random-looking panel for each symbol.
+    /// A different pseudorandom panel for each symbol.
     fn shown(symbol: u64) -> u64 {
         let mixed = (symbol + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         let mixed = (mixed ^ mixed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -466,15 +466,15 @@ mod tests {
         assert_eq!(clock.flush().map(|symbol| symbol.panel), Some(panel(shown(0))));
     }
 
-    /// Symbols read in frames of usual exposure.
+    /// Symbols read in frames of the usual exposure.
     fn read(symbols_per_frame: f64, start: f64, frames: u64, mixed: impl Fn(u64) -> Mixture) -> Vec<(u32, u64)> {
         let [symbols, without] = [true, false].map(|is_read| exposed(EXPOSURE_USUAL, symbols_per_frame, start, frames, is_read, &mixed));
         assert_eq!(symbols, without);
         symbols
     }
 
-    /// Symbols read in frames of which each begins at its phase, `mixed` telling what one says that catches two. Read as a single symbol it
-    /// shows the one that had most of the exposure, or nothing.
+    /// Symbols read in frames with their phases; `mixed` gives the mixture of a frame that catches two. As a single symbol such a frame
+    /// shows the one with most of the exposure, or nothing.
     fn exposed(
         exposure: f64,
         symbols_per_frame: f64,
@@ -550,7 +550,8 @@ mod tests {
         }
     }
 
-    /// What frames of saturated LEDs give, of which every one shows all that was On in any of its exposure; and those that are lost.
+    /// The symbols of frames with saturated LEDs, in which an LED that was On in any part of the exposure is On; `lost` selects lost
+    /// frames.
     fn saturated(symbols_per_frame: f64, start: f64, frames: u64, lost: impl Fn(u64) -> bool) -> Vec<Symbol> {
         let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
         let exposure = EXPOSURE_USUAL * symbols_per_frame;
@@ -564,7 +565,7 @@ mod tests {
         symbols
     }
 
-    /// LEDs of a symbol that are known wrongly.
+    /// The number of wrong LEDs of a symbol.
     fn wrong(symbol: &Symbol, shown: u64) -> u32 {
         ((symbol.panel.hard().bits() ^ shown) & symbol.panel.seen()).count_ones()
     }
@@ -590,7 +591,7 @@ mod tests {
         for frame in 0..100 {
             let symbol = (0.05 + 0.9 * frame as f64) as u64;
             let reading = panel(shown(symbol));
-            // Symbols of which two frames tell the phase, and one in the middle of them that is noisy.
+            // Symbols with two frames that determine the phase, and a noisy one in the middle of them.
             symbols.extend(if frame > 1 && frame % 10 == 5 {
                 clock.push_mixed(frame, &reading, &Mixture::INSEPARABLE)
             } else {
@@ -682,7 +683,7 @@ mod tests {
         let mut clock = SymbolClock::new(0.3).unwrap();
         let symbol_of = |frame: u64| (0.05 + frame as f64 * 0.3) as u64;
         let mut symbols = Vec::new();
-        // Every eighth frame is lost, and nobody counts it.
+        // Every eighth frame is lost without a count.
         let frames = (0..200).filter(|frame| frame % 8 != 5);
         for (number, frame) in frames.enumerate() {
             let sure = SoftPanel::certain(PanelFrame::from_bits(shown(symbol_of(frame))), 100);
@@ -714,8 +715,8 @@ mod tests {
         assert!(clock.flush().is_some());
     }
 
-    /// The first of 1500 frames of which the symbol is counted wrongly, where the rate is off by so many `ppm`. Frames that catch two
-    /// symbols show all LEDs that either has On, where LEDs are saturated; else they tell the next symbol, if it is known what ends.
+    /// The first of 1500 frames with a wrong symbol number, at a rate that is off by `ppm`. Frames that catch two symbols show the On LEDs
+    /// of both if LEDs are saturated; else they show the next symbol, if the one that ends is known.
     fn miscounted(symbols_per_frame: f64, ppm: f64, start: f64, are_saturated: bool) -> Option<u64> {
         let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
         let per_frame = symbols_per_frame * (1.0 + 1e-6 * ppm);
@@ -755,7 +756,7 @@ mod tests {
         }
     }
 
-    /// Of frames that follow each other after so many frame periods each: which symbol each shows, and which it is counted as.
+    /// For frames with these periods between them: the shown symbol and the counted one.
     fn counted(symbols_per_frame: f64, start: f64, periods: &[f64]) -> Vec<(u64, u32)> {
         let mut clock = SymbolClock::new(symbols_per_frame as f32).unwrap();
         let mut time_frames = 0.0;
@@ -799,7 +800,7 @@ mod tests {
             for (symbol, expected) in symbols.iter().zip(&expected) {
                 prop_assert_eq!(symbol.panel.hard().bits(), shown(*expected));
             }
-            // After a gap a symbol's border may lie too close to the exposure to tell on which side of it that was.
+            // After a gap, a symbol's border may lie so close to the exposure that its side is uncertain.
             for (got, want) in symbols.windows(2).zip(expected.windows(2)) {
                 let uncertain = got[1].first_frame - got[0].last_frame > 1;
                 let (got, want) = (i64::from(got[1].index - got[0].index), (want[1] - want[0]) as i64);

@@ -5,39 +5,38 @@ use crate::frame::Frame;
 use link::camera::MIDDLE_GREY;
 use std::vec::Vec;
 
-/// What the camera sees.
+/// The scene before the camera.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scene {
     pub bits: u64,
-    /// The bits shown for the last part of the exposure, and that part.
+    /// The bits in the last part of the exposure, and that part.
     pub next: (u64, f32),
-    /// By how much that part grows from each line to the one below; it is that of the panel's middle, then.
+    /// The growth of that part from each line to the one below; the part is then that of the panel's middle.
     pub growth: f32,
     pub width: usize,
     pub height: usize,
     pub centre: [f32; 2],
     pub pitch_px: f32,
     pub roll_deg: f32,
-    /// Height over width, as a panel turned about its upright axis has it.
+    /// Height over width, as of a panel turned about its upright axis.
     pub aspect: f32,
     /// Light of an Off and an On LED's surface; the background's is 1.
     pub light: [f32; 2],
     /// LED diameter over pitch.
     pub fill: f32,
     pub noise_grey: f32,
-    /// The deviation of light 1 by the noise of its electrons; it grows with the root of light.
+    /// The deviation of light 1 by electron noise; it grows with the root of light.
     pub shot_noise: f32,
     /// Standard deviation of the blur along x and y.
     pub blur_px: [f32; 2],
     pub gamma: f32,
-    /// By how much each LED's surface is brighter than the background if it is On, over what it should be: 1 throughout, of sound LEDs.
+    /// The factor on each LED's On light above the background: 1 for sound LEDs.
     pub gain: fn(usize) -> f32,
     /// Light of the background at a place, in pixels.
     pub background: fn([f32; 2]) -> f32,
-    /// All light over what it is by the other fields: by the exposure.
+    /// A factor on all light, as by the exposure.
     pub exposure: f32,
-    /// What lies before the columns from the first to the last but one: a wiper, which lets a share of the light through and sheds some of
-    /// its own.
+    /// A wiper before the columns from the first to the last but one: its transmitted share of light, and its own light.
     pub wiper: ([usize; 2], f32, f32),
 }
 
@@ -151,7 +150,7 @@ impl Random {
         (self.0 >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// About standard normal: the sum of twelve uniform numbers.
+    /// Approximately standard normal: the sum of twelve uniform numbers.
     fn normal(&mut self) -> f32 {
         (0..12).map(|_| self.uniform()).sum::<f32>() - 6.0
     }

@@ -1,4 +1,4 @@
-//! Cells by the homography, pixel by pixel, and poses that have none.
+//! Cells by the homography, pixel by pixel, and poses without cells.
 
 use super::*;
 use properties::prelude::*;

@@ -1,4 +1,4 @@
-//! What a detector says of a panel.
+//! The result of a detector on one panel.
 
 use super::soft::{no_surer_than, soft_panel};
 use link::orientation::Orientation;
@@ -6,13 +6,13 @@ use link::orientation::Orientation;
 use link::panel::SIDE;
 use link::panel::{LEDS, PanelFrame, SoftPanel};
 
-/// LEDs are lit that are so much of all light there, at least (share),
+/// LEDs are lit if their mean is at least this part of all light there (share),
 #[cfg(feature = "carrier")]
 const EVEN_MEAN: f32 = 0.1;
-/// and alike if they differ by less (share of their mean, root mean square).
+/// and alike if their deviations from it are smaller (share of their mean, root mean square).
 #[cfg(feature = "carrier")]
 const EVEN: f32 = 0.1;
-/// Light is a panel's that is there so surely, at least (probability).
+/// Minimum probability that the place is the panel's, for a use of its light (probability).
 #[cfg(feature = "carrier")]
 const SURE_PLACE: f32 = 0.999;
 
@@ -23,24 +23,24 @@ pub struct Detection {
     pub bits: PanelFrame,
     /// The log-likelihood ratio of each LED, positive for On.
     pub soft: SoftPanel,
-    /// The share of bits that are right if the soft values are: mean of 1/(1 + exp(−|LLR|)), 0.5 to 1.
+    /// The expected share of right bits by the soft values: mean of 1/(1 + exp(−|LLR|)), 0.5 to 1.
     pub confidence: f32,
-    /// The share of the light at the LEDs by which On ones differ from Off ones, of the mean of both: 0 where the detector does not tell.
+    /// The difference in light between On and Off LEDs, as a share of their mean light; 0 if the detector does not measure it.
     #[cfg(feature = "carrier")]
     pub modulation: f32,
-    /// The light of each LED; none where bits are sure.
+    /// The light of each LED; `None` if the bits are sure.
     #[cfg(feature = "carrier")]
     pub lights: Option<Lights>,
-    /// The two symbols that the exposure caught, if it seems to have: no single panel explains the frame as well as panels
-    /// explained those before it. Only maximum likelihood can tell.
+    /// The two symbols of the exposure, if it seems to show two: no single panel explains the frame as well as panels explained the frames
+    /// before it. Only maximum likelihood detects this.
     pub mixed: Option<Mixture>,
 }
 
-/// The light of LEDs, whatever their bits are, as shares of all light there.
+/// The light of LEDs, independent of their bits, as shares of all light there.
 #[cfg(feature = "carrier")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lights {
-    /// By how much each LED is brighter than the mean of all.
+    /// The difference between each LED and the mean of all.
     pub above_mean: [f32; LEDS],
     /// The mean.
     pub mean: f32,
@@ -69,8 +69,8 @@ impl Detection {
         }
     }
 
-    /// The same where it is of the panel itself with that probability, 0 to 1, and else says nothing of it: then nor does the light of its
-    /// LEDs.
+    /// The same reading if its place is the panel's with that probability, 0 to 1, and means nothing otherwise. Unless it is nearly
+    /// certain, the light is left out.
     pub(crate) fn doubted(&self, probability: f32) -> Self {
         let most = libm::logf((1.0 + probability) / (1.0 - probability).max(f32::MIN_POSITIVE));
         Self {
@@ -87,7 +87,7 @@ impl Detection {
         }
     }
 
-    /// That of a panel of which these LEDs are On where they were Off.
+    /// The reading with the states of these LEDs inverted.
     #[cfg(feature = "carrier")]
     pub(crate) fn inverted(&self, leds: u64) -> Self {
         Self {
@@ -102,7 +102,7 @@ impl Detection {
         }
     }
 
-    /// The same of the panel itself, where this is of a picture that has it in that orientation.
+    /// The reading in the panel's own orientation, if this is of a picture that shows the panel in `orientation`.
     pub(crate) fn upright(&self, orientation: Orientation) -> Self {
         Self {
             bits: self.bits.upright(orientation),
@@ -118,29 +118,29 @@ impl Detection {
     }
 }
 
-/// How many bits are wrong by their log-likelihood ratios.
+/// The expected number of wrong bits, by their log-likelihood ratios.
 pub(crate) fn wrong_bits(llr: &[f32; LEDS]) -> f32 {
     llr.iter().map(|llr| 1.0 / (1.0 + libm::expf(llr.abs()))).sum()
 }
 
-/// What an exposure says that caught the end of one symbol and the beginning of the next.
+/// An exposure that caught the end of one symbol and the beginning of the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mixture {
-    /// The part of the exposure that is the beginning symbol's, 0 to 1; a half where that is not known. Where lines are read out one after
-    /// another it is that of the panel's middle, and may be beyond.
+    /// The beginning symbol's part of the exposure, 0 to 1; a half if it is not known. If lines are read out one after another, it is that
+    /// of the panel's middle, and may lie outside that range.
     pub share: f32,
-    /// By how much that part grows from one column of LEDs to the next and from one row to the next, up to 1: 0 where all lines are exposed
-    /// at once.
+    /// The growth of that part from one column of LEDs to the next and from one row to the next, up to 1: 0 if all lines are exposed at
+    /// once.
     #[cfg(feature = "read-lines")]
     pub growth: [f32; 2],
-    /// The log-likelihood ratios of the symbol that ended, by this exposure alone.
+    /// The log-likelihood ratios of the symbol that ended, from this exposure alone.
     pub ending: SoftPanel,
-    /// Those of the symbol that began.
+    /// The log-likelihood ratios of the symbol that began.
     pub beginning: SoftPanel,
 }
 
 impl Mixture {
-    /// Two symbols that cannot be told apart.
+    /// Two symbols that the detector could not separate.
     pub(crate) const INSEPARABLE: Self = Self {
         share: 0.5,
         #[cfg(feature = "read-lines")]
@@ -149,7 +149,7 @@ impl Mixture {
         beginning: SoftPanel::ERASED,
     };
 
-    /// The same of the panel itself, where this is of a picture that has it in that orientation.
+    /// The mixture in the panel's own orientation, if this is of a picture that shows the panel in `orientation`.
     fn upright(&self, orientation: Orientation) -> Self {
         Self {
             #[cfg(feature = "read-lines")]
@@ -174,7 +174,7 @@ impl Mixture {
         (*self != Self::INSEPARABLE).then(|| core::array::from_fn(|led| lit(self.share_of(led), ended[led], begun[led])))
     }
 
-    /// The part of LED `led`'s exposure that is the beginning symbol's.
+    /// The beginning symbol's part of LED `led`'s exposure.
     #[cfg(feature = "read-lines")]
     fn share_of(&self, led: usize) -> f32 {
         let [column, row] = self.growth;
@@ -186,20 +186,20 @@ impl Mixture {
         (self.share + column * right + row * below).clamp(0.0, 1.0)
     }
 
-    /// The same where all lines are taken to be exposed at once.
+    /// The same if all lines are exposed at once.
     #[cfg(not(feature = "read-lines"))]
     fn share_of(&self, _led: usize) -> f32 {
         self.share
     }
 }
 
-/// The share of the exposure for which an LED is On, from its shares in the symbol that ended and in the one that began, of which
-/// the exposure has a `share`.
+/// The share of the exposure for which an LED is On, from its shares in the symbol that ended and in the one that began. The one that began
+/// has a `share` of the exposure.
 pub(crate) fn lit(share: f32, ended: f32, begun: f32) -> f32 {
     (1.0 - share) * ended + share * begun
 }
 
-/// The panel of which the LEDs are On for which that holds.
+/// The panel whose LEDs are On if `on` holds.
 pub(crate) fn bits_where(on: impl Fn(usize) -> bool) -> PanelFrame {
     PanelFrame::from_bits((0..LEDS).fold(0, |bits, cell| bits | u64::from(on(cell)) << cell))
 }

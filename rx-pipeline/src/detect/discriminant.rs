@@ -4,8 +4,8 @@ use super::error::DetectError;
 use link::panel::{LEDS, PanelFrame};
 use nalgebra::{RealField, SMatrix, SVector};
 
-/// What is added to each standardised feature's variance within a class (share of its variance in the panel). Higher:
-/// all soft values are less sure; none: those of a frame without noise are infinite.
+/// Addition to each standardised feature's variance within a class (share of its variance in the panel). Higher: all soft values are less
+/// sure; none: those of a frame without noise are infinite.
 const VARIANCE_FLOOR: f32 = 0.01;
 
 /// LLR = `weights`ᵀ·x + `offset`.
@@ -30,7 +30,7 @@ impl<T: RealField + Copy, const N: usize> Discriminant<T, N> {
     }
 }
 
-/// The ratio of each cell if the cells of `bits` are a sample of the class On and the others one of Off.
+/// The log-likelihood ratio of each cell if the cells of `bits` are a sample of the class On and the others one of Off.
 pub(super) fn llr_by_split<const N: usize>(samples: &[[f32; N]; LEDS], bits: PanelFrame) -> Result<[f32; LEDS], DetectError> {
     let one_class = DetectError::OneClass { on: bits.count_on() };
     let samples = samples.map(SVector::from);
@@ -45,7 +45,7 @@ pub(super) fn llr_by_split<const N: usize>(samples: &[[f32; N]; LEDS], bits: Pan
         let deviation = sample - if bits.led(cell) { on } else { off };
         scatter += deviation * deviation.transpose();
     }
-    // Two means have been taken from the same cells.
+    // Both means were estimated from the same cells.
     let covariance = scatter / (LEDS - 2) as f32 + SMatrix::identity() * VARIANCE_FLOOR;
     let discriminant = Discriminant::between(on, off, covariance).ok_or(one_class)?;
     Ok(samples.map(|sample| discriminant.llr(sample)))

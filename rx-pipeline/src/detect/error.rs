@@ -2,11 +2,11 @@
 
 use link::panel::{LEDS, PanelFrame};
 
-/// The least difference between the brightest and the darkest cell's mean that can be told from rounding (grey). Higher:
-/// faint panels are refused; lower: rounding is read as bits.
+/// The least difference between the brightest and the darkest cell's mean that rounding cannot cause (grey). Higher: faint panels are
+/// refused; lower: rounding is read as bits.
 pub(crate) const MIN_CONTRAST_GREY: f32 = 0.5;
-/// White cells of a panel that is read, at most (count): scrambled bits light 32 ± 4 LEDs. Higher: what shines over from its
-/// neighbours is read as an LED; lower: bright panels with many LEDs On are refused.
+/// White cells of a readable panel, at most (count): scrambled bits light 32 ± 4 LEDs. Higher: light from neighbours is read as an LED;
+/// lower: bright panels with many LEDs On are refused.
 pub(super) const WHITE_CELLS_MAX: usize = 48;
 
 /// Why a panel could not be read.
@@ -28,13 +28,13 @@ pub enum DetectError {
         /// Cells in the brighter group, 0 or 64.
         on: u32,
     },
-    /// The panel's place shows hardly any of the contrast that it had.
+    /// The panel's place shows hardly any of the earlier contrast.
     #[error("the panel shows {percent} % of its usual contrast: it is covered, or dark")]
     Covered {
-        /// The contrast of its LEDs over the usual one, in percent.
+        /// The contrast of its LEDs relative to the usual one, in percent.
         percent: u8,
     },
-    /// Next to all cells are white.
+    /// Nearly all cells are white.
     #[error(
         "{white} of the 64 cells are white, at most {WHITE_CELLS_MAX} may be, or those that are Off do not show: expose less, or \
          dim the panel"
@@ -43,7 +43,7 @@ pub enum DetectError {
         /// Cells that are white.
         white: usize,
     },
-    /// The panel's pixels are too many, or none.
+    /// The panel's image has too many pixels, or too few.
     #[error(
         "the panel's image of {width} × {height} pixels is not between 4 × 4 and {capacity} pixels or 128 a side: check the \
          corners, or shrink the frame"

@@ -7,7 +7,7 @@ use link::panel::{LEDS, PanelFrame};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Cells of either class from which a covariance is taken, at least (count). Fewer: discriminants of little training.
+/// Cells per class for a covariance, at least (count). Fewer: discriminants of little training.
 const FISHER_CELLS: u64 = 16;
 /// A feature's variance within its class, at least (share of that between the classes): below, the training frames had
 /// no noise.
@@ -24,15 +24,15 @@ pub enum FisherFeatures {
     AgrGriNgr,
 }
 
-/// What is done to the features before they are weighed.
+/// The scaling of features before they are weighed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum FisherScaling {
-    /// Each less its mean and over its standard deviation in the panel: what is learnt at one distance, contrast and gain
-    /// serves at others. It takes panels with about as many LEDs On as Off.
+    /// Minus the mean and divided by the standard deviation in the panel: training at one distance, contrast and gain serves at others. It
+    /// needs panels with about as many LEDs On as Off.
     #[default]
     ByPanel,
-    /// None: for the conditions of the training alone, in which it knows the level of an On LED.
+    /// None: for the conditions of the training alone, which include the level of an On LED.
     None,
 }
 
@@ -62,7 +62,7 @@ pub struct Fisher {
     scaling: FisherScaling,
 }
 
-/// A discriminant as it is written, its numbers not looked at yet.
+/// A discriminant as serialised, before validation.
 #[derive(Serialize, Deserialize)]
 struct Written([f32; 3], f32, FisherScaling);
 
@@ -92,10 +92,10 @@ pub enum FisherError {
         /// Cells Off seen.
         off: u64,
     },
-    /// A feature that never varied, or two that always varied together, or features that are no numbers.
+    /// A feature that never varied, two that always varied together, or features that are not finite.
     #[error("the features' covariance within the classes is singular: train on frames with noise or at several phases")]
     Singular,
-    /// A weight that is no number.
+    /// A weight that is not finite.
     #[error("weights and offset must be finite: take them from a training")]
     NotFinite,
 }
@@ -104,7 +104,7 @@ impl Fisher {
     /// The discriminant of an earlier training.
     ///
     /// # Errors
-    /// [`FisherError::NotFinite`] if a weight or the offset is no finite number.
+    /// [`FisherError::NotFinite`] if a weight or the offset is not finite.
     pub fn new(weights: [f32; 3], offset: f32, scaling: FisherScaling) -> Result<Self, FisherError> {
         if weights.iter().chain([&offset]).all(|value| value.is_finite()) {
             Ok(Self { weights, offset, scaling })
@@ -134,12 +134,12 @@ impl Fisher {
         self.weights
     }
 
-    /// The LLR where all (scaled) features are 0.
+    /// The LLR if all (scaled) features are 0.
     pub const fn offset(&self) -> f32 {
         self.offset
     }
 
-    /// What is done to the features before they are weighed.
+    /// The scaling of features before they are weighed.
     pub const fn scaling(&self) -> FisherScaling {
         self.scaling
     }
@@ -151,7 +151,7 @@ impl Fisher {
     }
 }
 
-/// AGR, GRI and NGR of each cell; NGR is 0 where it is not wanted.
+/// AGR, GRI and NGR of each cell; NGR is 0 unless `with_ngr` is set.
 fn scaled(features: &Features, scaling: FisherScaling, with_ngr: bool) -> [[f32; 3]; LEDS] {
     let scale = |values: &[f32; LEDS]| match scaling {
         FisherScaling::ByPanel => standardised(values),
@@ -162,8 +162,8 @@ fn scaled(features: &Features, scaling: FisherScaling, with_ngr: bool) -> [[f32;
     core::array::from_fn(|cell| [agr[cell], gri[cell], ngr[cell]])
 }
 
-/// The means and the covariance within the classes, gathered panel by panel in constant memory. Trainings on parts of
-/// the panels can be [merged](FisherTraining::merge).
+/// The means and the covariance within the classes, accumulated panel by panel in constant memory. Trainings on parts of the panels can be
+/// [merged](FisherTraining::merge).
 #[derive(Clone, Debug)]
 pub struct FisherTraining {
     features: FisherFeatures,
@@ -181,7 +181,7 @@ struct Moments {
 }
 
 impl FisherTraining {
-    /// A training that has seen nothing.
+    /// A training without panels.
     pub fn new(features: FisherFeatures, scaling: FisherScaling) -> Self {
         Self {
             features,
@@ -191,7 +191,7 @@ impl FisherTraining {
         }
     }
 
-    /// Takes in one panel whose LEDs were `bits`.
+    /// Adds one panel whose LEDs were `bits`.
     pub fn add(&mut self, features: &Features, bits: PanelFrame) {
         for (cell, sample) in scaled(features, self.scaling, self.with_ngr()).into_iter().enumerate() {
             let class = if bits.led(cell) { &mut self.on } else { &mut self.off };
@@ -199,7 +199,7 @@ impl FisherTraining {
         }
     }
 
-    /// Takes in what another training of the same features and scaling has seen.
+    /// Adds the panels of another training of the same features and scaling.
     pub fn merge(&mut self, other: &Self) {
         self.on.merge(&other.on);
         self.off.merge(&other.off);

@@ -5,8 +5,8 @@ use super::error::{DetectError, two_classes};
 use super::standardise::sum;
 use link::panel::{LEDS, PanelFrame};
 
-/// Rounds of Lloyd's algorithm, at most (count): it ends when no cell changes sides, which 64 cells in two groups have
-/// always done in far fewer.
+/// Rounds of Lloyd's algorithm, at most (count): it ends when no cell changes sides, which has always taken far fewer with 64 cells in two
+/// groups.
 const KMEANS_ROUNDS: usize = 32;
 
 /// A point in the plane of AGR and GRI.
@@ -14,8 +14,8 @@ type Point = [f32; 2];
 /// 1 for each cell of the group On, 0 for the others: a number, so that sums over a group need no branch.
 type Group = [f32; LEDS];
 
-/// The cells of the cluster of higher features. The clusters start from the cells of lowest and highest GRI, and among equals
-/// of lowest and highest AGR.
+/// The cells of the cluster of higher features. The clusters start from the cells of lowest and highest GRI, and among equals of lowest and
+/// highest AGR.
 #[inline(always)]
 pub(super) fn split(agr: &[f32; LEDS], gri: &[f32; LEDS]) -> Result<PanelFrame, DetectError> {
     let by_gri = |&a: &usize, &b: &usize| gri[a].total_cmp(&gri[b]).then(agr[a].total_cmp(&agr[b]));
@@ -51,7 +51,7 @@ fn nearer_to(agr: &[f32; LEDS], gri: &[f32; LEDS], on: Point, off: Point) -> Gro
     core::array::from_fn(|cell| if distance(cell, on) < distance(cell, off) { 1.0 } else { 0.0 })
 }
 
-/// The mean of a group's cells, of which there is one at least.
+/// The mean of a group's cells, at least one.
 #[inline(always)]
 fn centroid(agr: &[f32; LEDS], gri: &[f32; LEDS], group: &Group) -> Point {
     let count = sum(group);

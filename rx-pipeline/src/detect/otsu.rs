@@ -12,7 +12,7 @@ pub(super) fn split(grey: &[f32; LEDS]) -> Result<PanelFrame, DetectError> {
     let (mut below, mut best, mut threshold) = (0.0, 0.0, f32::INFINITY);
     for (count, pair) in (1u8..).zip(sorted.windows(2)) {
         below += pair[0] - mean;
-        // With q of the 64 cells below, whose greys sum to s from the mean: variance s²/(q·(64 − q)).
+        // With q of the 64 cells below the threshold, and s the sum of their greys relative to the mean: variance s²/(q·(64 − q)).
         let count = f32::from(count);
         let variance = below * below / (count * (LEDS as f32 - count));
         if variance > best && pair[0] < pair[1] {

@@ -1,4 +1,4 @@
-//! Log-likelihood ratios in nats, and the soft values that stand for them.
+//! Log-likelihood ratios in nats, and their soft values.
 
 use link::panel::{LEDS, LLR_STEP, Llr, SoftPanel};
 
@@ -7,13 +7,13 @@ pub(crate) fn soft_panel(llr: &[f32; LEDS]) -> SoftPanel {
     SoftPanel(llr.map(|llr| libm::roundf(llr / LLR_STEP).clamp(-127.0, 127.0) as Llr))
 }
 
-/// Soft values of at most that many nats either way.
+/// The soft values, limited to `nats` either way.
 pub(crate) fn no_surer_than(panel: &SoftPanel, nats: f32) -> SoftPanel {
     let most = libm::floorf(nats / LLR_STEP).clamp(0.0, 127.0) as Llr;
     SoftPanel(panel.0.map(|llr| llr.clamp(-most, most)))
 }
 
-/// Σ a·b/√(Σ a²·Σ b²): −1 to 1; 0 if either is unknown throughout.
+/// Σ a·b/√(Σ a²·Σ b²): −1 to 1; 0 if either is 0 throughout.
 pub(crate) fn correlation(a: &SoftPanel, b: &SoftPanel) -> f32 {
     let product = |a: &SoftPanel, b: &SoftPanel| -> f32 {
         let sum: i32 = a.0.iter().zip(&b.0).map(|(&a, &b)| i32::from(a) * i32::from(b)).sum();

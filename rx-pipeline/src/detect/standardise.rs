@@ -2,7 +2,7 @@
 
 use link::panel::LEDS;
 
-/// The values with their mean taken off, divided by their standard deviation; all 0 if they are equal.
+/// The values minus their mean, divided by their standard deviation; all 0 if they are equal.
 #[inline(always)]
 pub(super) fn standardised(values: &[f32; LEDS]) -> [f32; LEDS] {
     let mean = sum(values) / LEDS as f32;
@@ -16,7 +16,7 @@ pub(super) fn standardised(values: &[f32; LEDS]) -> [f32; LEDS] {
     centred.map(|value| value * scale)
 }
 
-/// The sum of a panel's values, eight side by side: the order that processors can keep, and the same on all of them.
+/// The sum of a panel's values in eight parallel sums: vectorised, and the same on all processors.
 #[inline(always)]
 pub(super) fn sum(values: &[f32; LEDS]) -> f32 {
     let mut lanes = [0.0; 8];

@@ -5,7 +5,7 @@ use embedded_hal::i2c::{ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
-/// Waits for nothing, and adds up for how long.
+/// A delay that returns at once and adds up the time.
 struct Wait(Rc<Cell<u64>>);
 
 impl DelayNs for Wait {
@@ -21,7 +21,7 @@ struct Fake {
     is_there: bool,
     order: std::vec::Vec<u16>,
     waited_ns: Rc<Cell<u64>>,
-    /// Until when it resets, by what has been waited.
+    /// The end of the reset, in time waited.
     resets_until_ns: u64,
 }
 
@@ -130,7 +130,7 @@ fn what_is_wrong_is_said() {
     assert_eq!(start(&mut stuck), Err(expected));
 }
 
-/// Whichever register of the read-out or the exposure does not keep its value, the first one is named, and no frames begin.
+/// If a register of the read-out or the exposure does not keep its value, the first one is named, and no frames begin.
 #[test]
 fn each_setting_is_read_back() {
     for mode in [Mode::QVGA, Mode::BINNED] {

@@ -12,28 +12,28 @@ use link::panel::{LEDS, SIDE};
 
 /// Rounds of flipping single LEDs, at most (count): an ascent has always ended in far fewer.
 const ASCENT_ROUNDS: usize = 12;
-/// LEDs of such a group, at most (count). More: slower.
+/// LEDs of a group of neighbours, at most (count). More: slower.
 const NEIGHBOURS: usize = 4;
 /// Smaller gains are rounding (nats).
 pub(super) const LEAST_GAIN: f32 = 1e-2;
-/// What is left of an LED's image counts up to this for how well the model fits (multiple of the noise). Higher: a single
-/// broken LED makes all others doubtful.
+/// The residuals of an LED's image count up to this for the misfit of the model (multiple of the noise). Higher: a single broken LED makes
+/// all others doubtful.
 pub(super) const MISFIT_MAX: f32 = 100.0;
-/// Sweeps over the LEDs in which their light is measured (count).
+/// Sweeps over the LEDs for a measurement of their light (count).
 const LIGHT_SWEEPS: usize = 2;
 
-/// An ascent in progress: the image holds what is expected of `share` and `levels`.
+/// An ascent in progress: the image holds the expectation of `share` and `levels`.
 pub(super) struct Ascent<'a, const PIXELS: usize> {
     pub image: &'a mut Image<PIXELS>,
     pub spots: &'a SpotTable,
     pub levels: &'a Levels,
     pub leds: &'a LedLevels,
-    /// For which share of the exposure each LED is On: 0 or 1 but where [`Ascent::cancel_interference`] is at work.
+    /// The share of the exposure for which each LED is On: 0 or 1, except during [`Ascent::cancel_interference`].
     pub share: &'a mut [f32; LEDS],
 }
 
 impl<const PIXELS: usize> Ascent<'_, PIXELS> {
-    /// One sweep of soft interference cancellation: gives each LED the share that is to be expected of it, given those of the others.
+    /// One sweep of soft interference cancellation: gives each LED its expected share, given those of the others.
     pub fn cancel_interference(&mut self) {
         for led in 0..LEDS {
             let share = self.share[led];
@@ -66,12 +66,12 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         }
     }
 
-    /// What the likelihood would lose by each LED's flip alone, in nats.
+    /// The loss of likelihood by each LED's flip alone, in nats.
     pub fn flip_costs(&self) -> [f32; LEDS] {
         core::array::from_fn(|led| (-self.gain(led)).max(0.0))
     }
 
-    /// Flips groups of neighbours that raise the likelihood, each grown pixel by pixel from one LED; whether there was any.
+    /// Flips groups of neighbours that raise the likelihood, each grown LED by LED; returns whether there was any.
     pub fn flip_groups(&mut self) -> bool {
         let mut risen = false;
         for led in 0..LEDS {
@@ -102,7 +102,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         risen
     }
 
-    /// The LED beside a group whose flip gains most, and that gain.
+    /// The neighbour of a group whose flip gains most, and that gain.
     fn best_beside(&self, members: &[usize]) -> Option<(usize, f32)> {
         (0..LEDS)
             .filter(|led| !members.contains(led) && members.iter().any(|&m| are_neighbours(m, *led)))
@@ -110,8 +110,8 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
             .max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Works out what flips gain where the levels follow them, for all pixels as if they were linear in the light: good for many
-    /// flips at once that make up for one another.
+    /// Computes the gain of flips after the levels have adapted, with all pixels linear in the light: suitable for many simultaneous flips
+    /// that compensate each other.
     pub fn gains_by_slopes(&self, schur: &SchurFactor, gains: &mut FlipGains) {
         let scale = self.levels.contrast / self.levels.noise;
         let sign: [f32; LEDS] = core::array::from_fn(|led| (1.0 - 2.0 * self.share[led]) * self.leds.gain[led]);
@@ -132,7 +132,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         }
     }
 
-    /// The same pair by pair: good for few flips, where pixels are saturated too.
+    /// The same pair by pair: suitable for few flips, and valid for saturated pixels too.
     pub fn gains_by_flips(&mut self, schur: &SchurFactor, gains: &mut FlipGains) {
         let alone: [f32; LEDS] = core::array::from_fn(|led| self.gain(led));
         gains.slope = core::array::from_fn(|led| alone[led] + 0.5 * inner(&schur[led], &schur[led]));
@@ -153,9 +153,9 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         }
     }
 
-    /// The spot of an LED, divided by four times the light: in `patch`, as far up and down as the spot reaches. Where a pixel is seen and
-    /// expected to be saturated, only the part of a flip counts by which it would fall below that. And the sum of what is left to
-    /// explain of the spot.
+    /// Fills `patch` with the spot of an LED divided by four times the light, as far up and down as the spot reaches. If a pixel is seen
+    /// and expected to be saturated, only the part of a flip counts that takes it below saturation. Returns the sum of the residuals,
+    /// weighted by the spot.
     fn weighted_spot(&self, led: usize, patch: &mut [[f32; SIDE_MAX]; SPOT_PX]) -> f32 {
         let (image, across) = (&*self.image, self.spots.across(led));
         let [x, y] = self.spots.first(led);
@@ -177,7 +177,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         left
     }
 
-    /// The product of an LED's spot with another's in `patch`, of which the first row is that of `led`.
+    /// The product of an LED's spot with another's in `patch`, whose first row is the first of `led`.
     fn product(&self, led: usize, other: usize, patch: &[[f32; SIDE_MAX]; SPOT_PX]) -> f32 {
         let top = self.spots.first(led)[1];
         let [x, _] = self.spots.first(other);
@@ -195,7 +195,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         self.set(led, 1.0 - self.share[led]);
     }
 
-    /// Makes an LED On for a share of the exposure.
+    /// Turns an LED On for a share of the exposure.
     pub fn set(&mut self, led: usize, share: f32) {
         let change = (share - self.share[led]) * self.contrast(led);
         self.share[led] = share;
@@ -223,18 +223,18 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         self.gain_of_share(led, 1.0 - 2.0 * self.share[led])
     }
 
-    /// By how much the light of an LED rises as it is switched on.
+    /// The light of an LED from Off to On.
     fn contrast(&self, led: usize) -> f32 {
         self.levels.contrast * self.leds.gain[led]
     }
 
-    /// By how much the log-likelihood rises if an LED is On for more of the exposure by `change`, in nats.
+    /// The gain of log-likelihood if an LED's share of the exposure changes by `change`, in nats.
     pub fn gain_of_share(&self, led: usize, change: f32) -> f32 {
         self.gain_of(led, change * self.contrast(led))
     }
 
-    /// The light of each LED that explains most, given that of its neighbours, in contrasts above Off; and the variance that noise leaves
-    /// it. The image holds that light afterwards, and no more what is expected of the bits.
+    /// The light of each LED that explains most, given that of its neighbours, in contrasts above Off; and its variance by noise. The image
+    /// then holds that light instead of the expectation of the bits.
     pub fn measure_light(&mut self) -> ([f32; LEDS], f32) {
         let mut lit = self.leds.lit(self.share);
         let mut information = 0.0;
@@ -252,8 +252,8 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         (lit, self.levels.noise / (information * scale).max(f32::MIN_POSITIVE))
     }
 
-    /// By how much more than noise of single pixels what is left of LEDs' images varies: 1 where nothing but noise is left, more where
-    /// errors of the model are left, which are as wide as an LED.
+    /// The variance of the residuals of LEDs' images relative to that of independent pixel noise: 1 for noise alone, more if errors of the
+    /// model remain, which are as wide as an LED.
     pub fn dispersion(&self) -> f32 {
         let misfits = (0..LEDS).map(|led| {
             let [slope, curvature] = self.slope(led);
@@ -281,7 +281,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         [slope, curvature]
     }
 
-    /// By how much the log-likelihood rises if the light of an LED changes, in nats.
+    /// The gain of log-likelihood if the light of an LED changes by `change`, in nats.
     pub fn gain_of(&self, led: usize, change: f32) -> f32 {
         let [x, y] = self.spots.first(led);
         let across = self.spots.across(led);

@@ -1,4 +1,4 @@
-//! Which pixels of a frame tell of the panel, and where its LEDs are among them.
+//! The pixels of a frame that show the panel, and the positions of its LEDs among them.
 
 use core::ops::Range;
 
@@ -8,27 +8,27 @@ use crate::frame::Frame;
 use crate::spots::{LANES, PIXEL_VARIANCE, Window};
 use link::panel::{LEDS, SIDE};
 
-/// Pixels beyond the cells (px), where the frame has them: what the blur carries there tells of the outermost LEDs,
-/// and of the background. More: slower, and what stands around the panel counts.
+/// Pixels beyond the cells, within the frame (px): blur carries light of the outermost LEDs there, and they show the background. More:
+/// slower, and the surroundings of the panel count.
 const RIM_PX: f32 = 2.0;
-/// The widest pitch that is looked at pixel by pixel (px): farther apart, larger pixels say as much. Wider: slower.
+/// The widest pitch at full resolution (px): at wider ones, larger pixels are as accurate. Wider: slower.
 const PITCH_MAX_PX: f32 = 8.0;
-/// Spots are looked at in larger pixels until their standard deviation is at most this (px), as larger pixels say as
-/// much. Wider: slower, and spots are cut off where they should not be.
+/// Pixels are binned until the standard deviation of spots is at most this (px), because larger pixels are as accurate. Wider: slower, and
+/// spots are truncated too early.
 const SIGMA_MAX_PX: f32 = 2.4;
-/// But not in such that LEDs would be nearer (px).
+/// But not so far that the pitch falls below this (px).
 const WIDE_PITCH_MIN_PX: f32 = 2.6;
 
-/// What is known of a panel's image before it is looked at.
+/// The prior knowledge of a panel's image.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sight {
-    /// Whether what stands around its cells is plain, so that it is looked at too.
+    /// Whether the surroundings of its cells are plain, so that they are used too.
     pub is_plain_around: bool,
-    /// The standard deviation of its spots, in px of the frame; 0 where that is not known.
+    /// The standard deviation of its spots, in px of the frame; 0 if unknown.
     pub spot_sigma_px: f32,
 }
 
-/// How large an image is.
+/// The resolution of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Scale {
     /// Frame pixels along a side of an image pixel.
@@ -44,7 +44,7 @@ impl Scale {
     }
 }
 
-/// A panel in a frame, as the likelihood looks at it.
+/// A panel in a frame, as the likelihood uses it.
 pub(super) struct Crop {
     pub window: Window,
     pub scale: Scale,
@@ -52,14 +52,14 @@ pub(super) struct Crop {
     pub centre: [[f32; 2]; LEDS],
     /// The corners of the cells, in image pixels.
     cells: Quadrilateral,
-    /// The corners of all pixels that are looked at: of the cells, or of a rim around them.
+    /// The corners of the used pixels: those of the cells, or of a rim around them.
     edge: Quadrilateral,
 }
 
 type Quadrilateral = [[f32; 2]; 4];
 
 impl Crop {
-    /// The panel at `corners` in a frame, in as fine pixels as are worth while and as `capacity` of them hold.
+    /// The panel at `corners` in a frame, in the finest pixels that are useful and fit into `capacity`.
     pub fn new(
         frame: &Frame<'_>,
         corners: &Corners,
@@ -84,7 +84,7 @@ impl Crop {
         let range = |axis: usize, end: usize| {
             let values = edge.iter().map(|corner| corner[axis]);
             let (low, high) = values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), c| (low.min(c), high.max(c)));
-            // A cast of what is negative is 0.
+            // A cast of a negative number is 0.
             let from = libm::roundf(low) as usize;
             let to = (libm::roundf(high).max(0.0) as usize + 1).min(end);
             (from, to.saturating_sub(from))
@@ -112,22 +112,22 @@ impl Crop {
         }
     }
 
-    /// The image pixel in the middle of an LED and the three right of it and below.
+    /// The image pixel in the middle of an LED and its three neighbours right and below.
     pub fn between(&self, led: usize) -> [usize; 2] {
         let four = [led, led + 1, led + SIDE, led + SIDE + 1];
         [0, 1].map(|axis| {
             let sum: f32 = four.iter().map(|&led| self.centre[led][axis]).sum();
-            // A cast of what is negative is 0.
+            // A cast of a negative number is 0.
             libm::roundf(0.25 * sum) as usize
         })
     }
 
-    /// The pixels of row `y` of the image, `width` wide, that are looked at.
+    /// The used pixels of row `y` of an image `width` pixels wide.
     pub fn columns(&self, y: usize, width: usize) -> Range<usize> {
         columns(&self.edge, y, width)
     }
 
-    /// Those of them that are in the cells.
+    /// The used pixels of that row within the cells.
     pub fn cell_columns(&self, y: usize, width: usize) -> Range<usize> {
         columns(&self.cells, y, width)
     }
@@ -144,7 +144,7 @@ fn columns(corners: &Quadrilateral, y: usize, width: usize) -> Range<usize> {
             (low, high) = (low.min(x), high.max(x));
         }
     }
-    // Casts of what is negative are 0, and of infinity the greatest number.
+    // Casts of negative numbers are 0, and of infinity the greatest number.
     let first = (libm::ceilf(low.max(0.0)) as usize).min(width);
     let end = ((libm::floorf(high) + 1.0).max(0.0) as usize).min(width);
     first..end.max(first)

@@ -1,11 +1,12 @@
-//! The camera's curve, as frames tell it.
+//! The camera's encoding curve, estimated from frames.
 //!
-//! Light adds up where LEDs overlap, all On LEDs are alike, and the noise of electrons grows with the root of light: under the right curve
-//! only, so that the model leaves least under that. What is compared is the likelihood of the grey levels themselves, which is that of the
-//! root light made of them times its slope (Box & Cox 1964). A spot alone tells no curve: a Gaussian to a power is one of another width.
+//! Under the right curve, and under no other, light adds up where LEDs overlap, all On LEDs are alike, and the noise of electrons grows
+//! with the root of light: the model then leaves the least residuals. Curves are compared by the likelihood of the grey levels themselves,
+//! which is that of their root light times its slope (Box & Cox 1964). An isolated spot does not determine the curve, because a Gaussian to
+//! a power is a Gaussian of another width.
 //!
-//! Errors of codecs and filters grow with light otherwise than a sensor's noise. So what is expected is also held against what is seen in
-//! one and the same unit, whatever the curve: one that leaves clearly more of that is not taken.
+//! The errors of codecs and filters grow with light in another way than a sensor's noise. So expected and seen light are also compared in
+//! one unit that does not depend on the curve: a curve that leaves clearly larger residuals in that unit is rejected.
 
 use super::crop::Crop;
 use super::estimate::{Estimate, hard};
@@ -17,40 +18,38 @@ use crate::frame::Frame;
 use crate::spots::RootMetric;
 use link::camera::{Camera, Encoding};
 
-/// The exponents that are tried. More of them: a curve is learnt the later, and nearer ones are hard to tell apart and change few bits.
+/// The exponents to try. More: a curve is learnt later, and close ones are hard to distinguish and change few bits.
 const GAMMAS: [f32; 5] = [1.0, 1.4, 1.8, 2.2, 2.6];
 /// Fits of the levels under another curve (count). Fewer: faster, and other curves look worse than they are.
 const FITS: usize = 2;
-/// Each curve is tried so often before the best of them is tried again (frames). Fewer: by chance that is not the best.
+/// Trials of each curve before the best one is tried again (frames). Fewer: chance selects a wrong one.
 const FIRST_FRAMES: u32 = 2;
-/// A curve is taken after so many frames in which it was tried, at least (frames).
+/// Trials of a curve before it can be accepted, at least (frames).
 const FRAMES_MIN: u32 = 3;
-/// By how many of its own standard deviations a curve's gain differs from none, at least. Higher: curves are learnt later; lower: by
-/// chance.
+/// Minimum gain of an accepted curve, in its own standard deviations. Higher: curves are learnt later; lower: by chance.
 const DEVIATIONS: f32 = 4.0;
-/// What a better curve may lose of what is expected in one unit (share of what it gains). Higher: a codec's or filter's errors are
-/// taken for a curve.
+/// Maximum loss of a better curve in the common unit (share of its gain). Higher: errors of a codec or filter select a curve.
 const LOSS_MAX: f32 = 0.2;
-/// A curve under which frames are less likely by this is tried no more (nats).
+/// A curve is given up if frames are less likely under it by this (nats).
 const GIVEN_UP: f32 = 32.0;
 
-/// What frames have told of curves other than the one that they are read by.
+/// Evidence for curves other than the current one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CurveEvidence {
-    /// The exponent of the curve that explains them best; 0 if that is the one that was told.
+    /// The exponent of the best curve; 0 if that is the configured one.
     gamma: f32,
-    /// Frames in which another curve was tried.
+    /// Frames under another curve.
     frames: u32,
     others: [Tally; GAMMAS.len()],
 }
 
-/// By how many nats frames are likelier under a curve.
+/// The gain of log-likelihood under a curve, summed over frames, in nats.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Tally {
     frames: u32,
     sum: f32,
     squares: f32,
-    /// The same sum of what is expected of the frames, in one unit.
+    /// The sum of the gains in the common unit.
     sum_of_expected: f32,
 }
 
@@ -69,7 +68,7 @@ impl Tally {
         self.sum_of_expected += gain.expected;
     }
 
-    /// By how many nats a frame is likelier, as far as is known.
+    /// The mean gain of a frame, as far as it is known.
     fn promise(&self) -> f32 {
         if self.frames < FIRST_FRAMES {
             f32::INFINITY
@@ -78,49 +77,48 @@ impl Tally {
         }
     }
 
-    /// Whether the frames are likelier beyond doubt.
+    /// Whether the gain is significant.
     fn is_better(&self) -> bool {
         if self.frames < FRAMES_MIN || self.sum <= 0.0 {
             return false;
         }
         let (frames, mean) = (self.frames as f32, self.promise());
-        // Log-likelihoods of that difference vary by twice as much from frame to frame, if by noise alone.
+        // The variance of such a difference of log-likelihoods is twice its mean if it is due to noise alone.
         let variance = ((self.squares - mean * self.sum) / (frames - 1.0)).max(2.0 * mean);
         self.sum * self.sum > DEVIATIONS * DEVIATIONS * variance * frames && self.sum_of_expected > -LOSS_MAX * self.sum
     }
 }
 
-/// The same of one frame.
+/// The gain of one frame.
 pub(super) struct Gain {
     likelihood: f32,
-    /// The same of what is expected alone, in the unit of the curve so far.
+    /// The gain in the unit of the curve so far.
     expected: f32,
-    /// The levels of the frame under the curve so far, and under that one.
+    /// The levels of the frame under the curve so far, and under the other one.
     pub levels: [Levels; 2],
 }
 
 impl CurveEvidence {
-    /// That of one who has seen no frame; all zeros.
+    /// No frames yet; all zeros.
     pub const NONE: Self = Self {
         gamma: 0.0,
         frames: 0,
         others: [Tally::NONE; GAMMAS.len()],
     };
 
-    /// The curve that explains the frames, as far as is known.
+    /// The curve that explains the frames best so far.
     pub fn encoding(&self, told: Encoding) -> Encoding {
         if self.gamma > 0.0 { Encoding::Gamma(self.gamma) } else { told }
     }
 
-    /// The curve to try next beside the one that frames are read by, by its number: one hardly tried yet, or the best so far; none once
-    /// enough is known: after `most_frames` in which others were tried.
+    /// The number of the curve to try next: one hardly tried yet, or the best so far; `None` after `most_frames` with other curves.
     pub fn next(&self, now: Encoding, most_frames: u32) -> Option<usize> {
         let promise = |i: usize| self.others[i].promise();
         let open = self.open(now).max_by(|&a, &b| promise(a).total_cmp(&promise(b)));
         open.filter(|_| self.frames < most_frames)
     }
 
-    /// Takes in what a frame has gained by another curve, and goes over to that if it is better beyond doubt; whether it does.
+    /// Adds a frame's gain under another curve, and changes to that if it is significantly better; returns whether it does.
     pub fn update(&mut self, now: Encoding, tried: usize, gain: &Gain, most_frames: u32) -> bool {
         self.frames += 1;
         self.others[tried].add(gain);
@@ -132,14 +130,14 @@ impl CurveEvidence {
         goes_over
     }
 
-    /// The curves that may still be better; one whose likelihood is no number is not.
+    /// The curves that may still be better; one whose likelihood is NaN may not.
     fn open(&self, now: Encoding) -> impl Iterator<Item = usize> {
         (0..GAMMAS.len()).filter(move |&i| now != Encoding::Gamma(GAMMAS[i]) && self.others[i].sum > -GIVEN_UP)
     }
 }
 
 impl<const PIXELS: usize> Model<PIXELS> {
-    /// Sees by another curve from now on.
+    /// Changes the curve of all later frames.
     pub fn see_by(&mut self, encoding: Encoding) {
         if encoding != self.camera.encoding {
             self.camera.encoding = encoding;
@@ -147,8 +145,8 @@ impl<const PIXELS: usize> Model<PIXELS> {
         }
     }
 
-    /// What a frame gains by the curve number `tried`, whose panel is that of an estimate under the curve so far; none where its
-    /// pixels do not fit in.
+    /// The gain of a frame under curve number `tried`, for the panel of an estimate under the curve so far; `None` if its pixels do not
+    /// fit.
     pub fn try_curve(&mut self, tried: usize, frame: &Frame<'_>, crop: &Crop, estimate: &Estimate) -> Option<Gain> {
         let mut here = Estimate {
             share: estimate.share.map(hard),
@@ -191,8 +189,8 @@ impl<const PIXELS: usize> Model<PIXELS> {
         core::array::from_fn(|grey| root(self.metric.light(grey as u8) + offset))
     }
 
-    /// What is left of the pixels that are neither black nor white, where `roots` are the root light of grey levels, and `units` that
-    /// in whose unit it is measured too.
+    /// The residuals of the pixels that are neither black nor white, with `roots` the root light of grey levels; and the same in the unit
+    /// of `units`.
     fn left(&self, roots: &[f32; 256], units: &[f32; 256]) -> Left {
         let unit: [f32; 256] = core::array::from_fn(|grey| {
             let (below, above) = (grey.saturating_sub(1), (grey + 1).min(255));
@@ -221,7 +219,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     }
 }
 
-/// What is left of an image once what is expected is taken off.
+/// The residuals of an image.
 #[derive(Default)]
 struct Left {
     pixels: f32,
@@ -232,7 +230,7 @@ struct Left {
 }
 
 impl Levels {
-    /// The levels of the same panel seen by the curve of another camera.
+    /// The levels of the same panel under the curve of another camera.
     fn under(&self, camera: &Camera, metric: &RootMetric, other: &Camera, other_metric: &RootMetric) -> Self {
         let peak = 1.0 / (core::f32::consts::TAU * self.variance);
         let light = |light: f32| other.light(camera.grey(light));

@@ -1,4 +1,4 @@
-//! What a search has come to.
+//! The state of a search.
 
 use super::crop::Scale;
 use super::levels::Levels;
@@ -6,16 +6,16 @@ use crate::detect::bits_where;
 use crate::spots::OVERLAP;
 use link::panel::{LEDS, PanelFrame};
 
-/// LEDs so close to On or Off are decided on (share of the exposure). Higher: faster, and less sure.
+/// LEDs this close to On or Off count as decided (share of the exposure). Higher: faster, and less sure.
 const DECIDED: f32 = 0.02;
 
-/// Bits and levels, as far as a search has come.
+/// Bits and levels, as far as a search has got.
 #[derive(Clone, Copy)]
 pub(super) struct Estimate {
     pub levels: Levels,
-    /// For which share of the exposure each LED is On: 0 or 1 once it is decided.
+    /// The share of the exposure for which each LED is On: 0 or 1 once it is decided.
     pub share: [f32; LEDS],
-    /// Where the corners put the LEDs, in px of the image.
+    /// The positions of the LEDs by the corners, in px of the image.
     pub centre: [[f32; 2]; LEDS],
 }
 
@@ -24,7 +24,7 @@ impl Estimate {
         bits_where(|led| self.share[led] > 0.5)
     }
 
-    /// On is what is brighter: where the contrast is negative, exchanges On and Off, which changes nothing of the image.
+    /// Exchanges On and Off if the contrast is negative, because On is the brighter state. The image does not change.
     pub fn turn_upright(&mut self) {
         let levels = &mut self.levels;
         if levels.contrast < 0.0 {
@@ -39,7 +39,7 @@ impl Estimate {
         scale.pitch * scale.pitch < OVERLAP * self.levels.variance
     }
 
-    /// Whether each LED is as good as On or Off.
+    /// Whether each LED is close to On or Off.
     pub fn is_decided(&self) -> bool {
         self.share.iter().all(|share| share.min(1.0 - share) < DECIDED)
     }

@@ -1,4 +1,4 @@
-//! What a detector has learnt from a panel's frames.
+//! The estimates that a detector keeps from a panel's frames.
 
 use super::crop::Scale;
 use super::curve::CurveEvidence;
@@ -7,31 +7,31 @@ use super::level_prior::LevelPrior;
 #[cfg(feature = "read-lines")]
 use super::lines::LineDelay;
 
-/// The least blur by which its deviation is reckoned from that of the spots' variance (px).
+/// The least blur in the conversion of deviations from variance to blur (px).
 const BLUR_MIN: f32 = 0.3;
-/// How far the variance of an LED's disc, which counts as half a pitch wide, may be off (standard deviation, in pitches²): discs of a third
-/// to two thirds of a pitch are as far off, twice this in one case of twenty.
+/// The standard deviation of the variance of an LED's disc, which counts as half a pitch wide (pitches²): discs of a third to two thirds of
+/// a pitch differ by twice this, as one case of twenty does.
 const DISC_UNSURE: f32 = 0.005;
 
-/// What a detector has learnt from a panel's frames. It can be taken out, kept and given back, to the same detector or to another.
+/// The estimates that a detector keeps from a panel's frames. They can be saved and restored, in the same detector or in another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Experience {
     pub(super) levels: LevelPrior,
-    /// The pixels in which the levels hold.
+    /// The pixels to which the levels apply.
     scale: Scale,
     pub(super) leds: LedMoments,
-    /// The variance of an LED's light as measured once, in contrasts².
+    /// The variance of a single measurement of an LED's light, in contrasts².
     pub(super) light_noise: f32,
-    /// Whether what stands around the panel is as plain as what is between its LEDs.
+    /// Whether the surroundings of the panel are as plain as the ground between its LEDs.
     pub(super) is_plain_around: bool,
     pub(super) curve: CurveEvidence,
-    /// By how much of an exposure each line is later than the one above it.
+    /// The delay of each line relative to the one above, in exposures.
     #[cfg(feature = "read-lines")]
     pub(super) line_delay: LineDelay,
 }
 
 impl Experience {
-    /// What tells of the camera's lines alone.
+    /// The estimates of the camera's lines alone.
     pub(super) fn of_lines(&self) -> Self {
         Self {
             #[cfg(feature = "read-lines")]
@@ -40,18 +40,18 @@ impl Experience {
         }
     }
 
-    /// Goes on with levels of which nothing is known.
+    /// Forgets the levels.
     pub(super) fn forget_levels(&mut self) {
         self.levels = LevelPrior::NONE;
     }
 
-    /// The standard deviation of spots, in px of the frame; none before the first frame.
+    /// The standard deviation of spots, in px of the frame; `None` before the first frame.
     pub(super) fn spot_sigma_px(&self) -> Option<f32> {
         let levels = self.levels.mean_levels()?;
         Some(self.scale.bin as f32 * libm::sqrtf(levels.variance))
     }
 
-    /// The standard deviation of the blur, in px of the frame, and that of its estimate; none before the first frame.
+    /// The standard deviation of the blur, in px of the frame, and that of its estimate; `None` before the first frame.
     pub(super) fn blur_px(&self) -> Option<[f32; 2]> {
         let levels = self.levels.mean_levels()?;
         let pixel_px = self.scale.bin as f32;
@@ -62,7 +62,7 @@ impl Experience {
         Some([pixel_px * blur, pixel_px * unsure])
     }
 
-    /// Goes on in the pixels of another image of the panel.
+    /// Converts the levels to the pixels of another image of the panel.
     pub(super) fn set_scale(&mut self, scale: Scale) {
         if self.levels.frames() > 0 && scale != self.scale {
             self.levels.rescale(&self.scale, &scale);
@@ -70,7 +70,7 @@ impl Experience {
         self.scale = scale;
     }
 
-    /// That of one who has seen no frame; all zeros, so that it takes no room in flash.
+    /// No frames yet; all zeros, so that it takes no room in flash.
     pub const NONE: Self = Self {
         levels: LevelPrior::NONE,
         scale: Scale { bin: 0, pitch: 0.0 },

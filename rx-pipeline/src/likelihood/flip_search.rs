@@ -1,4 +1,4 @@
-//! Flips of many LEDs at once, for what single ones leave wrong; and what each bit's flip costs in the end.
+//! Flips of many LEDs at once, after single flips have converged; and the final cost of each bit's flip.
 
 use super::ascent::{LEAST_GAIN, MISFIT_MAX};
 use super::estimate::Estimate;
@@ -11,23 +11,22 @@ use crate::detect::wrong_bits;
 use link::panel::LEDS;
 use link::panel::LLR_STEP;
 
-/// If the flips of any LEDs cost more, none need be tried (nats): all soft values are at their ends.
+/// If all flips cost more, no group is tried (nats): all soft values are at their limits.
 const CLEAR: f32 = 127.0 * LLR_STEP;
-/// Where all flips cost more than this, no misfit makes them doubtful (nats).
+/// If all flips cost more, no misfit makes them doubtful (nats).
 const BEYOND_DOUBT: f32 = MISFIT_MAX * CLEAR;
-/// Rounds, at most (count). More: slower, and fewer wrong bits where LEDs overlap.
+/// Rounds, at most (count). More: slower, and fewer wrong bits if LEDs overlap.
 const ROUNDS: usize = 12;
 /// Sets of flips tried in a round (count).
 const TRIES: usize = 4;
-/// So many wrong bits of a panel (count, as its soft values have it) are the whole doubt that the list holds; with so many, it holds
-/// [`DOUBT_LISTED`] of what there is, and no less with more. Lower: soft values are less sure than they may be; higher: surer.
+/// Expected wrong bits of a panel, by its soft values (count): up to the first number the list represents the whole doubt; from the second
+/// on it represents [`DOUBT_LISTED`] of it. Lower: soft values are less sure than they may be; higher: too sure.
 const LIST_HOLDS: [f32; 2] = [1.0, 3.0];
-/// What doubtful soft values are worth then (share). Lower, higher: as before. It leaves least surprise over 16 noisy and crowded
-/// scenes.
+/// The factor on soft values then (share). Lower, higher: as above. It minimises the surprise over 16 noisy and crowded scenes.
 const DOUBT_LISTED: f32 = 0.4;
 
 impl<const PIXELS: usize> Model<PIXELS> {
-    /// Flips groups as long as that helps; what each LED's flip costs in the end, in nats.
+    /// Flips groups as long as the likelihood rises; returns the final cost of each LED's flip, in nats.
     pub fn ascend_in_groups(&mut self, estimate: &mut Estimate, prior: &LevelPrior) -> [f32; LEDS] {
         self.expect(estimate);
         let mut flip_cost = self.ascent(estimate).flip_costs();
@@ -52,7 +51,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         flip_cost
     }
 
-    /// What flips cost, where not only noise is left of the LEDs' images but errors of the model, too.
+    /// The cost of flips, reduced if errors of the model remain in the LEDs' images beside noise.
     pub fn tempered(&mut self, estimate: &mut Estimate, flip_cost: [f32; LEDS]) -> [f32; LEDS] {
         if self.least_cost(&flip_cost) > BEYOND_DOUBT {
             return flip_cost;
@@ -61,7 +60,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         flip_cost.map(|cost| cost / dispersion)
     }
 
-    /// Flips the group of LEDs that gains most, if any does; what each LED's flip costs where none does.
+    /// Flips the group of LEDs that gains most, and returns whether there is one. `flip_cost` becomes the cost of each LED's flip.
     fn flip_best_group(&mut self, estimate: &mut Estimate, schur: &SchurFactor, prior: &LevelPrior, flip_cost: &mut [f32; LEDS]) -> bool {
         let (mut ascent, gains) = self.ascent_and_gains(estimate);
         ascent.gains_by_flips(schur, gains);
@@ -71,7 +70,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.take_best(estimate, &mut groups[..TRIES], prior)
     }
 
-    /// The same where all pixels are linear in the bits: of the likeliest sets of any number of LEDs.
+    /// The same if all pixels are linear in the bits: chooses among the likeliest sets of any number of LEDs.
     fn flip_best_candidate(
         &mut self,
         estimate: &mut Estimate,
@@ -95,8 +94,8 @@ impl<const PIXELS: usize> Model<PIXELS> {
         risen
     }
 
-    /// Flips whichever of `candidates` raises the likelihood most; false where none does. Their gains become what they really are,
-    /// where they promised any.
+    /// Flips the one of `candidates` that raises the likelihood most; returns false if none does. Replaces each promising gain by the
+    /// actual one.
     fn take_best(&mut self, estimate: &mut Estimate, candidates: &mut [FlipSet], prior: &LevelPrior) -> bool {
         let before = *estimate;
         let mut best = LEAST_GAIN;
@@ -112,7 +111,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         best > LEAST_GAIN
     }
 
-    /// The least that the flip of an LED costs which follows the message.
+    /// The least cost of a flip among LEDs that follow the message.
     pub fn least_cost(&self, flip_cost: &[f32; LEDS]) -> f32 {
         (0..LEDS)
             .filter(|&led| self.leds.follows(led))
@@ -120,13 +119,13 @@ impl<const PIXELS: usize> Model<PIXELS> {
             .fold(f32::INFINITY, f32::min)
     }
 
-    /// Whether the frame fits what was seen before, and no bit is anywhere near a doubt, alone or in a group.
+    /// Whether the frame fits the earlier ones, and no bit is near a doubt, alone or in a group.
     pub fn is_clear(&self, estimate: &Estimate, flip_cost: &[f32; LEDS], prior: &LevelPrior) -> bool {
         let least = self.least_cost(flip_cost);
         prior.fits_surely(prior.usual_noise(&estimate.levels)) && least * self.spots.independence() > CLEAR
     }
 
-    /// Flips LEDs, refits the levels and flips single LEDs back or others with them; by how much the likelihood rises.
+    /// Flips LEDs, refits the levels and flips further single LEDs as long as that helps; returns the gain of log-likelihood.
     fn gain_of(&mut self, estimate: &mut Estimate, flips: u64, prior: &LevelPrior) -> f32 {
         let before = *estimate;
         let noise = before.levels.noise;
@@ -141,8 +140,8 @@ impl<const PIXELS: usize> Model<PIXELS> {
     }
 }
 
-/// What soft values are worth, as a share of what they say: less where more bits are in doubt than the sets of a list can hold the doubt
-/// of. LEDs that are not read (0) do not count.
+/// The factor on soft values: below 1 if more bits are in doubt than the sets of a list can represent. LEDs that are not read (0) do not
+/// count.
 pub(super) fn worth(llr: &[f32; LEDS]) -> f32 {
     let unread = llr.iter().filter(|&&llr| llr == 0.0).count() as f32;
     let [whole, most] = LIST_HOLDS;

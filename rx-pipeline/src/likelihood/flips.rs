@@ -1,11 +1,11 @@
-//! Sets of LEDs to flip, and what that gains.
+//! Sets of LEDs to flip, and their gain.
 
 use link::panel::LEDS;
 
 /// LEDs of a group that grows by couplings, at most (count).
 const GROUP_LEDS: usize = 8;
 
-/// Which LEDs flip, one bit each, and by how much that raises the likelihood, in nats.
+/// The LEDs that flip, one bit each, and the gain of log-likelihood, in nats.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct FlipSet {
     pub flips: u64,
@@ -13,17 +13,17 @@ pub(super) struct FlipSet {
 }
 
 impl FlipSet {
-    /// Those that gain most first.
-    // Not inlined, so that there is but one of it in a microcontroller's flash.
+    /// Sorts by falling gain.
+    // Not inlined, so that a microcontroller's flash holds it once.
     #[inline(never)]
     pub fn sort(sets: &mut [Self]) {
         sets.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain));
     }
 }
 
-/// What flips gain, in nats, as a quadratic form: Σ slope·δ + ½·Σ pair·δ·δ over the LEDs, δ = 1 for those that flip.
+/// The gain of flips, in nats, as a quadratic form: Σ slope·δ + ½·Σ pair·δ·δ over the LEDs, δ = 1 for those that flip.
 pub(super) struct FlipGains {
-    /// By how much the likelihood rises with each flip alone: what it gains, less what its pair with itself takes off.
+    /// The slope of each flip alone: its gain minus half the pair with itself.
     pub slope: [f32; LEDS],
     pub pair: [[f32; LEDS]; LEDS],
 }
@@ -36,8 +36,8 @@ impl FlipGains {
         }
     }
 
-    /// For each LED the group of flips with it that gains most, one bit an LED, and that gain. Groups grow by the flip that
-    /// gains most or loses least (Kernighan & Lin 1970).
+    /// For each LED the group of flips with it that gains most, one bit an LED, and that gain. Groups grow by the flip that gains most or
+    /// loses least (Kernighan & Lin 1970).
     pub fn groups(&self) -> [FlipSet; LEDS] {
         core::array::from_fn(|led| {
             let mut next = self.slope;

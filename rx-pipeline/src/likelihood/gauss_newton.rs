@@ -9,21 +9,21 @@ use crate::spots::SPOT_PX;
 use crate::spots::{SpotTable, dot};
 use link::panel::LEDS;
 
-/// A usual deviation of the spots' variance (share), where no earlier frame has told it; no step is longer. Wider:
-/// a frame that says little of the blur changes it more.
+/// The prior deviation of the spots' variance before any frame (share); no step is longer. Wider: a frame that hardly shows the blur
+/// changes it more.
 const USUAL_VARIANCE: f32 = 0.5;
-/// The same of the LEDs' places (px).
+/// The prior deviation of the LEDs' places (px).
 const USUAL_SHIFT_PX: f32 = 0.2;
 /// The most that one step shifts the LEDs (px).
 const SHIFT_MAX_PX: f32 = 0.5;
 /// The darkest background (light, 1 at middle grey).
 const BACKGROUND_MIN: f32 = 1e-4;
-/// What is added to the diagonal of what is scaled to ones there: f32 can tell no less.
+/// Addition to a diagonal of ones: the resolution of f32.
 const RIDGE: f32 = 1e-4;
 /// Levels that follow flips by more are no longer linear in them (share of the contrast).
 const TRUSTED: f32 = 0.03;
 
-/// A row of slopes for each, and one of what is to be explained.
+/// A row of slopes for each level, and one for the residuals.
 const ROWS: usize = LEVELS + 1;
 type Rows = [[f32; SIDE_MAX]; ROWS];
 
@@ -34,12 +34,12 @@ pub(super) struct NormalEquations {
     scale: Vector,
 }
 
-/// How each LED's flip moves the levels: R⁻ᵀ·B, where RᵀR are the levels' normal equations and B their products with the flips. Its inner
-/// products are what the Schur complement takes off: the likelihood that refitted levels win back, in nats.
+/// The response of the levels to each LED's flip: R⁻ᵀ·B, where RᵀR are the levels' normal equations and B their products with the flips.
+/// Its inner products are the Schur complement: the likelihood that refitted levels win back, in nats.
 pub(super) type SchurFactor = [[f32; LEVELS]; LEDS];
 
 impl NormalEquations {
-    /// The equations where the image holds what is expected of LEDs `lit` so many contrasts above Off, and `levels`.
+    /// The equations about an image that holds the expectation of `levels` and of LEDs `lit` contrasts above Off.
     pub fn of<const PIXELS: usize>(
         image: &Image<PIXELS>,
         spots: &SpotTable,
@@ -50,7 +50,7 @@ impl NormalEquations {
         Self::with_slopes(image, spots, lit, levels, prior, |_, _, _| ())
     }
 
-    /// The [`SchurFactor`] of such an image; none where the levels are not determined.
+    /// The [`SchurFactor`] of such an image; `None` if the levels are not determined.
     pub fn schur_factor<const PIXELS: usize>(
         image: &Image<PIXELS>,
         spots: &SpotTable,
@@ -145,15 +145,15 @@ impl NormalEquations {
         }
     }
 
-    /// The covariance that the pixels and the prior leave to the levels.
+    /// The covariance of the levels, from the pixels and the prior.
     pub fn covariance(&self, noise: f32) -> Option<Matrix> {
         let inverse = self.normal.cholesky()?.inverse();
         Some(Matrix::from_fn(|i, j| inverse[(i, j)] * self.scale[i] * self.scale[j] * noise))
     }
 }
 
-/// Divides a row of slopes of light by twice the root of light, and sets what is to be explained. What is expected beyond
-/// saturation where it was seen explains itself.
+/// Divides a row of slopes of light by twice the root of light, and sets the residuals. A pixel that is seen saturated and expected to be
+/// has the residual 0.
 fn weigh<const PIXELS: usize>(image: &Image<PIXELS>, y: usize, rows: &mut Rows, weights: &mut [f32; SIDE_MAX]) {
     let [width, _] = image.size;
     let start = y * image.stride;
@@ -172,7 +172,7 @@ fn weigh<const PIXELS: usize>(image: &Image<PIXELS>, y: usize, rows: &mut Rows, 
     }
 }
 
-/// Adds the change of light in row `y` with Off light, contrast, variance and shift.
+/// Adds the derivatives of light in row `y` by Off light, contrast, variance and shift.
 fn add_slopes(spots: &SpotTable, lit: &[f32; LEDS], light: &[f32; LEDS], y: usize, [_, all, on, variance, x_shift, y_shift, _]: &mut Rows) {
     let precision = 1.0 / spots.variance;
     for led in 0..LEDS {

@@ -1,22 +1,21 @@
-//! A ground that is not plain: an open panel before a wall that grows brighter to one side, or before a bright stripe.
+//! An uneven ground: an open panel before a wall that grows brighter to one side, or before a bright stripe.
 //!
-//! What shows between LEDs also adds to their light. Of two values, that of On and that of Off LEDs, and a surface of second order, 64
-//! lights tell both, no bit being known: a surface as smooth as that does not look like random bits.
+//! The ground between LEDs also adds to their light. 64 lights determine two values, On and Off, and a surface of second order, without
+//! known bits: such a smooth surface does not look like random bits.
 
 use super::least_squares::two_groups;
 use link::panel::{LEDS, SIDE};
 
-/// Where LEDs of one state differ by less, the ground is plain (standard deviation, share of the step from Off to On). Lower:
-/// slower.
+/// The ground is plain if LEDs of one state differ by less (standard deviation, share of the step from Off to On). Lower: slower.
 const CLEAR: f32 = 0.1;
-/// Rounds of telling the surface and the bits from each other (count). More: slower.
+/// Rounds of separating the surface and the bits (count). More: slower.
 const ROUNDS: usize = 8;
-/// What a surface leaves of the LEDs' light, at most (share of what two states alone leave). Higher: noise looks like a
-/// surface, which has five unknowns more.
+/// Maximum residuals of the LEDs' light with a surface (share of those with two states alone). Higher: noise looks like a surface, which
+/// has five unknowns more.
 const UNEVEN: f32 = 0.5;
 
-/// What the ground adds to the light of each LED, 0 on the average; 0 throughout where it is plain, or what is left of the `light`
-/// would not be much less. LEDs that do not follow the message tell nothing.
+/// The ground's part of the light of each LED, 0 on the average; 0 throughout if it is plain, or if a surface does not reduce the residuals
+/// of `light` much. LEDs that do not follow the message are ignored.
 pub(super) fn ground_under(light: &[f32; LEDS], follows: impl Fn(usize) -> bool) -> [f32; LEDS] {
     const PLAIN: [f32; LEDS] = [0.0; LEDS];
     let surface = Surface { light, follows };
@@ -42,7 +41,7 @@ struct Groups {
 }
 
 impl Groups {
-    /// That of them which is nearer.
+    /// The nearer level of both.
     fn nearest(&self, light: f32) -> f32 {
         if light > 0.5 * (self.low + self.high) {
             self.high
@@ -58,7 +57,7 @@ struct Surface<'a, F> {
 }
 
 impl<F: Fn(usize) -> bool> Surface<'_, F> {
-    /// The ground to which rounds lead from two groups, and the mean square that it leaves.
+    /// The converged ground from two initial groups, and its mean square residual.
     fn settled(&self, start: Groups) -> (f32, [f32; LEDS]) {
         let mut ground = [0.0; LEDS];
         self.improve(&mut ground, &start);
@@ -75,7 +74,7 @@ impl<F: Fn(usize) -> bool> Surface<'_, F> {
         Groups { low, high }
     }
 
-    /// What a ground leaves of an LED's light.
+    /// The residual of an LED's light on a ground.
     fn rest(&self, led: usize, ground: f32, groups: &Groups) -> f32 {
         let light = self.light[led] - ground;
         if (self.follows)(led) { light - groups.nearest(light) } else { 0.0 }
@@ -89,7 +88,7 @@ impl<F: Fn(usize) -> bool> Surface<'_, F> {
         squares.sum::<f32>() / LEDS as f32
     }
 
-    /// Adds the surface in what a ground leaves.
+    /// Adds the surface in the residuals of a ground.
     fn improve(&self, ground: &mut [f32; LEDS], groups: &Groups) {
         let mut products = [0.0; TERMS];
         for (led, ground) in ground.iter().enumerate() {
@@ -130,7 +129,7 @@ mod tests {
     fn light(ground: impl Fn(f32, f32) -> f32) -> [f32; LEDS] {
         core::array::from_fn(|led| {
             let on = (BITS >> led & 1) as f32;
-            // What noise there is.
+            // Noise.
             let noise = 0.08 * (((led * 37) % 11) as f32 / 5.0 - 1.0);
             2.0 * on + noise + ground((led % 8) as f32, (led / 8) as f32)
         })

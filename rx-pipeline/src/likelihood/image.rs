@@ -1,4 +1,4 @@
-//! The panel's pixels as they were seen, and as the model expects them.
+//! The panel's pixels as seen, and as the model expects them.
 //!
 //! Both are in root light ([`RootMetric`]), in which all pixels weigh the same.
 
@@ -8,17 +8,16 @@ use crate::frame::Frame;
 use crate::spots::{LANES, RootMetric, SpotTable};
 use link::panel::{LEDS, SIDE};
 
-/// The part of the pixels at grey 255 from which light is no longer linear in the bits (share). Higher: sets of
-/// flips are listed by a form that saturation bends; lower: fewer sets are looked at.
+/// The share of saturated pixels from which light is no longer linear in the bits (share). Higher: the form that lists sets of flips
+/// ignores saturation; lower: fewer sets are tried.
 const OVEREXPOSED: f32 = 0.2;
-/// Of the 49 places between four LEDs, so many at grey 255 make the ground white (count). Fewer: LEDs that run together count
-/// as ground; more: a hot or dead pixel, or clutter, hides that it is.
+/// The ground is white if this many of the 49 places between four LEDs are at grey 255 (count). Fewer: LEDs that run together count as
+/// ground; more: a hot or dead pixel, or clutter, hides white ground.
 const FULL_GROUND: usize = 45;
-/// Nearer LEDs run together where they are overexposed, and what is between them is no ground (px of the image).
+/// Minimum pitch for ground between overexposed LEDs, because nearer ones run together (px of the image).
 const APART_PX: f32 = 4.0;
 
-/// Root light that is seen, and expected, of pixels that are left out: they are so bright that no LED changes them, and so
-/// nothing has to ask for them.
+/// The root light of excluded pixels, seen and expected: it is so bright that no LED changes it, so that loops need no branch for them.
 const LEFT_OUT: f32 = 1e6;
 
 /// The longest side of an image.
@@ -29,15 +28,15 @@ pub(super) struct Image<const PIXELS: usize> {
     /// Pixels of the image.
     pub size: [usize; 2],
     pub stride: usize,
-    /// What is added to light under the root.
+    /// Addition to light under the root.
     pub offset: f32,
-    /// The root light of a pixel that is just about read as 255, from which a pixel says "at least"; beyond all light where none does.
+    /// The lowest root light at grey 255, from which on a pixel is a lower bound; beyond all light if no pixel is one.
     pub full: f32,
     /// One bit a row: whether a pixel of it is saturated.
     saturated_rows: u128,
-    /// Root light as seen; at least [`Image::full`] where it is saturated.
+    /// Root light as seen; at least [`Image::full`] in saturated pixels.
     pub seen: [f32; PIXELS],
-    /// Light as expected, and the offset.
+    /// Light as expected, plus the offset.
     pub expected: [f32; PIXELS],
     /// Its root.
     pub root: [f32; PIXELS],
@@ -57,7 +56,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         }
     }
 
-    /// Takes in the panel's pixels; `offset` is that of the root. False if they do not fit.
+    /// Loads the panel's pixels; `offset` is that of the root. Returns false if they do not fit.
     pub fn load(&mut self, frame: &Frame<'_>, crop: &Crop, metric: &RootMetric, offset: f32) -> bool {
         let (window, bin) = (crop.window, crop.scale.bin);
         let [width, height] = [window.width / bin, window.height / bin];
@@ -86,12 +85,12 @@ impl<const PIXELS: usize> Image<PIXELS> {
             }
             for (to, saturated) in to.iter_mut().zip(saturated) {
                 *to = root(*to * per_pixel + offset);
-                // A hot pixel is no LED, and the rim of an LED is no middle.
+                // One hot pixel does not make a block saturated, nor does the rim of an LED.
                 if 2 * usize::from(saturated) >= bin * bin {
                     *to = to.max(self.full);
                     self.saturated_rows |= 1 << row;
                 } else {
-                    // Averages stay below what counts as saturated.
+                    // Averages stay below the saturation limit.
                     *to = to.min(self.full * BELOW);
                 }
             }
@@ -106,8 +105,8 @@ impl<const PIXELS: usize> Image<PIXELS> {
         true
     }
 
-    /// Whether what is between the LEDs is saturated nearly everywhere: a white board in the sun. Then Off LEDs are dark dots on white, and
-    /// white is taken for what it seems to be: of "at least" no level would follow.
+    /// Whether the ground between the LEDs is saturated nearly everywhere: a white board in the sun. Off LEDs are then dark dots on white,
+    /// and white counts as its actual level, because lower bounds determine no level.
     fn has_full_ground(&self, crop: &Crop) -> bool {
         let rows = (0..LEDS - SIDE).step_by(SIDE);
         let between = rows.flat_map(|row| (row..row + SIDE - 1).map(|led| crop.between(led)));
@@ -118,12 +117,12 @@ impl<const PIXELS: usize> Image<PIXELS> {
         crop.scale.pitch >= APART_PX && full.count() >= FULL_GROUND
     }
 
-    /// Whether it was found to have a [saturated ground](Self::has_full_ground).
+    /// Whether [`Self::load`] found a [saturated ground](Self::has_full_ground).
     fn is_full_throughout(&self) -> bool {
         self.full >= LEFT_OUT
     }
 
-    /// Whether so much of it is saturated that light is no longer linear in the bits.
+    /// Whether too many pixels are saturated for light that is linear in the bits.
     pub fn is_overexposed(&self) -> bool {
         self.saturated_share() > OVEREXPOSED
     }
@@ -142,7 +141,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         self.saturated_rows >> row & 1 == 1
     }
 
-    /// Fills in what the model expects: `background` and each LED's light.
+    /// Sets the expected light: `background` and each LED's light.
     pub fn expect(&mut self, spots: &SpotTable, background: f32, light: &[f32; LEDS]) {
         let used = self.stride * self.size[1];
         self.expected[..used].fill(background + self.offset);
@@ -152,7 +151,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         self.take_roots();
     }
 
-    /// Adds light to an LED; roots follow with [`Image::take_roots`].
+    /// Adds light to an LED. [`Image::take_roots`] must follow.
     pub fn add(&mut self, spots: &SpotTable, led: usize, light: f32) {
         let [x, y] = spots.first(led);
         for (row, &down) in (y..).zip(spots.down(led)) {
@@ -164,8 +163,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         }
     }
 
-    /// The mean square of root light about what is expected, over the pixels that are not saturated; `free` numbers have been
-    /// fitted to them.
+    /// The mean square of root light about the expectation, over the unsaturated pixels, after a fit of `free` parameters.
     pub fn mean_square(&self, free: usize) -> f32 {
         let (mut sum, mut count) = (0.0, 0usize);
         for (&seen, &root) in self.pixels() {
@@ -177,7 +175,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         sum / count.saturating_sub(free).max(1) as f32
     }
 
-    /// The mean square of root light about what is expected in the cells, and around them.
+    /// The mean square of root light about the expectation, in the cells and around them.
     pub fn mean_squares_in_and_around(&self, crop: &Crop) -> [f32; 2] {
         let (mut sums, mut counts) = ([0.0; 2], [0usize; 2]);
         let [width, height] = self.size;
@@ -196,7 +194,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         [0, 1].map(|i| sums[i] / counts[i].max(1) as f32)
     }
 
-    /// The negative log-likelihood of all pixels at a variance of root light of `noise`, but for a constant.
+    /// The negative log-likelihood of all pixels at a variance of root light of `noise`, up to a constant.
     pub fn loss(&self, noise: f32) -> f32 {
         let per_deviation = 1.0 / libm::sqrtf(noise);
         self.pixels().fold(0.0, |sum, (&seen, &root)| {
@@ -208,8 +206,8 @@ impl<const PIXELS: usize> Image<PIXELS> {
         })
     }
 
-    /// Light that the ground between the LEDs may have: the mean of the pixels that are as dark as the mean, or darker, and that of the
-    /// others where the ground is saturated.
+    /// An estimate of the light of the ground between the LEDs: the mean of the pixels up to the overall mean, or, if the ground is
+    /// saturated, the overall mean.
     pub fn ground(&self) -> f32 {
         let mean_below = |limit: f32| {
             let (mut sum, mut count) = (0.0, 0usize);
@@ -228,7 +226,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         mean_below(root(mean + self.offset) * ABOVE)
     }
 
-    /// Fills [`Image::root`] with the light that is seen, above a `background`.
+    /// Fills [`Image::root`] with the light as seen, minus a `background`.
     pub fn start_from_light(&mut self, background: f32) {
         let used = self.stride * self.size[1];
         for (rest, &seen) in self.root[..used].iter_mut().zip(&self.seen[..used]) {
@@ -240,7 +238,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         }
     }
 
-    /// Where [`Image::root`] holds what is left of the light: its mean square, in terms of root light.
+    /// The mean square of the residual light in [`Image::root`], in root light.
     pub fn mean_square_of_rest(&self) -> f32 {
         let (mut sum, mut count) = (0.0, 0usize);
         for (&seen, &rest) in self.pixels() {

@@ -7,10 +7,9 @@ use link::panel::LEDS;
 
 /// Rounds, at most (count).
 const ROUNDS: usize = 20;
-/// No more rounds are made where no LED's light changes by more (share of the range of all). Lower: slower.
+/// Rounds end if no LED's light changes by more (share of the range of all). Lower: slower.
 const SETTLED: f32 = 0.01;
-/// What is added to the diagonal (share of it): the closer LEDs are, the less their difference can be told from
-/// noise. Higher: less contrast; lower: more noise.
+/// Addition to the diagonal (share of it), because noise hides the difference of close LEDs. Higher: less contrast; lower: more noise.
 const RIDGE: f32 = 0.05;
 
 /// The light of each LED above a common background, times its area, and that background, by least squares with a ridge that
@@ -18,12 +17,12 @@ const RIDGE: f32 = 0.05;
 pub(super) struct LeastSquares {
     pub background: f32,
     pub light: [f32; LEDS],
-    /// The mean square of root light that is left, about.
+    /// The approximate mean square residual of root light.
     pub left: f32,
 }
 
 impl LeastSquares {
-    /// Solves for the light in `image`, in whose roots it keeps what is left of the light.
+    /// Solves for the light in `image`. The image's roots hold the residual light afterwards.
     pub fn solve<const PIXELS: usize>(image: &mut Image<PIXELS>, spots: &SpotTable) -> Self {
         let [width, height] = image.size;
         let background = image.ground();
@@ -54,7 +53,7 @@ impl LeastSquares {
         found
     }
 
-    /// Moves one LED's light to where the others leave it; by how much.
+    /// Moves one LED's light to its optimum, given the others; returns the change.
     fn improve<const PIXELS: usize>(&mut self, image: &mut Image<PIXELS>, spots: &SpotTable, led: usize, weight: f32) -> f32 {
         let [x, y] = spots.first(led);
         let across = spots.across(led);
@@ -75,7 +74,7 @@ impl LeastSquares {
         change
     }
 
-    /// From the darkest to the brightest LED.
+    /// The difference between the brightest and the darkest LED.
     fn range(&self) -> f32 {
         let (low, high) = self.light.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), &light| {
             (low.min(light), high.max(light))
@@ -91,19 +90,19 @@ impl LeastSquares {
         }
     }
 
-    /// The levels of the two groups of LEDs on that `ground`, as far as `levels` are theirs.
+    /// Sets `levels` to those of the two groups of LEDs on that `ground`.
     pub fn split(&self, ground: &[f32; LEDS], levels: &mut Levels) {
         let [low, high] = two_groups(core::array::from_fn(|led| self.light[led] - ground[led]));
         (levels.background, levels.off, levels.contrast) = (self.background, low, high - low);
     }
 
-    /// How many contrasts above Off each LED is, were the levels right.
+    /// The light of each LED in contrasts above Off, by those levels.
     pub fn lit(&self, levels: &Levels) -> [f32; LEDS] {
         self.light.map(|light| (light - levels.off) / levels.contrast)
     }
 }
 
-/// The means of the two groups of values that are farthest apart (Otsu 1979); of all, twice, if they are equal.
+/// The means of the two groups of values that are farthest apart (Otsu 1979); twice the mean of all, if they are equal.
 pub(super) fn two_groups(mut values: [f32; LEDS]) -> [f32; 2] {
     values.sort_unstable_by(f32::total_cmp);
     let total: f32 = values.iter().sum();

@@ -1,46 +1,45 @@
-//! LEDs as they are: unequally bright, dim, dead or stuck.
+//! Unequal, dim, dead and stuck LEDs.
 //!
-//! The light of an LED over frames of random bits has two levels, whatever they are, and the first three moments of such a sum of two
-//! points tell both of them and how often each was taken: with mean μ, deviation σ and skewness γ they lie at μ + σ·(γ ± √(γ² + 4))/2.
-//! No bit need be known for that: an LED so dim that it is always read as Off shows two levels all the same, and one that does not follow
-//! the message shows one. Decisions would confirm themselves.
+//! Over frames of random bits the light of an LED has two levels. The first three moments of such a mixture of two points determine both
+//! levels and their frequencies: with mean μ, deviation σ and skewness γ they lie at μ + σ·(γ ± √(γ² + 4))/2. This needs no known bits,
+//! while decided bits would confirm themselves: an LED so dim that it is always read as Off shows two levels all the same, and one that
+//! does not follow the message shows one.
 //!
-//! Only panels that were not seen lately count. A short message that repeats leaves many an LED in one state, and is no sign of a defect.
+//! Only panels that differ from the recent ones count. A short message that repeats leaves many an LED in one state, which is no defect.
 
 use core::ops::RangeInclusive;
 use link::panel::{LEDS, PanelFrame};
 
 /// Light that is neither On nor Off (contrasts).
 const BETWEEN: RangeInclusive<f32> = 0.25..=0.75;
-/// More LEDs of such light are a mixture of symbols (count).
+/// If more LEDs have such light, it is a mixture of symbols (count).
 const BETWEEN_MAX: usize = 18;
-/// Panels that are remembered, so that they do not count twice (count).
+/// Recent panels in memory, so that they do not count twice (count).
 const SEEN_PANELS: usize = 16;
-/// A panel is new if so many LEDs differ from each of those (count).
+/// A panel is new if at least this many LEDs differ from each of those (count).
 const NEW_LEDS: u32 = 16;
-/// The light of LEDs is averaged over about so many new panels (count).
+/// The average of the light of LEDs spans about this many new panels (count).
 const MEMORY_PANELS: u32 = 48;
-/// After so many, LEDs have levels of their own (count).
+/// New panels before LEDs get levels of their own (count).
 const LEARN_PANELS: u32 = 5;
-/// After so many without any change, an LED is broken (count): a sound one stays as it is so long once in 2¹⁵.
+/// New panels without any change before an LED counts as broken (count): a sound one stays the same once in 2¹⁵.
 const BROKEN_PANELS: u32 = 16;
-/// How LEDs of one panel differ in brightness (share). Lower: they are held to be more alike.
+/// The spread of brightness among the LEDs of one panel (share). Lower: a stronger prior that they are alike.
 const SPREAD: f32 = 0.15;
-/// By how much moments beyond the first are less sure (per contrast² of noise). Lower: in noise, LEDs get levels that are
-/// not theirs.
+/// The growth of uncertainty with the order of a moment (per contrast² of noise). Lower: in noise, LEDs get wrong levels.
 const HIGH_MOMENTS: f32 = 20.0;
-/// Gains so near to 1 need no proof (share).
+/// Gains this close to 1 need no proof (share).
 const USUAL_GAIN: f32 = 0.35;
-/// LEDs of other gains must have been in either state in more panels than this (count): one may have been a mixture.
+/// LEDs of other gains must have been in either state in more panels than this (count), because one may have been a mixture.
 const SEEN_IN_BOTH: f32 = 1.5;
-/// Levels nearer to each other are one (contrasts).
+/// Levels closer than this count as one (contrasts).
 const GAP_MIN: f32 = 0.15;
-/// Light beyond is cut off there (contrasts): it is no LED's.
+/// The limit of an LED's light (contrasts): more is not its own.
 const LIT_MAX: f32 = 3.0;
-/// The most skewed that levels are taken to be (no unit): one state in a dozen panels.
+/// The limit of skewness (no unit): one state in a dozen panels.
 const SKEWNESS_MAX: f32 = 3.0;
 
-/// What the light of each LED is in terms of the panel's levels: `offset` above Off and, if On, `gain` times the contrast more.
+/// The light of each LED in terms of the panel's levels: `offset` above Off and, if On, `gain` times the contrast more.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LedLevels {
     pub offset: [f32; LEDS],
@@ -54,7 +53,7 @@ impl LedLevels {
         gain: [0.0; LEDS],
     };
 
-    /// LEDs that are all alike.
+    /// Equal LEDs.
     pub const ALIKE: Self = Self {
         offset: [0.0; LEDS],
         gain: [1.0; LEDS],
@@ -65,7 +64,7 @@ impl LedLevels {
         core::array::from_fn(|led| self.offset[led] + self.gain[led] * share[led])
     }
 
-    /// The share of the exposure for which LEDs of that light were On; a half where that is not to be told.
+    /// The share of the exposure for which LEDs of that light were On; a half if it is unknown.
     pub fn shares(&self, lit: &[f32; LEDS]) -> [f32; LEDS] {
         core::array::from_fn(|led| {
             if self.follows(led) {
@@ -81,7 +80,7 @@ impl LedLevels {
         self.gain[led] > 0.0
     }
 
-    /// The LEDs that do not.
+    /// The LEDs that do not follow the message.
     pub fn broken(&self) -> u64 {
         (0..LEDS).fold(0, |broken, led| broken | u64::from(!self.follows(led)) << led)
     }
@@ -97,15 +96,15 @@ pub(super) fn is_clear_cut(lit: &[f32; LEDS]) -> bool {
 pub(super) struct LedMoments {
     /// Means of the light, its square and its cube, in contrasts above Off.
     moments: [[f32; 3]; LEDS],
-    /// Panels that count.
+    /// The number of panels.
     panels: u32,
-    /// The last of them.
+    /// The most recent panels.
     seen: [u64; SEEN_PANELS],
     next: usize,
 }
 
 impl LedMoments {
-    /// Those of one who has seen no panel.
+    /// No panels yet.
     pub const NONE: Self = Self {
         moments: [[0.0; 3]; LEDS],
         panels: 0,
@@ -113,23 +112,23 @@ impl LedMoments {
         next: 0,
     };
 
-    /// Whether a panel differs from all that were seen lately.
+    /// Whether a panel differs from all recent ones.
     pub fn is_new(&self, panel: PanelFrame) -> bool {
         let known = &self.seen[..SEEN_PANELS.min(self.panels as usize)];
         known.iter().all(|seen| (seen ^ panel.bits()).count_ones() >= NEW_LEDS)
     }
 
-    /// Whether they tell anything yet.
+    /// Whether there are enough panels for levels.
     pub fn are_known(&self) -> bool {
         self.panels >= LEARN_PANELS
     }
 
-    /// Goes on in the light of another curve, where what is known holds but roughly.
+    /// Continues after a change of the curve, with less weight on the old moments, which hold only roughly.
     pub fn go_over(&mut self) {
         self.panels = self.panels.min(LEARN_PANELS);
     }
 
-    /// Takes in the light of the LEDs in a new panel.
+    /// Adds the light of the LEDs in a new panel.
     pub fn update(&mut self, panel: PanelFrame, lit: &[f32; LEDS]) {
         self.seen[self.next] = panel.bits();
         self.next = (self.next + 1) % SEEN_PANELS;
@@ -143,14 +142,14 @@ impl LedMoments {
         }
     }
 
-    /// The levels of the LEDs, where light that is measured once has the variance `noise`.
+    /// The levels of the LEDs, given the variance `noise` of a single measurement of light.
     pub fn levels(&self, noise: f32) -> LedLevels {
         let mut levels = LedLevels::ALIKE;
         if !self.are_known() {
             return levels;
         }
         let panels = self.panels as f32;
-        // Noise makes the moments the less sure, the higher they are.
+        // The uncertainty of moments under noise grows with their order.
         let unsure = 4.0 * noise * (1.0 + HIGH_MOMENTS * noise) / panels;
         let weight = SPREAD * SPREAD / (SPREAD * SPREAD + unsure);
         let least = GAP_MIN + 3.0 * libm::sqrtf(unsure);
@@ -180,16 +179,16 @@ impl LedMoments {
     }
 }
 
-/// The two points of which a mixture has given moments.
+/// The two points of a mixture, from its moments.
 struct TwoPoints {
     low: f32,
     gap: f32,
-    /// The share of the rarer of them.
+    /// The share of the rarer point.
     rarer: f32,
 }
 
 impl TwoPoints {
-    /// Those of the moments of light that varies by `noise` (variance) about each.
+    /// The points for the moments of light with the variance `noise` about each.
     fn of([mean, square, cube]: &[f32; 3], noise: f32) -> Self {
         let variance = square - mean * mean - noise;
         if variance <= 0.0 {

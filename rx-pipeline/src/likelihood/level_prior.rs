@@ -1,4 +1,4 @@
-//! What earlier frames tell of the levels of the next.
+//! A prior of the next frame's levels, from earlier frames.
 
 use super::crop::Scale;
 use super::levels::{LEVELS, Levels, Matrix, Vector};
@@ -6,34 +6,34 @@ use core::ops::RangeInclusive;
 
 /// The spots' variance (px²).
 pub(super) const VARIANCE_PX2: RangeInclusive<f32> = 0.2..=20.0;
-/// Levels are averaged over about so many (frames). More: surer, and changes of light are followed later.
+/// The average of levels spans about this many frames (frames). More: surer, and changes of light are followed later.
 const MEMORY_FRAMES: u32 = 64;
-/// After more that do not fit, all is forgotten (frames in a row).
+/// After more frames in a row that do not fit, all is forgotten (frames).
 const MISFITS_MAX: u32 = 4;
-/// A frame fits if its noise is at most this (multiple of what it was). Higher: mixtures of symbols pass for one.
+/// The noise of a frame that fits, at most (multiple of the usual noise). Higher: mixtures of symbols fit.
 pub(super) const NOISIER: f32 = 1.3;
-/// A frame that does not fit but has at most this much noise still teaches how much noise frames have (multiple of what it was): a codec
-/// leaves more in some frames than in others. Higher: mixtures of symbols teach; lower: noisy frames pass for mixtures.
+/// The noise up to which a frame that does not fit still updates the usual noise (multiple of it), because a codec leaves more noise in
+/// some frames than in others. Higher: mixtures of symbols teach; lower: noisy frames count as mixtures.
 const NOISIER_AT_TIMES: f32 = 1.7;
-/// What was learnt in frames of more noise was learnt from a worse fit (multiple of a frame's).
+/// If a frame has less noise by this factor, all earlier levels come from a worse fit (multiple of a frame's noise).
 const QUIETER: f32 = 2.0;
-/// After so many the noise is known (frames).
+/// Frames until the noise is known (frames).
 pub(super) const FRAMES_MIN: u32 = 4;
-/// The levels' deviations, at least: of background, Off, contrast, variance (share; Off in terms of the contrast), x
-/// and y (px). Less: a changed frame is held to the levels of others.
+/// The levels' deviations, at least: of background, Off, contrast, variance (share; Off in terms of the contrast), x and y (px). Less: the
+/// levels of earlier frames are imposed on a changed frame.
 const LEAST_SPREAD: [f32; 6] = [0.004, 0.008, 0.008, 0.004, 0.1, 0.1];
-/// Those after the first frame.
+/// The same after the first frame.
 const FIRST_SPREAD: [f32; 6] = [0.1, 0.3, 0.3, 0.1, 0.2, 0.2];
-/// Levels known so well are sure (share of the contrast): then panels are read whose LEDs are all alike.
+/// Maximum deviation of well-known levels (share of the contrast). If they are well known, panels are read whose LEDs are all alike.
 const SURE: f32 = 0.1;
-/// How far beside the usual levels searches begin too, where these are not sure (standard deviations).
+/// The offset of further starting points of a search beside the usual levels, if these are not well known (standard deviations).
 const SPREAD: f32 = 1.2;
-/// What is added to the variance of what is scaled to variance 1: f32 can tell no less.
+/// Addition to a variance of 1: the resolution of f32.
 const RIDGE: f32 = 1e-4;
 
 /// A Gaussian prior of a panel's levels: their mean and covariance over its last frames.
 ///
-/// Blur, noise and brightness hardly change from frame to frame, and where brightness does, it changes of Off and On LEDs together.
+/// Blur, noise and brightness hardly change from frame to frame, and if brightness does, Off and On LEDs change together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct LevelPrior {
     mean: [f32; LEVELS],
@@ -42,16 +42,16 @@ pub(super) struct LevelPrior {
     precision: [[f32; LEVELS]; LEVELS],
     noise: f32,
     frames: u32,
-    /// The same, with older ones.
+    /// All frames since the first one.
     age: u32,
     misfits: u32,
-    /// Whether the contrast is another in each frame, by a carrier.
+    /// Whether a carrier makes the contrast different in each frame.
     #[cfg(feature = "carrier")]
     pub has_carrier: bool,
 }
 
 impl LevelPrior {
-    /// That of one who has seen no frame.
+    /// No frames yet.
     pub const NONE: Self = Self {
         mean: [0.0; LEVELS],
         covariance: [[0.0; LEVELS]; LEVELS],
@@ -64,7 +64,7 @@ impl LevelPrior {
         has_carrier: false,
     };
 
-    /// That of one who knows no more than whether there is a carrier.
+    /// The prior without any frames, which keeps only whether there is a carrier.
     fn forgotten(&self) -> Self {
         Self {
             #[cfg(feature = "carrier")]
@@ -73,12 +73,12 @@ impl LevelPrior {
         }
     }
 
-    /// Their mean; none before the first frame.
+    /// The mean levels; `None` before the first frame.
     pub fn mean_levels(&self) -> Option<Levels> {
         (self.frames > 0).then(|| Levels::from_values(self.mean, self.noise))
     }
 
-    /// Frames that it was learnt from, as far as they count.
+    /// The number of frames, up to the length of the average.
     pub fn frames(&self) -> u32 {
         self.frames
     }
@@ -102,7 +102,7 @@ impl LevelPrior {
                 .all(|i| self.covariance[i][i] < (SURE * contrast) * (SURE * contrast))
     }
 
-    /// Levels to begin a search with: the usual ones, and unless they are sure, usual ones of less and of more contrast.
+    /// Initial levels of a search: the mean, and, unless the levels are well known, levels of less and of more contrast.
     pub fn initial_levels(&self) -> impl Iterator<Item = Levels> {
         let spread = libm::sqrtf(self.covariance[2][2]);
         let count = match (self.frames, self.is_sure()) {
@@ -116,18 +116,18 @@ impl LevelPrior {
         })
     }
 
-    /// Whether a frame of that noise may be of the same panel in the same light.
+    /// Whether a frame of that noise may show the same panel in the same light, or nothing is known to compare it with.
     pub fn fits(&self, noise: f32) -> bool {
         self.frames < FRAMES_MIN || noise <= NOISIER * self.noise
     }
 
-    /// Whether it certainly may, as there is something to compare it with.
+    /// As [`Self::fits`], but false until the usual noise is known.
     pub fn fits_surely(&self, noise: f32) -> bool {
         self.frames >= FRAMES_MIN && self.fits(noise)
     }
 
-    /// The noise of a frame, as it would be at the usual contrast: what the model leaves unexplained grows with the contrast, which a carrier
-    /// makes another in each frame.
+    /// The noise of a frame, scaled to the usual contrast: errors of the model grow with the contrast, which a carrier makes different in
+    /// each frame.
     pub fn usual_noise(&self, levels: &Levels) -> f32 {
         #[cfg(feature = "carrier")]
         if self.has_carrier && self.frames > 0 {
@@ -138,7 +138,7 @@ impl LevelPrior {
         levels.noise
     }
 
-    /// The prior's information and score at `levels`: the inverse covariance, and its product with the mean's distance from them; none
+    /// The prior's information and score at `levels`: the inverse covariance, and its product with the mean's distance from them; `None`
     /// before the first frame.
     pub fn information(&self, levels: &Levels) -> Option<(Matrix, Vector)> {
         (self.frames > 0).then(|| {
@@ -147,8 +147,8 @@ impl LevelPrior {
         })
     }
 
-    /// Goes on in an image of another scale: the nearer a panel, the more pixels its LEDs' light fills, and the less of their width
-    /// is blur.
+    /// Converts the prior to an image of another scale: at a nearer panel, the light of an LED fills more pixels, and blur is a smaller
+    /// part of its width.
     pub fn rescale(&mut self, from: &Scale, to: &Scale) {
         let pixel = from.bin as f32 / to.bin as f32;
         let growth = to.pitch / (from.pitch * pixel);
@@ -159,11 +159,11 @@ impl LevelPrior {
         let blur = self.mean[3] - area * from.sharp_variance();
         self.mean[3] = (blur + to.sharp_variance()).max(*VARIANCE_PX2.start());
         self.scale_covariance(&scale);
-        // The more frame pixels an image pixel is made of, the less its noise.
+        // The noise of an image pixel falls with the number of frame pixels in it.
         self.noise *= area;
     }
 
-    /// Goes on in the light of another curve, in which a panel of levels `from` has levels `to`.
+    /// Converts the prior to another curve, under which a panel of levels `from` has levels `to`.
     pub fn go_over(&mut self, from: &Levels, to: &Levels) {
         let contrast = to.contrast / from.contrast;
         let scale = Vector::from([
@@ -190,17 +190,16 @@ impl LevelPrior {
         self.precision = inverse(&covariance).unwrap_or_else(Matrix::zeros).into();
     }
 
-    /// What it costs that the levels are unusual, in nats.
+    /// The negative log-prior of levels, in nats.
     pub fn loss(&self, levels: &Levels) -> f32 {
         self.information(levels).map_or(0.0, |(_, score)| {
             0.5 * score.dot(&(Vector::from(self.mean) - Vector::from(levels.values())))
         })
     }
 
-    /// Takes in a frame's levels, of the covariance that its pixels leave them. Of a frame that does not fit, no more than its noise.
+    /// Adds a frame's levels, with the covariance that its pixels leave them. A frame that does not fit updates the noise at most.
     ///
-    /// The scatter of the levels is that of their estimates and what the estimates are unsure of (Dempster, Laird & Rubin
-    /// 1977).
+    /// The scatter of the levels is the scatter of their estimates plus the uncertainty of these (Dempster, Laird & Rubin 1977).
     pub fn update(&mut self, levels: &Levels, unsure: &Matrix) {
         let noise = self.usual_noise(levels);
         if !self.fits(noise) {
@@ -213,7 +212,7 @@ impl LevelPrior {
             return;
         }
         if noise * QUIETER < self.noise {
-            // Whatever was learnt before was learnt from a worse fit.
+            // All earlier levels come from a worse fit.
             *self = self.forgotten();
         }
         let now = Vector::from(levels.values());
@@ -239,7 +238,7 @@ impl LevelPrior {
     }
 }
 
-/// The inverse of a covariance, by way of the correlations, which f32 holds well.
+/// The inverse of a covariance, by way of the correlations, which suit the precision of f32.
 fn inverse(covariance: &Matrix) -> Option<Matrix> {
     let scale = covariance.diagonal().map(|variance| 1.0 / libm::sqrtf(variance));
     let correlation = Matrix::from_fn(|i, j| covariance[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 });
@@ -255,7 +254,7 @@ fn matrix(rows: &[[f32; LEVELS]; LEVELS]) -> Matrix {
 mod tests {
     use super::*;
 
-    /// What is known after frames of such noise.
+    /// The prior after frames of such noise.
     fn after(noises: impl IntoIterator<Item = f32>) -> LevelPrior {
         let mut prior = LevelPrior::NONE;
         let unsure = Matrix::from_diagonal_element(1e-4);

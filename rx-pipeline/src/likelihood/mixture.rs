@@ -1,10 +1,10 @@
-//! Two symbols in one exposure: with a share α of it the next symbol's, an LED is On for 0, α, 1 − α or all of it.
+//! Two symbols in one exposure: if a share α of it is the next symbol's, an LED is On for 0, α, 1 − α or all of it.
 //!
-//! Whose share is which, only the symbol before can tell: without it, α and 1 − α are the same. The search is interference cancellation
-//! with four shares instead of two, refitting α and the levels in between. Light is added up over an exposure, so the levels are those
-//! of whole symbols.
+//! Only the symbol before decides which share is which: without it, α and 1 − α are the same. The search is interference cancellation with
+//! four shares instead of two, refitting α and the levels in between. Light adds up over an exposure, so the levels are those of whole
+//! symbols.
 //!
-//! Where lines are read out one after another, α grows from row to row of LEDs: `lines.rs`. Both go through the same code, once for each.
+//! If lines are read out one after another, α grows from row to row of LEDs: `lines.rs`. One generic code serves both.
 
 use super::ascent::Ascent;
 use super::crop::Crop;
@@ -21,36 +21,35 @@ use link::panel::{LEDS, LLR_STEP, Llr, SoftPanel};
 const ROUNDS: usize = 6;
 /// Sweeps over the LEDs in each (count).
 const SWEEPS: usize = 2;
-/// α; beyond it is one symbol's exposure (share).
+/// The range of α; beyond it the exposure is one symbol's (share).
 pub(super) const SHARE: RangeInclusive<f32> = 0.03..=0.97;
-/// Half the width of the parabola by which α is improved (share).
+/// Half the width of the parabola that refines α (share).
 pub(super) const PARABOLA: f32 = 0.02;
 /// The most that one step changes α (share).
 pub(super) const STEP_MAX: f32 = 0.2;
-/// What two symbols leave, at most (share of the noise that one leaves): they have 65 unknowns more. Higher: noise
-/// is taken for a second symbol.
+/// Maximum noise with two symbols (share of the noise with one): they have 65 unknowns more. Higher: noise looks like a second symbol.
 pub(super) const LEFT: f32 = 0.87;
-/// What leaves less is explained, even where other frames left less still (share of the noise that one leaves).
+/// The same if the noise is higher than usual or the usual noise is unknown (share of the noise with one).
 const NEXT_TO_NOTHING: f32 = 0.25;
-/// How well the symbol that ended agrees with the one known before, at least (correlation): a panel in other light
-/// looks like two symbols too, but the first then is anything.
+/// Minimum correlation of the symbol that ended with the known one: a panel in other light looks like two symbols too, but the first of
+/// them is arbitrary.
 const SAME: f32 = 0.5;
 
-/// α of each LED, the part of its exposure that is the next symbol's: one number where all lines are exposed at once.
+/// α of each LED, the next symbol's part of its exposure: one number if all lines are exposed at once.
 pub(super) trait Shares: Copy {
-    /// That of an LED.
+    /// The share of an LED.
     fn of(&self, led: usize) -> f32;
 
-    /// The same, greater by `step`.
+    /// The shares plus `step`.
     fn plus(&self, step: f32) -> Self;
 
-    /// The same within its range.
+    /// The shares within their range.
     fn within_range(self) -> Self;
 
-    /// Whether the frame shows something of both symbols.
+    /// Whether the frame shows a part of both symbols.
     fn is_of_two(&self) -> bool;
 
-    /// What else is unknown is improved by what the image makes of it.
+    /// Improves the other parameters of the shares by the image.
     fn improve<const PIXELS: usize>(_model: &mut Model<PIXELS>, _estimate: &mut Estimate, _guess: &mut Guess<Self>) {}
 }
 
@@ -74,7 +73,7 @@ impl Shares for f32 {
 
 /// Two symbols that share an exposure, and how well they explain it.
 pub(super) struct TwoSymbols<S = f32> {
-    /// Log-likelihood ratios of the symbol that ended, by the frame alone, and of the one that began, in nats.
+    /// Log-likelihood ratios of the symbol that ended, from the frame alone, and of the one that began, in nats.
     pub ending: [f32; LEDS],
     pub beginning: [f32; LEDS],
     /// α.
@@ -83,8 +82,8 @@ pub(super) struct TwoSymbols<S = f32> {
 }
 
 impl<S: Shares> TwoSymbols<S> {
-    /// Whether they explain the frame as well as single panels explained others, and clearly better than one does, which leaves
-    /// `noise`; and the first is the symbol `before`.
+    /// Whether they explain the frame as well as single panels explained others, and clearly better than one symbol, which leaves `noise`;
+    /// and whether the first is the symbol `before`.
     pub fn explain(&self, prior: &LevelPrior, before: &SoftPanel, noise: f32) -> bool {
         let left = if prior.fits_surely(self.noise) { LEFT } else { NEXT_TO_NOTHING };
         self.share.is_of_two() && self.noise < left * noise && correlation(&soft_panel(&self.ending), before) >= SAME
@@ -92,13 +91,13 @@ impl<S: Shares> TwoSymbols<S> {
 }
 
 impl TwoSymbols {
-    /// Whether the second is the complement of the first, as one symbol is of itself by the phase of a carrier.
+    /// Whether the second is the complement of the first, as the phase of a carrier makes one symbol look.
     #[cfg(feature = "carrier")]
     pub fn is_one_by_carrier(&self) -> bool {
         correlation(&soft_panel(&self.ending), &soft_panel(&self.beginning)) < -SAME
     }
 
-    /// The reading: bits are those of the symbol that was shown for longer.
+    /// The reading: the bits of the symbol that was shown longer.
     pub fn detection(&self) -> Detection {
         let longer = if self.share < 0.5 { self.ending } else { self.beginning };
         Detection {
@@ -114,7 +113,7 @@ impl TwoSymbols {
     }
 }
 
-/// How likely each LED was On in either symbol, and α.
+/// The probability of On for each LED in either symbol, and α.
 pub(super) struct Guess<S> {
     pub ended: [f32; LEDS],
     pub begun: [f32; LEDS],
@@ -122,16 +121,16 @@ pub(super) struct Guess<S> {
 }
 
 impl<S: Shares> Guess<S> {
-    /// The share of the exposure for which each LED is expected to have been On, were `share` the next symbol's.
+    /// The expected share of the exposure for which each LED is On, with `share` as the next symbol's.
     pub fn lit(&self, share: S) -> [f32; LEDS] {
         core::array::from_fn(|led| lit(share.of(led), self.ended[led], self.begun[led]))
     }
 }
 
 impl<const PIXELS: usize> Model<PIXELS> {
-    /// The symbol of which `before` is known, and the one after it, in a frame that shows the end of the one and the beginning of the
-    /// other; none where nothing is known of it, or of the levels.
-    // Not inlined: the stack of those who never call it stays as it is.
+    /// The symbol with soft values `before`, and the one after it, in a frame that shows the end of the one and the beginning of the other;
+    /// `None` if neither `before` nor the levels are known.
+    // Not inlined: it would grow the stack of callers that never need it.
     #[inline(never)]
     pub(super) fn two_symbols(
         &mut self,
@@ -146,7 +145,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         })
     }
 
-    /// The same for any α, which are guessed first from by how much each LED's light has changed, and of which LEDs something is known.
+    /// The same for any kind of α, with a first guess from the change of each known LED's light.
     pub(super) fn two_symbols_of<S: Shares>(
         &mut self,
         frame: &Frame<'_>,
@@ -200,7 +199,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         }))
     }
 
-    /// Moves α to the lowest point of the parabola through the loss beside it.
+    /// Moves α to the minimum of a parabola through the loss beside it.
     fn improve_share<S: Shares>(&mut self, estimate: &mut Estimate, guess: &mut Guess<S>) {
         let mut loss = |share: S| {
             estimate.share = guess.lit(share);
@@ -219,8 +218,8 @@ impl<const PIXELS: usize> Model<PIXELS> {
 }
 
 impl<const PIXELS: usize> Ascent<'_, PIXELS> {
-    /// Gives each LED the share that is to be expected of it, given those of the others and what is known of the symbol before.
-    // Not inlined, so that there is but one of it in a microcontroller's flash.
+    /// Gives each LED its expected share, given those of the others and the soft values of the symbol before.
+    // Not inlined, so that a microcontroller's flash holds it once.
     #[inline(never)]
     fn cancel_interference_of_two<S: Shares>(&mut self, before: &SoftPanel, guess: &mut Guess<S>) {
         for (led, &prior) in before.0.iter().enumerate() {
@@ -237,7 +236,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         }
     }
 
-    /// The log-likelihood ratios of the symbol that ended, by the frame alone, and of the one that began, in nats.
+    /// The log-likelihood ratios of the symbol that ended, from the frame alone, and of the one that began, in nats.
     fn llrs_of_two<S: Shares>(&self, before: &SoftPanel, share: S) -> ([f32; LEDS], [f32; LEDS]) {
         let (mut ending, mut beginning) = ([0.0; LEDS], [0.0; LEDS]);
         for (led, &prior) in before.0.iter().enumerate() {
@@ -249,13 +248,13 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         (ending, beginning)
     }
 
-    /// What the likelihood gains if an LED is On in neither symbol, in the next, in the last, and in both.
+    /// The gain of log-likelihood if an LED is On in neither symbol, in the next, in the last, and in both.
     fn gains_of_two(&self, led: usize, share: f32) -> [f32; 4] {
         [0.0, share, 1.0 - share, 1.0].map(|lit| self.gain_of_share(led, lit - self.share[led]))
     }
 }
 
-/// α within its range, where it differs by up to `spread` from LED to LED.
+/// α within its range, if it differs by up to `spread` from LED to LED.
 pub(super) fn within_range(share: f32, spread: f32) -> f32 {
     let (least, most) = (SHARE.start(), SHARE.end());
     share.clamp(0.5 * least - spread, 0.5 * (1.0 + most) + spread)

@@ -1,4 +1,4 @@
-//! A panel's pixels held against what is expected of its bits and levels.
+//! A panel's pixels compared with the expectation from its bits and levels.
 
 use super::ascent::Ascent;
 use super::crop::{Crop, Scale};
@@ -17,13 +17,13 @@ use crate::spots::{RootMetric, SpotTable};
 use link::camera::{Camera, Encoding};
 use link::panel::LEDS;
 
-/// What is around the cells is plain if the mean square that is left there is at most this (multiple of that in the
-/// cells). Higher: what stands around counts; lower: noise hides that nothing does.
+/// The surroundings of the cells are plain if their mean square residual is at most this (multiple of that in the cells). Higher:
+/// surroundings count that are not plain; lower: noise hides that they are.
 const PLAIN: f32 = 1.5;
-/// The offset under the root follows the noise by steps of this (share). Smaller: the frame is taken in more often.
+/// The offset under the root follows the noise in steps of this (share). Smaller: the frame is loaded more often.
 const OFFSET_STEP: f32 = 0.2;
 
-/// What is fitted beside noise: the LEDs, and the levels.
+/// Fitted parameters beside noise: the LEDs, and the levels.
 const FITTED: usize = LEDS + LEVELS;
 
 /// A camera that sees nothing: all zeros.
@@ -35,30 +35,30 @@ const DARK: Camera = Camera {
     read_noise_e: 0.0,
 };
 
-/// Settings that do nothing: all zeros.
+/// Settings without any effect: all zeros.
 const NOTHING: LikelihoodSettings = LikelihoodSettings {
     list_sets: 0,
     curve_frames: 0,
 };
 
-/// The image of a panel, and what it takes to explain it.
+/// The image of a panel, and the memory of its model.
 pub(super) struct Model<const PIXELS: usize> {
-    /// The camera as it was told, but for the curve, which frames tell.
+    /// The configured camera, with the learnt curve.
     pub camera: Camera,
     pub settings: LikelihoodSettings,
-    /// The side of the pixels it sees in px of the camera's, and the variance of what mixes them with their neighbours, in px².
+    /// The side of its pixels in px of the camera's, and the variance by mixing with neighbours, in px².
     pub pixels: [f32; 2],
     pub metric: RootMetric,
     pub image: Image<PIXELS>,
     pub spots: SpotTable,
     pub flip_gains: FlipGains,
     pub leds: LedLevels,
-    /// What the ground adds to each LED's light, in contrasts: in [`LedLevels::offset`] too.
+    /// The ground's part of each LED's light, in contrasts: in [`LedLevels::offset`] too.
     ground: [f32; LEDS],
 }
 
 impl<const PIXELS: usize> Model<PIXELS> {
-    /// One that sees black; all zeros.
+    /// A model that sees black; all zeros.
     pub const fn new() -> Self {
         Self {
             camera: DARK,
@@ -73,7 +73,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         }
     }
 
-    /// Gets ready for frames of `camera`.
+    /// Prepares for frames of `camera`.
     pub fn prepare(&mut self, camera: Camera, settings: LikelihoodSettings) {
         (self.camera, self.settings) = (camera, settings);
         self.set_leds(LedLevels::ALIKE);
@@ -81,12 +81,12 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.metric = RootMetric::new(&camera);
     }
 
-    /// Goes on with LEDs of those levels, on a plain ground.
+    /// Sets the LEDs' levels, on a plain ground.
     pub fn set_leds(&mut self, leds: LedLevels) {
         (self.leds, self.ground) = (leds, [0.0; LEDS]);
     }
 
-    /// Sets what the ground adds to each LED's light, in contrasts.
+    /// Sets the ground's part of each LED's light, in contrasts.
     pub fn set_ground(&mut self, ground: [f32; LEDS]) {
         for (offset, (now, before)) in self.leds.offset.iter_mut().zip(ground.iter().zip(&self.ground)) {
             *offset += now - before;
@@ -94,25 +94,25 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.ground = ground;
     }
 
-    /// Light of the LEDs, in contrasts above Off, without what the ground adds.
+    /// Light of the LEDs, in contrasts above Off, without the ground's part.
     pub fn above_ground(&self, lit: &[f32; LEDS]) -> [f32; LEDS] {
         core::array::from_fn(|led| lit[led] - self.ground[led])
     }
 
-    /// The variance of spots under the blur that was told, in px² of an image.
+    /// The variance of spots under the configured blur, in px² of an image.
     pub fn usual_variance(&self, scale: &Scale) -> f32 {
         let [side, mixing] = self.pixels;
         let blur = self.camera.blur_sigma_px / side;
         (blur * blur + mixing) / (scale.bin * scale.bin) as f32 + scale.sharp_variance()
     }
 
-    /// The light of each LED by least squares, where the panel is expected.
+    /// The light of each LED by least squares, at the expected position of the panel.
     pub fn least_squares(&mut self, frame: &Frame<'_>, crop: &Crop, levels: &Levels) -> Result<LeastSquares, DetectError> {
         self.take_in(frame, crop, levels.noise)?;
         Ok(self.least_squares_of(levels.variance))
     }
 
-    /// Takes the panel's pixels in, and where its LEDs are expected.
+    /// Loads the panel's pixels and the expected positions of its LEDs.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -122,19 +122,19 @@ impl<const PIXELS: usize> Model<PIXELS> {
         Ok(())
     }
 
-    /// The same once the pixels are taken in, for spots of that variance.
+    /// As [`Self::least_squares`] once the pixels are loaded, for spots of that variance.
     pub fn least_squares_of(&mut self, variance: f32) -> LeastSquares {
         self.spots.place(variance, self.image.size, self.image.stride);
         LeastSquares::solve(&mut self.image, &self.spots)
     }
 
-    /// The height of an On LED above an Off one, in grey levels, about the background's grey.
+    /// The difference between an On LED and an Off one, in grey levels, about the background's grey.
     pub fn contrast_grey(&self, levels: &Levels) -> f32 {
         let background = levels.background.max(f32::MIN_POSITIVE);
         levels.contrast * self.spots.peak() / background * self.metric.grey_of_one()
     }
 
-    /// The deviation of a pixel of middle grey, in grey levels, where a pixel's root light has the variance `noise`.
+    /// The deviation of a pixel of middle grey, in grey levels, given the variance `noise` of a pixel's root light.
     pub fn noise_grey(&self, noise: f32) -> f32 {
         libm::sqrtf(noise) * self.metric.grey_of_root()
     }
@@ -144,12 +144,12 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.image.loss(noise) + prior.loss(levels)
     }
 
-    /// An ascent from an estimate that the image holds.
+    /// An ascent from an estimate in the image.
     pub fn ascent<'a>(&'a mut self, estimate: &'a mut Estimate) -> Ascent<'a, PIXELS> {
         self.ascent_and_gains(estimate).0
     }
 
-    /// The same, and room for what flips gain.
+    /// The same, and memory for the gains of flips.
     pub fn ascent_and_gains<'a>(&'a mut self, estimate: &'a mut Estimate) -> (Ascent<'a, PIXELS>, &'a mut FlipGains) {
         let ascent = Ascent {
             image: &mut self.image,
@@ -161,20 +161,20 @@ impl<const PIXELS: usize> Model<PIXELS> {
         (ascent, &mut self.flip_gains)
     }
 
-    /// The equations of the levels about an estimate that the image holds.
+    /// The equations of the levels about an estimate in the image.
     pub fn equations(&self, estimate: &Estimate, prior: &LevelPrior) -> NormalEquations {
         let Estimate { levels, share, .. } = estimate;
         NormalEquations::of(&self.image, &self.spots, &self.leds.lit(share), levels, prior)
     }
 
-    /// One step of the fit of the levels; nothing where the pixels do not determine them.
+    /// One step of the fit of the levels; no change if the pixels do not determine them.
     pub fn fit(&mut self, estimate: &mut Estimate, prior: &LevelPrior) {
         self.equations(estimate, prior).step(&mut estimate.levels);
         estimate.turn_upright();
         self.expect_with_noise(estimate);
     }
 
-    /// Makes the image hold what is expected of an estimate.
+    /// Sets the image's expectation to that of an estimate.
     pub fn expect(&mut self, estimate: &Estimate) {
         let levels = &estimate.levels;
         let [dx, dy] = levels.shift;
@@ -184,7 +184,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
             .expect(&self.spots, levels.background, &levels.light(&self.leds.lit(&estimate.share)));
     }
 
-    /// The same, and what the image leaves becomes the estimate's noise.
+    /// The same, and sets the estimate's noise to the residuals.
     pub fn expect_with_noise(&mut self, estimate: &mut Estimate) {
         self.expect(estimate);
         estimate.levels.noise = self.noise();
@@ -194,14 +194,13 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.image.mean_square(FITTED).max(self.metric.rounding_variance())
     }
 
-    /// Whether what stands around the panel's cells is as plain as what is between its LEDs, as far as an estimate tells, in an image with
-    /// the rim.
+    /// Whether the surroundings of the panel's cells are as plain as the ground between its LEDs, by an estimate in an image with the rim.
     pub fn is_plain_around(&self, crop: &Crop, noise: f32) -> bool {
         let [inside, around] = self.image.mean_squares_in_and_around(crop);
         around <= PLAIN * inside.max(noise)
     }
 
-    /// Holds an estimate against the pixels of another crop.
+    /// Compares an estimate with the pixels of another crop.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -212,7 +211,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         Ok(())
     }
 
-    /// Takes the panel's pixels in, in root light as befits the noise.
+    /// Loads the panel's pixels, in the root light for that noise.
     ///
     /// # Errors
     /// [`DetectError::OutsideMemory`] if they do not fit.
@@ -226,7 +225,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         })
     }
 
-    /// Takes the pixels in anew where the noise calls for another offset under their root.
+    /// Loads the pixels again if the noise needs another offset under their root.
     ///
     /// # Errors
     /// As [`Self::load`].

@@ -1,33 +1,33 @@
-//! Which frames teach, and what was learnt when bits were sure.
+//! Selection of the frames that teach, and the estimates of the last sure frame.
 //!
-//! A wiper, a lamp that dips or an exposure that is far too short leaves frames at the panel's place that do not show it. They are hardly
-//! noisy, and all LEDs Off explain them well: what is learnt from them makes all later bits wrong. A frame teaches only where the contrast
-//! is near what it was. Exposures that jump change the light of LEDs and background alike, and so hardly that.
+//! Frames that do not show the panel at its place come from a wiper, a lamp that dips, or an exposure that is far too short. They are
+//! hardly noisy, and all LEDs Off explain them well: estimates from them would make all later bits wrong. A frame teaches only if the
+//! contrast is near the earlier one. The contrast hardly depends on exposures that jump, because these change LEDs and background alike.
 
 use super::experience::Experience;
 use super::level_prior::FRAMES_MIN;
 use super::levels::Levels;
 
-/// A panel that shows less of its contrast is covered or dark (share of the usual). Higher: a panel behind a dirty screen is not read.
+/// Maximum contrast of a panel that is covered or dark (share of the usual). Higher: a panel behind a dirty screen is not read.
 const COVERED: f32 = 0.25;
-/// A frame teaches that shows so much of it, at least (share of the usual). Lower: a wiper's edge teaches.
+/// Minimum contrast of a frame that teaches (share of the usual). Lower: a wiper's edge teaches.
 const TEACHES: f32 = 0.5;
-/// How much less light leaves the contrast what it is (factor): exposures jump by two stops.
+/// Maximum drop of light that does not count as a loss of contrast (factor): exposures jump by two stops.
 const DARKER: f32 = 4.0;
-/// After so many frames of less contrast in a row, all of sure bits, that contrast is the usual one (frames). Fewer: slow wipers teach.
+/// After this many frames of less contrast in a row, all of sure bits, that contrast is the usual one (frames). Fewer: slow wipers teach.
 const FAINTER_FRAMES: u32 = 16;
-/// Bits are unsure where they are less sure than usual by this (probability that one is right). Less: noise raises doubts.
+/// Bits are unsure if their confidence is below the usual one by this (probability that one is right). Less: noise raises doubts.
 const LESS_SURE: f32 = 0.1;
-/// What was learnt is doubted after so many unsure frames in a row, and again after twice as many (frames).
+/// Unsure frames in a row before the estimates are doubted, and again after twice as many (frames).
 const UNSURE_FRAMES: u32 = 3;
-/// How sure bits are is averaged over about so many frames (count).
+/// The average confidence spans about this many frames (count).
 const MEMORY_FRAMES: f32 = 8.0;
 
-/// What was learnt when bits were sure, and how frames compare with that.
+/// The estimates of the last sure frame, and the comparison of frames with them.
 pub(super) struct Proven {
-    /// What the last sure frame was read by.
+    /// The estimates at the last sure frame.
     experience: Experience,
-    /// How sure bits were of late in frames that teach (probability that one is right).
+    /// The recent confidence of frames that teach (probability that a bit is right).
     confidence: f32,
     /// Sure frames in a row of less contrast.
     fainter: u32,
@@ -36,7 +36,7 @@ pub(super) struct Proven {
 }
 
 impl Proven {
-    /// That of one who has seen no frame; all zeros.
+    /// No frames yet; all zeros.
     pub const NONE: Self = Self {
         experience: Experience::NONE,
         confidence: 0.0,
@@ -44,17 +44,17 @@ impl Proven {
         unsure: 0,
     };
 
-    /// What the last sure frame was read by.
+    /// The estimates at the last sure frame.
     pub const fn experience(&self) -> Experience {
         self.experience
     }
 
-    /// Goes on in other pixels, in which levels are others.
+    /// Forgets the levels, after a change of pixels.
     pub fn forget_levels(&mut self) {
         self.experience.forget_levels();
     }
 
-    /// How much of the usual contrast `levels` show, from 0 on; 1 where that is not known well.
+    /// The contrast of `levels` relative to the usual one, from 0 on; 1 if that is not well known.
     pub fn contrast_shown(&self, levels: &Levels) -> f32 {
         let prior = &self.experience.levels;
         let usual = prior.mean_levels().filter(|_| prior.is_sure() && prior.frames() >= FRAMES_MIN);
@@ -65,7 +65,7 @@ impl Proven {
         })
     }
 
-    /// Whether a frame that shows so much of the usual contrast shows the panel at all.
+    /// Whether a frame of that contrast does not show the panel.
     pub fn is_covered(contrast_shown: f32) -> bool {
         contrast_shown < COVERED
     }
@@ -79,7 +79,7 @@ impl Proven {
         self.fainter == 0
     }
 
-    /// A frame that teaches was read by `experience`, and its bits are as sure as that.
+    /// Adds a frame that teaches: its estimates, and the confidence of its bits.
     pub fn read_by(&mut self, experience: &Experience, confidence: f32) {
         if confidence < self.confidence - LESS_SURE {
             return;
@@ -91,7 +91,7 @@ impl Proven {
         }
     }
 
-    /// Whether bits as sure as that raise a doubt in what was learnt.
+    /// Whether bits with that confidence raise a doubt in the estimates.
     pub fn doubts(&mut self, confidence: f32) -> bool {
         if confidence >= self.confidence - LESS_SURE {
             self.unsure = 0;

@@ -11,28 +11,27 @@ use crate::detect::MIN_CONTRAST_GREY;
 use crate::frame::Frame;
 use link::panel::LEDS;
 
-/// The variance of root light that is assumed of a first frame.
+/// The assumed variance of root light in a first frame.
 const FIRST_NOISE: f32 = 1e-3;
-/// Blurs that a first search may begin with beside the one that is told (px), in rising order. More of them: slower.
+/// Blurs to try first beside the configured one (px), in rising order. More: slower.
 const FIRST_BLURS_PX: [f32; 5] = [0.7, 1.1, 1.7, 2.5, 3.6];
-/// The widest spots of which neighbours can be told apart (variance over the squared pitch).
+/// The widest spots whose neighbours can be separated (variance over the squared pitch).
 const VARIANCE_PITCH: f32 = 0.5;
-/// Searches begin at these multiples of the contrast found: least squares shrink it, and saturation does. More of
-/// them: slower.
+/// Starting points of a search, as multiples of the estimated contrast, which least squares and saturation reduce. More: slower.
 const FIRST_CONTRASTS: [f32; 2] = [1.0, 1.6];
 /// Sweeps over the LEDs before the levels are fitted (count).
 const FIRST_SWEEPS: usize = 3;
 /// Fits of the levels, each with sweeps, at most (count). More: slower.
 const ROUNDS: usize = 5;
-/// Sweeps over the LEDs in each (count).
+/// Sweeps over the LEDs per fit (count).
 const SWEEPS: usize = 2;
-/// Rounds of flipping groups of neighbours, at most (count): one or two do, but levels that are fitted in between
-/// may take back what flips gained, without end.
+/// Rounds of flipping groups of neighbours, at most (count): one or two suffice, but levels refitted in between may undo the gain of flips
+/// without end.
 const NEIGHBOUR_ROUNDS: usize = 32;
 
 impl<const PIXELS: usize> Model<PIXELS> {
-    /// The variance of spots, in px² of the image, of which the light of 64 LEDs leaves least: where nothing is known of the levels, and
-    /// spots of `usual` variance are as good a guess as any.
+    /// The variance of spots, in px² of the image, that leaves the light of 64 LEDs the least residuals. It serves while the levels are
+    /// unknown and `usual` is only a guess.
     pub fn first_variance(&mut self, frame: &Frame<'_>, crop: &Crop, usual: f32) -> Result<f32, DetectError> {
         self.take_in(frame, crop, FIRST_NOISE)?;
         let (mut variance, mut least) = (usual, self.least_squares_of(usual).left);
@@ -50,7 +49,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         Ok(variance)
     }
 
-    /// Bits and levels from scratch, with spots of a `variance` to begin with (px² of the image), or from what is known of the levels.
+    /// Bits and levels from scratch, with an initial `variance` of spots (px² of the image), or from the known levels of `prior`.
     pub fn search(&mut self, frame: &Frame<'_>, crop: &Crop, prior: &LevelPrior, variance: f32) -> Result<Estimate, DetectError> {
         let first = Levels {
             background: 1.0,
@@ -89,7 +88,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
                 centre: crop.centre,
             };
             let found = self.refine(frame, crop, start, prior)?;
-            // All are held against the same noise.
+            // The comparison uses one noise for all.
             let noise = *noise.get_or_insert(found.levels.noise);
             let loss = self.loss(&found.levels, prior, noise);
             if best.is_none_or(|(least, _)| loss < least) {
@@ -135,7 +134,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         Ok(estimate)
     }
 
-    /// Makes the bits those that least squares call for, and flips single LEDs; whether that explains the frame as well as others were.
+    /// Decides on the bits by least squares, and flips single LEDs; returns whether that explains the frame as well as earlier frames.
     fn decide_at_once(&mut self, estimate: &mut Estimate, prior: &LevelPrior) -> bool {
         estimate.share = estimate.share.map(hard);
         self.expect(estimate);

@@ -1,25 +1,25 @@
 //! The bits of least cost in a quadratic form, by a sphere decoder of bounded width (K-best; Guo & Nilsson 2006).
 //!
-//! Around the bits found so far, flips δ = 0 or 1 of the 64 LEDs cost ½·δᵀHδ − gᵀδ. With H = RᵀR and R triangular the cost is a sum over
-//! rows, each of which depends on the LEDs from its own on: LEDs are decided on from the last to the first, and of all ways to
-//! decide on those so far the cheapest are kept. The undecided ones count as continuous, with the mean and variance that a fair
-//! bit has, which adds the same to the cost of all bits.
+//! Around the current bits, flips δ = 0 or 1 of the 64 LEDs cost ½·δᵀHδ − gᵀδ. With H = RᵀR and R triangular the cost is a sum over rows,
+//! each of which depends only on its own LED and later ones. So the decoder decides on the LEDs from the last to the first, and keeps the
+//! cheapest sets of decisions at each step. The undecided LEDs count as continuous, with the mean and variance of a fair bit, which adds
+//! the same to the cost of all sets.
 
 use super::flips::{FlipGains, FlipSet};
 use link::panel::LEDS;
 
 /// The most sets that the sphere decoder keeps (count).
 const LIST_SETS: usize = 64;
-/// Sets that cost more than the bits found so far by this much are given up (nats): so sure a soft value need not
-/// be. Lower: faster, and bits on which all sets agree lose their soft values.
+/// Margin by which a set may cost more than the current bits before it is given up (nats): soft values need not be surer than that. Lower:
+/// faster, and bits on which all sets agree lose their soft values.
 const LIST_MARGIN: f32 = 24.0;
 
 /// The inverse variance of a fair bit.
 const PRECISION: f32 = 4.0;
-/// LEDs whose part of a row's sum is looked up at once.
+/// LEDs per look-up of a row's sum.
 const AT_ONCE: usize = 4;
 
-/// The list that the decoder ends with: the cheapest sets of flips, best first.
+/// The result of the decoder: the cheapest sets of flips, best first.
 pub(super) struct Candidates {
     sets: [FlipSet; 2 * LIST_SETS],
     count: usize,
@@ -30,8 +30,7 @@ impl Candidates {
         &mut self.sets[..self.count]
     }
 
-    /// The logarithm of the odds against each LED's flip: how much likelier the sets without it are together; none for LEDs on which all
-    /// sets agree.
+    /// The log odds against each LED's flip: of all sets without it against all sets with it; `None` for LEDs on which all sets agree.
     pub fn log_odds(&self) -> [Option<f32>; LEDS] {
         let sets = &self.sets[..self.count];
         let best = sets.iter().map(|set| set.gain).fold(f32::NEG_INFINITY, f32::max);
@@ -47,8 +46,7 @@ impl Candidates {
     }
 }
 
-/// The cheapest sets of flips, as many as that, of the [`LIST_SETS`] that there may be; none where the form has no minimum. The gains are
-/// used up.
+/// The `list_sets` cheapest sets of flips, at most [`LIST_SETS`]; `None` if the form has no minimum. The gains are overwritten.
 pub(super) fn candidates(flip_gains: &mut FlipGains, list_sets: usize) -> Option<Candidates> {
     let list_sets = list_sets.clamp(1, LIST_SETS);
     let target = factorise(flip_gains)?;
@@ -75,7 +73,7 @@ pub(super) fn candidates(flip_gains: &mut FlipGains, list_sets: usize) -> Option
             sets[..count].select_nth_unstable_by(list_sets, |a, b| b.gain.total_cmp(&a.gain));
             count = list_sets;
         }
-        // Not dearer than no flips at all, by more than the margin.
+        // Drops sets that cost more than no flips by the margin.
         let mut kept = 0;
         for at in 0..count {
             if sets[at].gain > -LIST_MARGIN {
@@ -92,7 +90,7 @@ pub(super) fn candidates(flip_gains: &mut FlipGains, list_sets: usize) -> Option
     Some(Candidates { sets, count })
 }
 
-/// Makes R of the upper triangle of the gains' pairs (Cholesky), and Rᵀ⁻¹g of the slopes.
+/// Replaces the upper triangle of the pairs by R (Cholesky), and returns Rᵀ⁻¹g for the slopes g.
 fn factorise(FlipGains { slope, pair }: &mut FlipGains) -> Option<[f32; LEDS]> {
     let mut target = slope.map(|slope| slope + 0.5 * PRECISION);
     for row in 0..LEDS {
@@ -118,10 +116,10 @@ fn factorise(FlipGains { slope, pair }: &mut FlipGains) -> Option<[f32; LEDS]> {
     Some(target)
 }
 
-/// For each four LEDs the sum of each set of them.
+/// For every four LEDs, the sum of each subset of them.
 type Sums = [[f32; 1 << AT_ONCE]; LEDS / AT_ONCE];
 
-/// For each part of a row from `led + 1` on, the sums of the entries of all sets of LEDs.
+/// For each part of a row from `led + 1` on, the sums of the entries of all subsets of LEDs.
 fn sums_by_part(row: &[f32; LEDS], led: usize) -> Sums {
     let mut sums = [[0.0; 1 << AT_ONCE]; LEDS / AT_ONCE];
     for part in (led + 1) / AT_ONCE..LEDS / AT_ONCE {
@@ -134,7 +132,7 @@ fn sums_by_part(row: &[f32; LEDS], led: usize) -> Sums {
     sums
 }
 
-/// A row's sum over the LEDs in `flips`, all of which come after `led`.
+/// A row's sum over the LEDs in `flips`, all of which follow `led`.
 fn sum_of(sums: &Sums, flips: u64, led: usize) -> f32 {
     let first = (led + 1) / AT_ONCE;
     (first..LEDS / AT_ONCE)
@@ -148,10 +146,10 @@ mod tests {
     use properties::prelude::*;
     use std::boxed::Box;
 
-    /// LEDs whose flips may pay.
+    /// LEDs whose flips may gain.
     const DOUBTFUL: usize = 10;
 
-    /// A form in which the doubtful LEDs depend on one another as `mixing` says, and the others must not flip.
+    /// A form in which `mixing` couples the doubtful LEDs, and the others must not flip.
     fn form(mixing: &[[f32; DOUBTFUL]; DOUBTFUL], slope: &[f32; DOUBTFUL]) -> Box<FlipGains> {
         let mut flip_gains = Box::new(FlipGains::new());
         for led in 0..LEDS {

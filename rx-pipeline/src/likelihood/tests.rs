@@ -48,13 +48,13 @@ fn the_blur_need_not_be_known() {
     }
 }
 
-/// Bits that look random.
+/// Pseudorandom bits.
 pub(super) fn random_bits(seed: u64) -> u64 {
     let mixed = (seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9) ^ mixed << 17
 }
 
-/// The wrong bits of so many frames, from the first on; frames that cannot be read are wrong throughout.
+/// The wrong bits of the first `frames` frames; a frame that cannot be read counts as wrong throughout.
 fn wrong_bits(scene: &Scene, frames: u64) -> (u32, Box<MaximumLikelihood<16384>>) {
     let mut detector = detector();
     let wrong = (0..frames)
@@ -166,7 +166,7 @@ fn a_dim_row_and_unequal_leds_are_read_once_they_are_known() {
     assert_eq!((after, detector.learnt().unwrap().broken), (0, 0));
 }
 
-/// A short message that repeats leaves many an LED in one state for good: as if it were broken, to who counts frames.
+/// A short message that repeats leaves many an LED in one state: a count of frames alone would see it as broken.
 #[test]
 fn leds_that_a_short_message_never_changes_are_not_broken() {
     let mut detector = detector();
@@ -183,8 +183,8 @@ fn leds_that_a_short_message_never_changes_are_not_broken() {
     assert_eq!(detector.learnt().unwrap().broken, 0);
 }
 
-/// Where what shows between the LEDs is not plain, some bits are wrong. Soft values that claimed all to be right would cost more nats than
-/// a bit has, ln 2.
+/// If the ground between the LEDs is uneven, some bits are wrong. Soft values that call all of them right would cost more nats than a bit
+/// has, ln 2.
 #[test]
 fn what_the_model_does_not_explain_makes_bits_doubtful() {
     let scene = Scene {
@@ -252,7 +252,7 @@ fn what_was_seen_before_tells_all_on_from_all_off() {
     }
 }
 
-/// A detector that has read some panels in noise.
+/// A detector after some panels in noise.
 pub(super) fn acquainted(noise_grey: f32) -> Box<MaximumLikelihood<16384>> {
     let mut detector = detector();
     for seed in 1..8u64 {
@@ -268,7 +268,7 @@ pub(super) fn acquainted(noise_grey: f32) -> Box<MaximumLikelihood<16384>> {
 
 pub(super) const NEXT: u64 = 0x5555_3333_0f0f_00ff;
 
-/// The soft values of both symbols where the next one has a share of the exposure.
+/// The soft values of both symbols if the next one has a `share` of the exposure.
 fn two_symbols(noise_grey: f32, share: f32, before: &SoftPanel) -> Option<Mixture> {
     let scene = Scene {
         next: (NEXT, share),
@@ -290,7 +290,7 @@ fn two_symbols_of_one_exposure_are_read_both() {
             panic!("not told at {share}");
         };
         assert_eq!(mixture.beginning.hard().bits(), NEXT, "{share}");
-        // In halves, On and Off and Off and On are the same.
+        // In equal halves, On then Off looks like Off then On.
         if share != 0.5 {
             assert_eq!(mixture.ending.hard().bits(), bits, "{share}");
         }
@@ -415,9 +415,9 @@ properties! {
 
 /// A panel in other light is no mixture, though On LEDs that are darker than before look as if they had been On for a part of the exposure.
 ///
-/// Of 10 000 panels 4 are read as one all the same, all of them dimmed to less than a quarter: where lines may be exposed one after another,
-/// an end of the panel that seems to show the symbol before has so few LEDs that these agree with it by chance. More than the bounds come of
-/// that rate in one case of a hundred. `VOCC_TEST_CASES=all cargo test -p vocc-rx-pipeline --lib in_other_light -- --nocapture` counts anew.
+/// Of 10 000 panels 4 are read as a mixture all the same, all of them dimmed to less than a quarter. If lines may be exposed one after
+/// another, a panel's end that seems to show the symbol before has so few LEDs that chance agreement suffices. At that rate the bounds fail
+/// in one case of a hundred. `VOCC_TEST_CASES=all cargo test -p vocc-rx-pipeline --lib in_other_light -- --nocapture` recounts.
 #[test]
 fn a_panel_in_other_light_is_hardly_ever_read_as_two_symbols() {
     let (count, bound) = if properties::all_cases() { (10_000, 10) } else { (1_000, 2) };
@@ -449,7 +449,7 @@ fn a_panel_in_other_light_is_hardly_ever_read_as_two_symbols() {
 
 #[test]
 fn off_leds_are_dark_dots_on_a_board_that_clips() {
-    // A white board of 8 × 8 pitches in the sun: On LEDs do not show on it, and around it is a road.
+    // A white board of 8 × 8 pitches in the sun, with a road around it: On LEDs are invisible on it.
     let board = |[x, y]: [f32; 2]| {
         let (sin, cos) = 11.0f32.to_radians().sin_cos();
         let (x, y) = (x - 48.0, y - 48.0);
@@ -461,7 +461,7 @@ fn off_leds_are_dark_dots_on_a_board_that_clips() {
         pitch_px: 9.0,
         roll_deg: 11.0,
         fill: 0.35,
-        // As the difference from the road.
+        // Relative to the road.
         light: [-4.0, 9.0],
         blur_px: [0.7; 2],
         noise_grey: 1.0,

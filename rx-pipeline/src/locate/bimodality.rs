@@ -16,13 +16,13 @@ use crate::spots::{LatticeModel, Slope};
 use link::panel::{LEDS, SIDE};
 use nalgebra::SMatrix;
 
-/// How unequal LEDs of one state are (share of the step from Off to On, standard deviation). Higher: more that is no panel passes.
+/// The spread of LEDs of one state (share of the step from Off to On, standard deviation). Higher: more false positives.
 const LED_SPREAD: f32 = 0.12;
 
 type Square = SMatrix<f32, SIDE, SIDE>;
 
-/// How much likelier than spots of any brightness a panel in a single frame is: the natural logarithm of the odds. `noise` is the variance
-/// of a pixel at least, in grey levels squared.
+/// The log odds (natural logarithm) of a panel in a single frame against spots of any brightness. `noise` is a lower bound of the variance
+/// of a pixel, in grey levels squared.
 pub(super) fn log_odds(spots: &LatticeModel, slope: &Slope, noise: f32) -> f32 {
     let noise = noise.max(slope.squares / slope.pixels.max(1) as f32);
     let weight = (0..LEDS).map(|led| slope.led_weight(led)).sum::<f32>() / LEDS as f32;
@@ -51,7 +51,7 @@ pub(super) fn log_odds(spots: &LatticeModel, slope: &Slope, noise: f32) -> f32 {
         }
         0.5 * (explained - length)
     };
-    // Of a scrambled bit's standard deviation, which is a half.
+    // In units of a scrambled bit's standard deviation, a half.
     let spread = if spots.apart() < 1.0 {
         0.0
     } else {
@@ -61,7 +61,7 @@ pub(super) fn log_odds(spots: &LatticeModel, slope: &Slope, noise: f32) -> f32 {
     panel - free(agreement + overlapped, prior)
 }
 
-/// Overlaps of eight spots in a line, so many standard deviations apart.
+/// Overlaps of eight spots in a line with this pitch in standard deviations.
 fn overlaps(pitch: f32) -> Square {
     Square::from_fn(|i, j| {
         let distance = i.abs_diff(j) as f32 * pitch;
@@ -111,7 +111,7 @@ mod tests {
     #[test]
     fn two_brightnesses_are_told_from_many() {
         assert!(odds_of(&SCENE.render().pixels) > 40.0);
-        // The mean of panels has as many brightnesses as there are panels, and one more.
+        // The mean of several panels has one brightness more than there are panels.
         let panels = [1u64, 0x2545_f491_4f6c_dd1d, 0x9e37_79b9_7f4a_7c15, 0xd129_42a8_05b3_6f2e].map(|mask| {
             Scene {
                 bits: SCENE.bits ^ mask,

@@ -1,31 +1,28 @@
-//! The size of what stands out at a peak of the survey.
+//! The size of the object at a peak of the survey.
 
 use super::survey::Peak;
 use crate::frame::Frame;
 use core::ops::RangeInclusive;
 use heapless::Vec;
 
-/// Cells along one side of the neighbourhood looked at, at most 64 (count). More: larger panels, and more time for
-/// each peak.
+/// Cells along one side of the neighbourhood, at most 64 (count). More: larger panels, and more time for each peak.
 const CELLS: usize = 48;
-/// Side of a cell (px). Larger: larger panels, and the size of small ones less sure.
+/// Side of a cell (px). Larger: larger panels, and less precise sizes of small ones.
 const CELL_PX: usize = 4;
-/// What a cell of the blob has, at least (share of what the busiest cell has beyond the noise): each is tried.
-/// Before clutter only a high share sets a panel apart; in a large panel only a low one joins its LEDs.
+/// Thresholds of a cell of the blob, tried one after another (share of the busiest cell's excess over the noise). In clutter only a high
+/// share isolates a panel; in a large panel only a low one joins its LEDs.
 const SHARES: [f32; 4] = [0.1, 0.2, 0.35, 0.55];
-/// What a cell of the blob has, at least (multiple of the median cell). Higher: faint panels are lost; lower: noise
-/// belongs to the blob.
+/// The least threshold (multiple of the median cell). Higher: faint panels are lost; lower: noise joins the blob.
 const LEAST_OVER_MEDIAN: f32 = 2.0;
-/// How far from a peak its busiest cell is looked for (cells). Farther: a brighter neighbour may be taken for it.
+/// Maximum distance of the busiest cell from a peak (cells). Farther: a brighter neighbour may replace it.
 const NEAR: usize = 4;
 /// Reach of the first difference that makes a cell busy (px). Longer: tuned to larger LEDs.
 const REACH: usize = 2;
-/// By how much light spilling over and the smoothing of cells make a blob wider (px). More: smaller panels are
-/// supposed.
+/// The excess width of a blob by spilled light and by the smoothing of cells (px). More: smaller panels are assumed.
 const SPILL_PX: f32 = 6.0;
-/// Sides of the smallest and of the largest panel looked for (px). Wider: more that is no panel is tried.
+/// Sides of the smallest and of the largest panel in the search (px). Wider: more false candidates are tried.
 pub(super) const SIDE_PX: RangeInclusive<f32> = 14.0..=110.0;
-/// A blob smaller than another by less is no other one (ratio of sides). Higher: fewer sizes are tried.
+/// The least ratio of sides of two different blobs. Higher: fewer sizes are tried.
 const DISTINCT: f32 = 1.25;
 
 /// A connected patch.
@@ -33,15 +30,15 @@ const DISTINCT: f32 = 1.25;
 pub(super) struct Blob {
     /// Its centre of gravity in pixels.
     pub centre: [f32; 2],
-    /// The side of a square as spread out as it is, in pixels.
+    /// The side of a square with the same spread, in pixels.
     pub side_px: f32,
 }
 
 type Cells = [[f32; CELLS]; CELLS];
 
 impl Blob {
-    /// The connected cells around `peak` that have changed since `earlier`, or that are busy if there is no earlier frame, by
-    /// rising thresholds: the largest first.
+    /// The connected cells around `peak` that have changed since `earlier`, or that are busy if there is no earlier frame, by rising
+    /// thresholds: the largest first.
     pub fn around(peak: &Peak, frame: &Frame<'_>, earlier: Option<&Frame<'_>>) -> Vec<Self, 4> {
         let half = (CELLS * CELL_PX / 2) as i32;
         let origin = peak.centre.map(|c| c as i32 - half);
@@ -75,7 +72,7 @@ impl Blob {
             let blob = Self::of(&connected(&energy, threshold, place), origin);
             let distinct = blobs.iter().all(|other| other.side_px > DISTINCT * blob.side_px);
             if blob.side_px <= *SIDE_PX.end() && distinct {
-                // One for each share at most, so there is room.
+                // The capacity is one for each share.
                 let _full = blobs.push(blob);
             }
         }
@@ -96,7 +93,7 @@ impl Blob {
         let mean = sum.map(|sum| sum / f32::max(count, 1.0));
         let variance = squares / f32::max(count, 1.0) - mean[0] * mean[0] - mean[1] * mean[1];
         let middle = (CELL_PX - 1) as f32 / 2.0;
-        // An evenly filled square of side s has s²/12 along each axis, and so has the cell itself.
+        // An evenly filled square of side s has the variance s²/12 along each axis, and so has the cell itself.
         let side_px = CELL_PX as f32 * libm::sqrtf(6.0 * variance.max(0.0) + 1.0) - SPILL_PX;
         Self {
             centre: core::array::from_fn(|axis| origin[axis] as f32 + CELL_PX as f32 * mean[axis] + middle),
@@ -119,7 +116,7 @@ fn sum(frame: &Frame<'_>, x: i32, y: i32) -> i32 {
     rows.flatten().map(|&grey| i32::from(grey)).sum()
 }
 
-/// The lesser of the squared first differences over four pixels along both axes, of the grey levels' squares, which are about light.
+/// The lesser of the squared first differences over four pixels along both axes, of the squares of grey levels, which are about light.
 fn busy(frame: &Frame<'_>, x: i32, y: i32) -> f32 {
     let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else {
         return 0.0;
@@ -162,7 +159,7 @@ fn median(cells: &Cells) -> f32 {
     *sample.select_nth_unstable_by(middle, f32::total_cmp).1
 }
 
-/// The cells above the threshold that are connected to that at (`x`, `y`), if need be across one that is not.
+/// The cells above the threshold that are connected to (`x`, `y`), with gaps of at most one cell.
 fn connected(cells: &Cells, threshold: f32, (x, y): (usize, usize)) -> [u64; CELLS] {
     let above = |row: &[f32; CELLS]| (0..CELLS).fold(0, |bits, i| bits | u64::from(row[i] > threshold) << i);
     let bits = cells.each_ref().map(above);

@@ -10,34 +10,34 @@ use core::f32::consts::FRAC_1_SQRT_2;
 use heapless::Vec;
 use link::panel::LEDS;
 
-/// The shortest step from LED to LED (samples). Shorter: slower, and more that repeats is tried.
+/// The shortest step between LEDs (samples). Shorter: slower, and more repeating textures are tried.
 const SHORTEST: i32 = 2;
 /// The longest (samples). Longer: as above.
 const LONGEST: i32 = 12;
-/// How far rows lean from a direction that is looked along, or columns (tangent): less than half of what lies between two directions is
-/// passed over. More: slower, and diagonals are taken for rows.
+/// The greatest slope of rows against their search direction, and of columns (tangent); less than the half angle between two directions
+/// would leave gaps. More: slower, and diagonals look like rows.
 const STEEPEST: f32 = 0.45;
-/// Rows and columns are looked for along these, upright ones and turned by half a right angle: between them they lean any way.
+/// Search directions of rows and columns, upright and turned by half a right angle: together they cover all rotations.
 const DIRECTIONS: [[[f32; 2]; 2]; 2] = [
     [[1.0, 0.0], [0.0, 1.0]],
     [[FRAC_1_SQRT_2, FRAC_1_SQRT_2], [-FRAC_1_SQRT_2, FRAC_1_SQRT_2]],
 ];
 /// Steps along rows and along columns that are paired (count). More: slower.
 const PEAKS: usize = 4;
-/// Of pairs of steps that agree nearly as well the shortest are taken (share of the best's agreement). Lower: clutter
-/// makes steps shorter; higher: every other LED is left out.
+/// The least agreement of a pair of shorter steps that is preferred to the best pair (share of the best's agreement). Lower: clutter makes
+/// steps shorter; higher: every other LED is left out.
 const AS_GOOD: f32 = 0.6;
 
 type Samples = [[f32; PATCH_SIDE]; PATCH_SIDE];
 
-/// From a place to one like it, in samples, and how much they agree.
+/// A step from a place to a similar one, in samples, and their agreement.
 #[derive(Clone, Copy, Debug)]
 struct Step {
     by: [f32; 2],
     agreement: f32,
 }
 
-/// The lattice of the most striking 64 spots, in samples; `None` where nothing repeats.
+/// The lattice of the brightest 64 spots, in samples; `None` if nothing repeats.
 pub(super) fn lattice(patch: &Patch) -> Option<Lattice> {
     let mean = patch.sample.iter().flatten().sum::<f32>() / (PATCH_SIDE * PATCH_SIDE) as f32;
     let spots = patch.sample.map(|row| row.map(|sample| sample - mean));
@@ -60,18 +60,18 @@ fn steps(agreements: &mut Agreements<'_>) -> Option<([f32; 2], [f32; 2])> {
     for directions in DIRECTIONS {
         let [columns, rows] = directions.map(|direction| peaks(agreements, direction));
         for (u, v) in columns.iter().flat_map(|u| rows.iter().map(move |v| (u, v))) {
-            // On a lattice steps add up.
+            // On a lattice, sums of steps are steps.
             let mut across = |sign: f32| {
                 let by = core::array::from_fn(|axis| round(u.by[axis] + sign * v.by[axis]));
                 agreements.near(by).agreement
             };
             let agreement = u.agreement.min(v.agreement).min(across(1.0)).min(across(-1.0));
-            // There is room for all.
+            // The capacity holds all pairs.
             let _full = pairs.push((agreement, squared(u) + squared(v), u.by, v.by));
         }
     }
     let best = pairs.iter().fold(0.0f32, |best, pair| best.max(pair.0));
-    // Twice a step is one too, and so are diagonals.
+    // Twice a step is also a step, and so are diagonals.
     pairs
         .iter()
         .filter(|pair| best > 0.0 && pair.0 > AS_GOOD * best)
@@ -79,7 +79,7 @@ fn steps(agreements: &mut Agreements<'_>) -> Option<([f32; 2], [f32; 2])> {
         .map(|&(_, _, column, row)| (column, row))
 }
 
-/// The steps near a direction that agree best.
+/// The steps of greatest agreement near a direction.
 fn peaks(agreements: &mut Agreements<'_>, [x, y]: [f32; 2]) -> Vec<Step, PEAKS> {
     let mut peaks: Vec<Step, PEAKS> = Vec::new();
     for (dx, dy) in (-LONGEST..=LONGEST).flat_map(|dy| (-LONGEST..=LONGEST).map(move |dx| (dx, dy))) {
@@ -99,13 +99,13 @@ fn peaks(agreements: &mut Agreements<'_>, [x, y]: [f32; 2]) -> Vec<Step, PEAKS> 
         if peaks.is_full() && place < peaks.len() {
             peaks.pop();
         }
-        // Fails only for the worst when the list is full.
+        // If the list is full, this fails only for the worst.
         let _worst = peaks.insert(place, step);
     }
     peaks
 }
 
-/// The step as a share of a longer one, which is known better.
+/// The step, refined as a fraction of a longer one, which is more precise.
 fn refined(agreements: &mut Agreements<'_>, step: [f32; 2]) -> [f32; 2] {
     let mut step = step;
     for times in [2.0, 4.0] {
@@ -117,13 +117,13 @@ fn refined(agreements: &mut Agreements<'_>, step: [f32; 2]) -> [f32; 2] {
     step
 }
 
-/// How far short steps reach, with a sample about each (samples).
+/// The range of cached steps, with a sample around each (samples).
 const REACH: usize = LONGEST as usize + 1;
 
-/// How much a patch agrees with itself; of short steps it is reckoned once.
+/// The autocorrelation of a patch; short steps are cached.
 struct Agreements<'a> {
     spots: &'a Samples,
-    /// By rows down and columns to the right, from −[`REACH`] on: no number where it is not known yet.
+    /// By rows down and columns to the right, from −[`REACH`] on: NaN if not yet computed.
     known: [[f32; 2 * REACH + 1]; REACH + 1],
 }
 
@@ -135,7 +135,7 @@ impl<'a> Agreements<'a> {
         }
     }
 
-    /// With what lies a step further on, or back, which is the same.
+    /// The agreement at a step, which is that of the opposite step.
     fn at(&mut self, [dx, dy]: [i32; 2]) -> f32 {
         let [dx, dy] = if dy < 0 { [-dx, -dy] } else { [dx, dy] };
         let (column, row) = (dx + REACH as i32, dy as usize);
@@ -169,7 +169,7 @@ impl<'a> Agreements<'a> {
         best
     }
 
-    /// The top of a peak between samples: its centre of gravity.
+    /// The top of a peak, to a fraction of a sample: its centre of gravity.
     fn centred(&mut self, [dx, dy]: [i32; 2]) -> [f32; 2] {
         let (mut sum, mut moment) = (0.0, [0.0; 2]);
         for (i, j) in (-1..=1).flat_map(|i| (-1..=1).map(move |j| (i, j))) {
@@ -182,7 +182,7 @@ impl<'a> Agreements<'a> {
     }
 }
 
-/// The mean product of samples that far apart.
+/// The mean product of samples at that distance.
 fn agreement(spots: &Samples, [dx, dy]: [i32; 2]) -> f32 {
     let [across, down] = [dx, dy].map(|c| c.unsigned_abs() as usize);
     if across >= PATCH_SIDE || down >= PATCH_SIDE {
@@ -204,7 +204,7 @@ fn agreement(spots: &Samples, [dx, dy]: [i32; 2]) -> f32 {
     products.iter().sum::<f32>() / ((PATCH_SIDE - across) * (PATCH_SIDE - down)) as f32
 }
 
-/// The lattice of that shape whose places hold most.
+/// The lattice of that shape whose places hold the most light.
 fn fullest(spots: &Samples, shape: &Lattice) -> Option<Lattice> {
     let corners = shape.corners();
     let room = |axis: usize| {
@@ -260,7 +260,7 @@ mod tests {
         patch
     }
 
-    /// Panels whose bits repeat by chance are taken for others: those wait for the next frame.
+    /// Panels whose bits repeat by chance give another lattice: they wait for the next frame.
     #[test]
     fn scrambled_panels_are_seen_whatever_their_pose() {
         const PANELS: u64 = 200;
@@ -279,7 +279,7 @@ mod tests {
                 return false;
             };
             let off = |a: [f32; 2], b: [f32; 2]| libm::hypotf(a[0] - b[0], a[1] - b[1]);
-            // An outer line that is Off may be left out.
+            // An outer line of Off LEDs may be missing.
             truth.turns().any(|truth| {
                 off(found.column, truth.column) < 0.25
                     && off(found.row, truth.row) < 0.25

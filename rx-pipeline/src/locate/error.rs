@@ -3,31 +3,31 @@
 use super::blob::SIDE_PX;
 use crate::corners::CornersError;
 
-/// A single frame in which what lies around the panel was taken for its ground is looked at within the panel's outline too if it leaves
-/// no more than this (ratio to what would do). Higher: slower.
+/// The greatest residual of a single frame, relative to the allowed one, at which a lattice is also tried within the panel's own outline,
+/// without its surroundings. Higher: slower.
 const NEARLY_FITS: f32 = 1.25;
 
 /// Why no panel was found.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LocateError {
-    /// The frame is even but for its noise.
+    /// The frame shows only noise.
     #[error("no candidate: nothing stands out from the noise; raise the panel's luminance or the exposure")]
     NothingStandsOut,
-    /// Nothing that stands out has the size of a panel.
+    /// No object has the size of a panel.
     #[error(
         "no candidate: of {places} places that stand out none is {} to {} px large; move the camera or crop the frame",
         SIDE_PX.start(),
         SIDE_PX.end()
     )]
     NoCandidate {
-        /// Places looked at.
+        /// Places that were searched.
         places: usize,
     },
-    /// No lattice settles on what stands out.
+    /// The fit of a lattice does not converge there.
     #[error("the grid does not fit: no 8×8 lattice settles on what stands out most, so it is no panel or not all in view")]
     NoLattice,
-    /// No lattice of 8×8 spots looks like what stands out.
+    /// No lattice of 8×8 spots matches the object.
     #[error(
         "the grid does not fit: the best 8×8 lattice differs from the frame by {residual_grey:.1} grey levels (root mean square), \
          {allowed_grey:.1} would do; what stands out is no panel, or clutter behind it shows through"
@@ -35,7 +35,7 @@ pub enum LocateError {
     GridDoesNotFit {
         /// Root mean square difference, in grey levels.
         residual_grey: f32,
-        /// The largest accepted here, in grey levels.
+        /// The largest residual accepted here, in grey levels.
         allowed_grey: f32,
     },
     /// The LEDs are lost in noise.
@@ -43,9 +43,9 @@ pub enum LocateError {
         "contrast too low: the LEDs have a signal-to-noise ratio of {signal_to_noise:.1}, {needed:.1} is needed; expose longer or brighter"
     )]
     ContrastTooLow {
-        /// That of all LEDs together, in amplitude.
+        /// Amplitude ratio of all LEDs together.
         signal_to_noise: f32,
-        /// The least that does.
+        /// The least accepted ratio.
         needed: f32,
     },
     /// The panel is white throughout.
@@ -53,10 +53,10 @@ pub enum LocateError {
     Saturated {
         /// Share of pixels at 255, in percent.
         percent: u8,
-        /// The most that may be.
+        /// The accepted maximum.
         max_percent: u8,
     },
-    /// Too few LEDs are On, or too many, or they form a picture.
+    /// Too few or too many LEDs are On, or they form a picture.
     #[error(
         "no random pattern: {lit} LEDs are lit or have changed, {different} of 112 neighbours differ; \
          a scrambled message shows about 32 and 56"
@@ -67,19 +67,19 @@ pub enum LocateError {
         /// Neighbours in rows and columns that differ.
         different: u32,
     },
-    /// An outer row or column cannot be seen, so that the lattice may be one line off.
+    /// An outer row or column is invisible, so that the lattice may be off by one line.
     #[error("an edge is unseen: an outer line of LEDs has a signal-to-noise ratio of {signal_to_noise:.1}; the next frames may show it")]
     EdgeUnseen {
-        /// In amplitude.
+        /// Amplitude ratio of the evidence.
         signal_to_noise: f32,
     },
-    /// The pattern goes on beyond 8×8.
+    /// The pattern continues beyond 8×8.
     #[error("the grid goes on: {lit_around} places around the 8×8 lattice are lit like LEDs")]
     GoesOn {
         /// Places that are lit.
         lit_around: u32,
     },
-    /// The spots that fit best are no LEDs.
+    /// The fitted spots do not have the width of LEDs.
     #[error(
         "the grid does not fit: its spots are {spot_sigma_px:.2} px wide (standard deviation), LEDs as far apart as these are \
          {narrowest_px:.2} to {widest_px:.2}; bring the camera into focus, or come nearer"
@@ -92,7 +92,7 @@ pub enum LocateError {
         /// The most possible.
         widest_px: f32,
     },
-    /// The LEDs run into each other, so that a single frame does not tell them from anything smooth.
+    /// The LEDs merge, so that a single frame does not distinguish them from a smooth object.
     #[error(
         "the grid does not fit: its LEDs run into each other, and one frame is not enough to tell a panel from something smooth; the next \
          frames may show it"
@@ -101,7 +101,7 @@ pub enum LocateError {
         /// The natural logarithm of the odds.
         log_odds: f32,
     },
-    /// The LEDs are too close together to be sure of anything.
+    /// The LEDs are too close together for a verification.
     #[error("the grid does not fit: its LEDs are {pitch_px:.1} px apart, at least 2 px are looked for; come nearer or use a longer lens")]
     TooSmall {
         /// Distance of neighbouring LEDs.
@@ -118,12 +118,12 @@ pub enum LocateError {
         /// The angle between rows and columns in degrees.
         angle_deg: f32,
     },
-    /// The fitted lattice is no readable panel.
+    /// The fitted lattice is not readable.
     #[error("the grid found is no panel: {0}")]
     Corners(#[from] CornersError),
 }
 impl LocateError {
-    /// Whether what is around the lattice may have failed it, and not what is within.
+    /// Whether the surroundings of the lattice may have caused the error, rather than the lattice itself.
     pub(super) fn may_be_of_the_surroundings(&self) -> bool {
         match self {
             Self::GoesOn { .. } => true,

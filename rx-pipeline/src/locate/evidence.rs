@@ -13,7 +13,7 @@ use crate::lattice::Lattice;
 use core::ops::RangeInclusive;
 use link::panel::SIDE;
 
-/// A patch made ready for the evidence of many poses.
+/// A patch prepared for the evidence of many poses.
 pub(super) struct Evidence {
     response: [[f32; PATCH_SIDE]; PATCH_SIDE],
     sigma: f32,
@@ -31,7 +31,7 @@ const OUTLINE: RangeInclusive<f32> = -0.6..=7.6;
 const WITHIN: RangeInclusive<f32> = 0.0..=PATCH_SIDE as f32 - 1.01;
 
 impl Evidence {
-    /// Of spots of standard deviation `sigma` samples; `own_sigma` is what they have in the patch before any more blur. `noise` is the
+    /// For spots of standard deviation `sigma` samples, with `own_sigma` their deviation in the patch before further blur. `noise` is the
     /// standard deviation of a sample.
     pub fn new(patch: &Patch, own_sigma: f32, sigma: f32, noise: f32, ridge: f32) -> Self {
         let extra = (sigma * sigma - own_sigma * own_sigma).max(0.0);
@@ -44,7 +44,7 @@ impl Evidence {
         }
     }
 
-    /// The patch's agreement with spots at the lattice's places; positions and steps in samples. `None` if one is not within the patch.
+    /// The patch's correlation with spots at the lattice's places; positions and steps in samples. `None` if one is outside the patch.
     pub fn responses(&self, lattice: &Lattice) -> Option<Square> {
         let [x0, y0] = lattice.position(0.0, 0.0);
         let far = (SIDE - 1) as f32;
@@ -68,7 +68,7 @@ impl Evidence {
         Some(responses)
     }
 
-    /// Between the samples around a place within the patch.
+    /// Interpolates between the samples around a place within the patch.
     fn at(&self, x: f32, y: f32) -> f32 {
         let ((i, u), (j, v)) = (whole_and_rest(x), whole_and_rest(y));
         let (upper, lower) = (&self.response[j], &self.response[(j + 1) % PATCH_SIDE]);
@@ -98,7 +98,7 @@ impl Evidence {
         self.of_overlapping(lattice, &self.overlap(lattice.pitch()))
     }
 
-    /// The same of a lattice of which it is known how its spots overlap.
+    /// The same for a lattice whose overlap is known.
     pub fn of_overlapping(&self, lattice: &Lattice, overlap: &Overlap) -> Option<f32> {
         let explained = self.energy(lattice, overlap)? / (self.noise * self.noise);
         Some(0.5 * explained - 0.25 * overlap.complexity())
@@ -119,7 +119,7 @@ impl Evidence {
         Some(explained / total)
     }
 
-    /// What the likeliest spots explain of the patch's sum of squares.
+    /// The part of the patch's sum of squares that the likeliest spots explain.
     fn energy(&self, lattice: &Lattice, overlap: &Overlap) -> Option<f32> {
         let mut whitened = self.responses(lattice)?;
         overlap.row.solve_columns(&mut whitened);
@@ -133,7 +133,7 @@ impl Evidence {
         Some(squares.iter().sum::<f32>() / spot)
     }
 
-    /// How spots overlap that are so far apart along rows and along columns, in samples.
+    /// The overlap of spots with this pitch along rows and along columns, in samples.
     pub fn overlap(&self, pitch: [f32; 2]) -> Overlap {
         let [column, row] = pitch.map(|pitch| Factor::new(pitch / self.sigma, self.ridge));
         Overlap {
@@ -144,7 +144,7 @@ impl Evidence {
         }
     }
 
-    /// The same by an overlap that is known, of which what still serves is kept.
+    /// The same, reusing the valid parts of a known overlap.
     pub fn overlap_like(&self, pitch: [f32; 2], known: &Overlap) -> Overlap {
         let factor = |axis: usize, factor: &Factor| match pitch[axis] == known.pitch[axis] {
             true => *factor,
@@ -159,9 +159,8 @@ impl Evidence {
     }
 }
 
-/// The sample before a place within the patch, and how far beyond it the place is. Between 2²³ and 2²⁴ a number has no room for parts of
-/// one, so that the sum is rounded, and its last bits are the sample's number: no number can lead beyond the patch, nor has that to be
-/// checked.
+/// The sample before a place within the patch, and the distance of the place beyond it. Between 2²³ and 2²⁴ floats are integers, so the sum
+/// is rounded, and its last bits are the number of the sample. No value can lead beyond the patch, so no check is needed.
 fn whole_and_rest(c: f32) -> (usize, f32) {
     const NO_PARTS: f32 = (3 << 22) as f32;
     const { assert!(PATCH_SIDE.is_power_of_two()) }
@@ -172,14 +171,14 @@ fn whole_and_rest(c: f32) -> (usize, f32) {
 /// G + λ of lattices of one pitch along rows and along columns.
 pub(super) struct Overlap {
     pitch: [f32; 2],
-    /// What the complexity would be of no spots.
+    /// The complexity without any spots.
     base: f32,
     column: Factor,
     row: Factor,
 }
 
 impl Overlap {
-    /// Four times what it takes off the evidence.
+    /// Four times the complexity's part of the evidence.
     fn complexity(&self) -> f32 {
         SIDE as f32 * (self.column.log_det + self.row.log_det) + self.base
     }
@@ -193,7 +192,7 @@ fn transposed(square: &Square) -> Square {
 #[derive(Clone, Copy)]
 struct Factor {
     lower: Square,
-    /// Diagonals below the first that are not zero (count).
+    /// Non-zero diagonals below the main one (count).
     band: usize,
     inverse_diagonal: [f32; SIDE],
     log_det: f32,
@@ -206,7 +205,7 @@ impl Factor {
         let mut overlap = [1.0; SIDE];
         let (mut step, squared) = (near, near * near);
         for d in 1..SIDE {
-            // Numbers too small to count are slow to reckon with.
+            // Negligible numbers become 0, because denormals are slow.
             overlap[d] = if overlap[d - 1] > 1e-6 { overlap[d - 1] * step } else { 0.0 };
             step = if step > 1e-12 { step * squared } else { 0.0 };
         }

@@ -3,12 +3,11 @@
 use super::evidence::Evidence;
 use crate::lattice::Lattice;
 
-/// A climb ends when its step is shorter (pitches). Shorter: more rounds, and a pose nearer to the top.
+/// A climb ends when its step is shorter (pitches). Shorter: more rounds, and a pose closer to the top.
 const LAST_STEP: f32 = 0.02;
-/// Climbs from one lattice to that of a line more, less or further on, at most (count). More: slower, and worse
-/// starts are mended.
+/// Climbs to lattices with a line more, less or further on, at most (count). More: slower, and worse starts are corrected.
 const LINES: usize = 4;
-/// Evidence that counts as more for such a lattice (natural logarithm). Higher: lattices a line off stay.
+/// Minimum gain of evidence by such a change (natural logarithm). Higher: lattices stay off by a line.
 const MARGIN: f32 = 1.0;
 
 /// A pose in five numbers.
@@ -31,7 +30,7 @@ impl Pose {
         let mut moved = *self;
         let [across, down] = self.log_pitch.map(libm::expf);
         let mut edge = |axis: usize, sign: f32| {
-            // One side goes out by a step, the other stays.
+            // One side moves by a step, the other stays.
             let (sin, cos) = (libm::sinf(self.roll_rad), libm::cosf(self.roll_rad));
             let (pitch, direction) = if axis == 0 { (across, [cos, sin]) } else { (down, [-sin, cos]) };
             moved.log_pitch[axis] += step / (7.0 * pitch);
@@ -46,7 +45,7 @@ impl Pose {
             4 => edge(1, 1.0),
             5 => edge(1, -1.0),
             6 => moved.roll_rad += step / (3.5 * across),
-            // All sides at once: a size wrong in both directions is the commonest fault.
+            // All sides at once, because the commonest error is a wrong size in both directions.
             _ => {
                 moved.log_pitch[0] += step / (3.5 * across);
                 moved.log_pitch[1] += step / (3.5 * down);
@@ -56,10 +55,10 @@ impl Pose {
     }
 }
 
-/// Ways of moving a pose.
+/// Kinds of moves.
 const MOVES: usize = 8;
 
-/// Climbs from `start` in steps that shrink from the first (in pitches) to [`LAST_STEP`], in so many rounds at most.
+/// Climbs from `start` in steps that shrink from the first (in pitches) to [`LAST_STEP`], in at most `rounds` rounds.
 pub(super) fn climb(evidence: &Evidence, start: Pose, (step, rounds): (f32, usize)) -> Option<(f32, Pose)> {
     let pitches = |pose: &Pose| pose.log_pitch.map(libm::expf);
     let mut overlap = evidence.overlap(pitches(&start));
@@ -92,7 +91,7 @@ pub(super) fn climb(evidence: &Evidence, start: Pose, (step, rounds): (f32, usiz
     Some(best)
 }
 
-/// Climbs, and then from what a row or a column more, less or further on would be, as long as that leads higher.
+/// Climbs, and then from poses with a row or a column more, less or further on, as long as that leads higher.
 pub(super) fn explore(evidence: &Evidence, start: Pose, steps: (f32, usize)) -> Option<(f32, Pose)> {
     let mut best = climb(evidence, start, steps)?;
     for _ in 0..LINES {
@@ -119,7 +118,7 @@ pub(super) fn explore(evidence: &Evidence, start: Pose, steps: (f32, usize)) -> 
 fn neighbours(pose: &Pose) -> impl Iterator<Item = Pose> {
     let pitch = pose.log_pitch.map(libm::expf);
     let pose = *pose;
-    // By how many lines the right, left, lower and upper side go right or down.
+    // The number of lines by which the right, left, lower and upper side move right or down.
     let sides = |code: i32| [code % 3 - 1, code / 3 % 3 - 1, code / 9 % 3 - 1, code / 27 - 1];
     (0..81)
         .map(sides)

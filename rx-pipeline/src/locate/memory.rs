@@ -4,7 +4,8 @@ use super::survey::Tiles;
 use super::suspects::Suspects;
 use crate::spots::Residuals;
 
-/// What a search through frames of any size needs: 131 kB, 8 kB without the feature `large-frames`. A search also takes up to 100 kB of stack.
+/// The memory of a search in frames of any size: 131 kB, 8 kB without the feature `large-frames`. A search also takes up to 100 kB of
+/// stack.
 pub struct SearchMemory {
     pub(super) busy: Tiles,
     pub(super) changed: Tiles,
@@ -12,14 +13,14 @@ pub struct SearchMemory {
 }
 
 impl SearchMemory {
-    /// A constant, so that it is not put together on the stack.
+    /// A constant, so that it does not pass through the stack.
     const EMPTY: Self = Self {
         busy: Tiles::new(),
         changed: Tiles::new(),
         suspects: Suspects::NONE,
     };
 
-    /// Memory that holds nothing. On a computer, `Box::default()` makes it where it stays.
+    /// Empty memory. On a computer, `Box::default()` creates it on the heap.
     pub const fn new() -> Self {
         Self::EMPTY
     }
@@ -31,15 +32,14 @@ impl Default for SearchMemory {
     }
 }
 
-/// What a [`Locator`](super::Locator) by itself needs, for windows of up to `PIXELS` around a panel: a [`SearchMemory`] and 8 bytes a
-/// pixel.
+/// The memory of a [`Locator`](super::Locator) alone, for windows of up to `PIXELS` around a panel: a [`SearchMemory`] and 8 bytes a pixel.
 pub struct LocatorMemory<const PIXELS: usize> {
     pub(super) residuals: Residuals<PIXELS>,
     pub(super) search: SearchMemory,
 }
 
 impl<const PIXELS: usize> LocatorMemory<PIXELS> {
-    /// Memory that holds nothing.
+    /// Empty memory.
     pub const fn new() -> Self {
         Self {
             residuals: Residuals::new(),
@@ -54,7 +54,7 @@ impl<const PIXELS: usize> Default for LocatorMemory<PIXELS> {
     }
 }
 
-/// The parts of the memory that a search works in, wherever they lie.
+/// The parts of a search's memory, which may lie in different places.
 pub(crate) struct Workspace<'a, const PIXELS: usize> {
     pub residuals: &'a mut Residuals<PIXELS>,
     pub search: &'a mut SearchMemory,

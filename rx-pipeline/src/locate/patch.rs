@@ -1,17 +1,17 @@
-//! A square of the frame around a blob, reduced so that panels of any size are about equally large in it.
+//! A square of the frame around a blob, reduced so that panels of all sizes have about the same size in it.
 
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 
-/// Samples along one side of the patch looked at (count). More: finer, and slower by their square.
+/// Samples along one side of the patch (count). More: finer, and slower by the square.
 pub(super) const PATCH_SIDE: usize = 64;
-/// Samples brighter than all others but one in so many count as no more than those (count): a hot pixel is no brighter
-/// than an LED. More: few bright spots decide; fewer: LEDs are no brighter than what is around.
+/// One sample in this many may be brighter than the limit, to which brighter ones are reduced (count), because a hot pixel is no brighter
+/// than an LED. More: few bright spots decide; fewer: LEDs are no brighter than their surroundings.
 const BRIGHTEST_ONE_IN: usize = 40;
-/// How far within the patch's end its rim is, whose median is the ground (samples). Nearer the end: what lies
-/// beyond the frame decides.
+/// The distance of the patch's rim from its end; the rim's median is the ground (samples). Closer to the end: pixels beyond the frame
+/// decide.
 const RIM: usize = 2;
-/// The widest reach of a blur (samples). Longer: slower; shorter: wide spots are cut off.
+/// The widest reach of a blur (samples). Longer: slower; shorter: wide spots are truncated.
 const BLUR_REACH: usize = 12;
 
 /// A square of samples, each a mean of `step`×`step` pixels.
@@ -26,7 +26,7 @@ pub(super) struct Patch {
 }
 
 impl Patch {
-    /// The square around `centre` of `frame`, less that of `earlier` if there is one.
+    /// The square around `centre` of `frame`, minus that of `earlier` if there is one.
     pub fn of(frame: &Frame<'_>, earlier: Option<&Frame<'_>>, centre: [f32; 2], step: usize) -> Self {
         let first = centre.map(|c| libm::roundf(c) as i32 - (PATCH_SIDE * step / 2) as i32);
         let mut sample = [[0.0; PATCH_SIDE]; PATCH_SIDE];
@@ -51,24 +51,24 @@ impl Patch {
         }
     }
 
-    /// A position of the frame in samples.
+    /// Converts a position in the frame to samples.
     pub fn to_samples(&self, [x, y]: [f32; 2]) -> [f32; 2] {
         let step = self.step as f32;
         [(x - self.origin[0]) / step, (y - self.origin[1]) / step]
     }
 
-    /// A position in samples in the frame.
+    /// Converts a position in samples to the frame.
     pub fn to_frame(&self, [x, y]: [f32; 2]) -> [f32; 2] {
         let step = self.step as f32;
         [self.origin[0] + x * step, self.origin[1] + y * step]
     }
 
-    /// A lattice in samples in the frame.
+    /// Converts a lattice in samples to the frame.
     pub fn to_frame_lattice(&self, lattice: &Lattice) -> Lattice {
         lattice.scaled(self.to_frame(lattice.centre), self.step as f32)
     }
 
-    /// Takes off the median of the patch's rim.
+    /// Subtracts the median of the patch's rim.
     pub fn level_around(&mut self) {
         let mut rim = [0.0; 4 * PATCH_SIDE];
         for (i, four) in rim.chunks_exact_mut(4).enumerate() {
@@ -79,7 +79,7 @@ impl Patch {
         self.sample.iter_mut().flatten().for_each(|sample| *sample -= level);
     }
 
-    /// Takes off what is smooth: the same patch blurred by `sigma` samples.
+    /// Subtracts the smooth part: the same patch blurred by `sigma` samples.
     pub fn without_ground(&mut self, sigma: f32) {
         let mean = self.sample.iter().flatten().sum::<f32>() / (PATCH_SIDE * PATCH_SIDE) as f32;
         self.sample.iter_mut().flatten().for_each(|sample| *sample -= mean);
@@ -97,8 +97,8 @@ impl Patch {
         }
     }
 
-    /// Leaves what is brighter than halfway between its neighbours at `lag` samples, along rows and along columns: spots stay, edges and
-    /// gradients go. No spot counts as more than those that are usual.
+    /// Keeps the excess over halfway between the neighbours at `lag` samples, the lesser along rows and along columns: spots stay, edges
+    /// and gradients vanish. Unusually bright spots are reduced to a limit.
     pub fn spots_only(&mut self, lag: usize) {
         let lag = lag.clamp(1, PATCH_SIDE / 4);
         let from = self.sample;
@@ -125,7 +125,7 @@ impl Patch {
         libm::sqrtf(squares / (PATCH_SIDE * PATCH_SIDE) as f32)
     }
 
-    /// Convolved with a Gaussian of that standard deviation in samples, its integral `gain`; beyond the patch is nothing.
+    /// Convolved with a Gaussian of that standard deviation in samples, its integral `gain`; the patch is 0 beyond its edges.
     pub fn blurred(&self, sigma: f32, gain: f32) -> [[f32; PATCH_SIDE]; PATCH_SIDE] {
         let reach = (libm::ceilf(3.0 * sigma) as usize).min(BLUR_REACH);
         let mut kernel: [f32; BLUR_REACH + 1] = core::array::from_fn(|i| libm::expf(-0.5 * (i * i) as f32 / (sigma * sigma)));
@@ -169,7 +169,7 @@ impl Patch {
 
 fn add_row(frame: &Frame<'_>, y: i32, x: i32, step: usize, sign: i32, sums: &mut [i32; PATCH_SIDE]) {
     let (width, height) = (frame.width() as i32, frame.height() as i32);
-    // Beyond its edges a frame goes on as it ends.
+    // Beyond its edges a frame continues with its outermost pixels.
     let Some(row) = frame.row(y.clamp(0, height - 1) as usize) else {
         return;
     };

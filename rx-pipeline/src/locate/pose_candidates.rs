@@ -1,5 +1,5 @@
-//! Pose candidates: poses worth a closer look. In the patch around a blob, reduced until single LEDs merge, the evidence is a smooth hill,
-//! which a few steps climb from anywhere nearby. The same at the frame's own resolution then determines the lines.
+//! Pose candidates. In the patch around a blob, reduced until single LEDs merge, the evidence is a smooth hill, which a few steps climb
+//! from anywhere nearby. The same at the frame's own resolution then determines the lines.
 
 use super::blob::Blob;
 use super::constellation;
@@ -11,76 +11,70 @@ use crate::lattice::Lattice;
 use heapless::Vec;
 use link::panel::{LEDS, SIDE};
 
-/// What is smoother than this counts as ground in a single frame (pitches, standard deviation). More: boards and
-/// gradients show; less: LEDs of one state side by side are taken for ground.
+/// Anything smoother counts as ground in a single frame (pitches, standard deviation). More: boards and gradients remain; less: adjacent
+/// LEDs of one state count as ground.
 const GROUND_SIGMA: f32 = 1.5;
-/// The least pitch at which LEDs are looked for as spots by themselves (px).
+/// The least pitch in a search of isolated spots (px).
 const LEAST_RESOLVED_PX: f32 = 2.2;
-/// Places at which the grounds are tried that seldom show a panel (count). More: slower, and panels on white boards and amid shadows are
-/// found beside more that stands out.
+/// Places at which the rarer grounds are tried (count). More: slower, and panels on white boards and among shadows are found beside higher
+/// peaks.
 const SELDOM_PLACES: usize = 8;
-/// What spots at their first place explain of the light there, at least (share of the energy): else the pose is left. Higher: faster, and
-/// panels are missed that are small beside what moves behind them.
+/// The least share of the light that spots explain at their first place (share of the energy). Higher: faster, and small panels before
+/// moving objects are missed.
 pub(super) const LEAST_SHARE: f32 = 0.12;
-/// The step from Off to On over the standard deviation among LEDs of one state, at least (ratio): 64 brightnesses spread evenly, cut in two
+/// The step from Off to On over the standard deviation among LEDs of one state, at least (ratio): 64 evenly spread brightnesses, cut in two
 /// halves, have 3.5, normal ones 2.7. Higher: faster, and faint panels are missed.
 const LEAST_DISTINCT: f32 = 3.4;
-/// The widest spots whose brightnesses tell (pitches, standard deviation): between two of [`WIDTHS`]. Wider: faster, and panels out of
-/// focus are missed.
+/// The widest spots whose brightnesses are meaningful (pitches, standard deviation): between two of [`WIDTHS`]. Wider: faster, and panels
+/// out of focus are missed.
 const TOLD_APART: f32 = 0.3;
-/// The size of the patch in which only spots are left (multiple of the blob's side). More: LEDs are not resolved; less:
-/// lattices beside the blob's middle leave it.
+/// The size of the patch for isolated spots (multiple of the blob's side). More: LEDs are not resolved; less: lattices beside the blob's
+/// middle leave it.
 const SPOTS_ROOM: f32 = 1.6;
-/// Widths of spots that are tried at the frame's own resolution (pitches, standard deviation). More: slower, and the
-/// width is better known.
+/// Widths of spots to try at the frame's own resolution (pitches, standard deviation). More: slower, and a more precise width.
 const WIDTHS: [f32; 3] = [0.2, 0.34, 0.55];
-/// The least of them (px): a point under a sharp lens.
+/// The least width (px): a point under a sharp lens.
 const LEAST_SIGMA_PX: f32 = 0.6;
 /// Candidates for the pose of one blob, at most (count). More: slower, and a panel's pose is seldom missed.
 pub(super) const POSE_CANDIDATES: usize = 6;
-/// Side of a panel in the coarsened patch, at least (samples). More: hills are narrower, and may be missed between
-/// the seeds.
+/// Side of a panel in the coarsened patch, at least (samples). More: hills are narrower, and may lie unnoticed between the seeds.
 const COARSE_SIDE: f32 = 20.0;
-/// The blur of the coarsened patch's spots, at least (pitches, standard deviation): LEDs run into each other. More:
-/// hills are wider, and lines are told apart less.
+/// The blur of the coarsened patch's spots, at least (pitches, standard deviation): LEDs merge. More: hills are wider, and neighbouring
+/// lines are harder to distinguish.
 const COARSE_SIGMA: f32 = 0.55;
-/// The size of the fine patch (multiple of the blob's side). More: coarser samples; less: lattices a line off leave
-/// it.
+/// The size of the fine patch (multiple of the blob's side). More: coarser samples; less: lattices off by a line leave it.
 const FINE_ROOM: f32 = 1.3;
-/// The box around a lattice over its side from which on the fine patch is larger by as much (ratio): that of a square turned by 23°.
-/// Lower: coarser samples; higher: lattices a line off leave it.
+/// The ratio of the box around a lattice to its side, above which the fine patch grows in proportion: that of a square turned by 23°.
+/// Lower: coarser samples; higher: lattices off by a line leave it.
 const FINE_BOX: f32 = 1.31;
-/// The size of the patch in which a followed panel is looked for again (multiple of the panel's side). More:
-/// farther, and coarser.
+/// The size of the patch for the search around a followed panel (multiple of the panel's side). More: farther, and coarser.
 const NEAR_ROOM: f32 = 2.6;
-/// Seeds to either side in there (count). More: farther and slower.
+/// Seeds to either side in it (count). More: farther and slower.
 const NEAR_STEPS: i32 = 10;
-/// From one of these seeds to the next (pitches). Longer: farther, and hills may be missed between them.
+/// The distance between these seeds (pitches). Longer: farther, and hills may lie unnoticed between them.
 const NEAR_STEP: f32 = 0.6;
-/// √λ of the evidence: how faint LEDs are supposed to be beside the noise (share of a spot's energy). Higher:
-/// overlapping spots share less of each other's light.
+/// √λ of the evidence: the assumed faintness of LEDs relative to the noise (share of a spot's energy). Higher: overlapping spots share less
+/// of each other's light.
 const RIDGE: f32 = 0.1;
-/// What counts as noise beside the camera's: spots of equal width on an even ground do not explain it (share of the
-/// patch's contrast). Higher: hills are flatter, and the best pose less sure.
+/// The part of a patch that counts as noise beside the camera's, because spots of equal width on an even ground do not explain it (share of
+/// the patch's contrast). Higher: hills are flatter, and the best pose is less certain.
 const MISMATCH: f32 = 0.1;
-/// Sizes of the seeds (logarithm of the ratio to the blob's). More of them, and of the next two: slower, and fewer
-/// hills are missed.
+/// Sizes of the seeds (logarithm of the ratio to the blob's). More, here and in the next two: slower, and fewer hills are missed.
 const SCALES: [f32; 3] = [-0.15, 0.0, 0.15];
-/// Turns of the seeds (rad): over a right angle, after which a lattice is the same again.
+/// Rotations of the seeds (rad): over a right angle, the period of a lattice.
 const ROLLS_RAD: [f32; 11] = [-0.21, -0.07, 0.07, 0.21, -0.35, 0.35, -0.49, 0.49, -0.63, 0.63, 0.78];
 /// Centres of the seeds along either axis (pitches).
 const SHIFTS: [f32; 3] = [-0.6, 0.0, 0.6];
-/// By how much narrower than high the seeds are (logarithm of the ratio): halfway to how a panel looks from 30°
-/// aside.
+/// The seeds are narrower than high by this (logarithm of the ratio): halfway to a panel seen from 30° aside.
 const FORESHORTENING: f32 = 0.06;
-/// A climb's first step (pitches) and most rounds (count), from a seed. Longer steps leave the hill they are on, shorter ones and fewer
-/// rounds do not reach its top.
+/// A climb's first step (pitches) and most rounds (count), from a seed. Longer steps leave the hill; shorter ones and fewer rounds do not
+/// reach its top.
 const FROM_SEED: (f32, usize) = (0.3, 25);
-/// First step and rounds where a followed panel is looked for again.
+/// The same in the search around a followed panel.
 const NEAR: (f32, usize) = (0.3, 12);
-/// First step and rounds at the frame's own resolution.
+/// The same at the frame's own resolution.
 const FINE: (f32, usize) = (0.12, 40);
-/// First step and rounds with each width of spots, before the best of them is known.
+/// The same for each width of spots, before the best of them is known.
 const FIRST_OF_A_WIDTH: (f32, usize) = (0.12, 8);
 
 /// A view of a place in one frame, or in the difference of two.
@@ -93,25 +87,25 @@ pub(super) struct View<'a, 'f> {
     /// Standard deviation of one LED's image.
     pub spot_sigma_px: f32,
     pub ground: Ground,
-    /// Whether panels may be so near that perspective shows.
+    /// Whether panels may be so near that perspective is visible.
     pub is_near: bool,
 }
 
-/// What of a single frame is no LED, whatever its pattern. The difference of two frames has none of it.
+/// The ground to remove from a single frame; the difference of two frames has none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ground {
-    /// The level around.
+    /// The level around the blob.
     Around,
-    /// What is smooth.
+    /// The smooth part.
     Smooth,
-    /// Edges too: all but spots.
+    /// Edges too: all but bright spots.
     Edges,
-    /// All but dark spots, as LEDs that are Off are on a white board.
+    /// All but dark spots, such as Off LEDs on a white board.
     Holes,
 }
 
 impl Ground {
-    /// Of how many of the busiest places of a single frame it is taken off, if all of the frame is looked at (count).
+    /// The number of busiest places at which it is tried if the whole frame is searched (count).
     pub fn places(self) -> usize {
         match self {
             Self::Around | Self::Edges => usize::MAX,
@@ -141,7 +135,7 @@ impl View<'_, '_> {
         patch
     }
 
-    /// The evidence of spots of that standard deviation in samples, made wider than they are by `blur`.
+    /// The evidence of spots with that standard deviation in samples, widened by `blur`.
     fn evidence(&self, patch: &Patch, sigma: f32, own_sigma: f32) -> Evidence {
         let step = patch.step as f32;
         let frames = if self.earlier.is_some() { core::f32::consts::SQRT_2 } else { 1.0 };
@@ -149,7 +143,7 @@ impl View<'_, '_> {
         Evidence::new(patch, own_sigma, sigma, noise, RIDGE)
     }
 
-    /// What is tried in turn with each pose: how wide its spots may be, and what they are held against.
+    /// The trials for a pose, one after another: widths of spots, and the scope of the comparison.
     pub fn trials(&self, start: &Lattice) -> Vec<Trial, 2> {
         let [across, down] = start.pitch();
         let told = Vec::from([self.spot_sigma_px]);
@@ -162,14 +156,13 @@ impl View<'_, '_> {
         }
     }
 
-    /// Whether LEDs of a panel as large as the blob can be what is looked for: spots by themselves.
+    /// Whether the LEDs of a panel of the blob's size are resolved as isolated spots.
     pub fn resolves(&self, blob: &Blob) -> bool {
         let any = self.earlier.is_some() || !self.ground.leaves_only_spots();
         any || blob.side_px >= 8.0 * LEAST_RESOLVED_PX
     }
 
-    /// The candidates for the pose of what is in a blob, found one by one as they are asked for: the lattice of spots that stand by
-    /// themselves, and the evidence's maxima.
+    /// The candidates for the pose of a blob, computed one by one: the lattice of isolated spots, and the evidence's maxima.
     pub fn pose_candidates(self, blob: Blob) -> impl Iterator<Item = Lattice> {
         let spots_alone = self.earlier.is_none() && self.ground.leaves_only_spots();
         let on_spots = spots_alone.then(|| self.on_spots(&blob)).flatten();
@@ -237,14 +230,14 @@ impl View<'_, '_> {
         self.sharpened(&near, &[self.spot_sigma_px], 0.0).map(|sharpened| sharpened.lattice)
     }
 
-    /// The pose near `start`, if it explains enough there to be looked at closely.
+    /// The pose near `start`, if it explains enough for a verification.
     pub fn promising(&self, start: &Lattice, widths_px: &[f32], scope: Scope) -> Option<Sharpened> {
         let pose = self.sharpened(start, widths_px, LEAST_SHARE)?;
         (scope == Scope::Change || pose.is_of_two_brightnesses()).then_some(pose)
     }
 
-    /// The pose near `start` by the frame's own resolution, and what its spots are like, which have one of these standard deviations; `None`
-    /// where they explain a smaller share of the light.
+    /// The pose near `start` at the frame's own resolution, and its spots, with one of these standard deviations; `None` if they explain a
+    /// smaller share of the light.
     pub fn sharpened(&self, start: &Lattice, widths_px: &[f32], least_share: f32) -> Option<Sharpened> {
         let [across, down] = start.pitch();
         let blob = Blob {
@@ -263,7 +256,7 @@ impl View<'_, '_> {
             log_pitch: pitch.map(libm::logf),
             roll_rad: libm::atan2f(start.column[1], start.column[0]),
         };
-        // Of each width only the pose is kept: the evidence takes much of a small stack.
+        // Only the pose of each width is kept, because the evidence is large for a small stack.
         let mut best: Option<(f32, Pose, f32)> = None;
         for &width_px in widths_px {
             let sigma = width_px.max(LEAST_SIGMA_PX) / step;
@@ -281,7 +274,7 @@ impl View<'_, '_> {
             return None;
         }
         let (value, pose) = hill_climbing::explore(&evidence, pose, FINE)?;
-        // Poses have right angles; where these do not show, the start may be the better one.
+        // Poses have right angles; a leaning start may be better.
         let leaning = start.scaled(patch.to_samples(start.centre), 1.0 / step);
         let lattice = match evidence.of(&leaning) {
             Some(other) if other > value => leaning,
@@ -295,14 +288,14 @@ impl View<'_, '_> {
     }
 }
 
-/// What a lattice is held against.
+/// The part of the image to compare a lattice with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scope {
-    /// The change between two frames: all that stands still is gone from it.
+    /// The change between two frames, in which all that stands still cancels.
     Change,
-    /// A single frame, in which what lies between the LEDs goes on around them.
+    /// A single frame in which the ground between the LEDs continues around them.
     Ground,
-    /// A single frame as far as a board is sure to reach, whatever is around it.
+    /// A single frame as far as a board is sure to reach, without its surroundings.
     Board,
 }
 
@@ -314,22 +307,22 @@ impl Scope {
 
 /// One way to try a pose.
 pub(super) struct Trial {
-    /// Standard deviations of the spots, of which the likeliest is taken.
+    /// Candidate standard deviations of the spots; the likeliest wins.
     pub widths_px: Vec<f32, 3>,
     pub scope: Scope,
 }
 
-/// A pose by the frame's own resolution.
+/// A pose at the frame's own resolution.
 pub(super) struct Sharpened {
     pub lattice: Lattice,
-    /// How bright its LEDs are.
+    /// The brightness of its LEDs.
     pub brightness: [f32; LEDS],
-    /// About the standard deviation of one LED's image.
+    /// The approximate standard deviation of one LED's image.
     pub spot_sigma_px: f32,
 }
 
 impl Sharpened {
-    /// Whether its LEDs are of two brightnesses rather than of any. Spots that overlap do not tell.
+    /// Whether its LEDs have two brightnesses rather than any. True for overlapping spots, whose brightnesses are not meaningful.
     pub fn is_of_two_brightnesses(&self) -> bool {
         let [across, down] = self.lattice.pitch();
         if self.spot_sigma_px > TOLD_APART * across.min(down) {
@@ -368,12 +361,12 @@ impl Ranking {
         if self.0.is_full() && place < self.0.len() {
             self.0.pop();
         }
-        // Fails only for the worst when the list is full.
+        // If the list is full, this fails only for the worst.
         let _worst = self.0.insert(place, (value, pose));
     }
 }
 
-/// Poses of one size around a centre: any turn, and centres to 0.6 pitches, each as far apart as a hill is wide.
+/// Poses of one size around a centre: any rotation, and centres up to 0.6 pitches away, with the spacing of a hill's width.
 fn grid(centre: [f32; 2], pitch: f32, log_pitch: [f32; 2]) -> impl Iterator<Item = Pose> {
     ROLLS_RAD.into_iter().flat_map(move |roll_rad| {
         SHIFTS.into_iter().flat_map(move |x| {
@@ -386,7 +379,7 @@ fn grid(centre: [f32; 2], pitch: f32, log_pitch: [f32; 2]) -> impl Iterator<Item
     })
 }
 
-/// LEDs by brightness: 1 brighter and 0 darker than halfway between the two groups they fall into.
+/// The states of LEDs by brightness: 1 above and 0 below halfway between their two groups.
 pub(super) fn two_states(brightness: &[f32; LEDS]) -> [i8; LEDS] {
     let mean = |of: &dyn Fn(f32) -> bool| {
         let (sum, count) = brightness
@@ -402,7 +395,7 @@ pub(super) fn two_states(brightness: &[f32; LEDS]) -> [i8; LEDS] {
     brightness.map(|b| i8::from(b > middle))
 }
 
-/// LEDs by how they changed: 1 or −1 by more than half of what those that did have changed on average, else 0.
+/// The states of LEDs by change: 1 or −1 if it exceeds half of the average change among those that changed, else 0.
 pub(super) fn three_states(change: &[f32; LEDS]) -> [i8; LEDS] {
     let mut level = change.iter().fold(0.0f32, |most, c| most.max(c.abs()));
     for _ in 0..ROUNDS {
@@ -415,8 +408,8 @@ pub(super) fn three_states(change: &[f32; LEDS]) -> [i8; LEDS] {
     change.map(|c| i8::from(c > 0.5 * level) - i8::from(c < -0.5 * level))
 }
 
-/// How far apart LEDs of different states are in brightness, or in how they changed: the least step from one state to the next over the
-/// standard deviation within states.
+/// The separation of LEDs of different states, in brightness or in change: the least step from one state to the next over the standard
+/// deviation within states.
 pub(super) fn distinctness(brightness: &[f32; LEDS], states: &[i8; LEDS]) -> f32 {
     let (mut squares, mut least, mut below) = (0.0, f32::INFINITY, None);
     for state in [-1, 0, 1] {
@@ -431,11 +424,11 @@ pub(super) fn distinctness(brightness: &[f32; LEDS], states: &[i8; LEDS]) -> f32
         below = Some(mean);
     }
     let distinctness = least / libm::sqrtf(squares / LEDS as f32 + 1e-6);
-    // No number where there is nothing to tell apart.
+    // NaN if there are no two states.
     distinctness.max(0.0)
 }
 
-/// Rounds in which 64 values in two groups settle.
+/// Rounds until 64 values in two groups settle.
 const ROUNDS: usize = 6;
 
 #[cfg(test)]
@@ -456,7 +449,7 @@ mod tests {
         };
         assert!(sharpened(0.8, 1.2).is_of_two_brightnesses());
         assert!(!sharpened(2.0, 1.2).is_of_two_brightnesses());
-        // Spots that overlap pass, whatever they are like.
+        // Overlapping spots pass, whatever their brightnesses.
         assert!(sharpened(2.0, 2.4).is_of_two_brightnesses());
     }
 }

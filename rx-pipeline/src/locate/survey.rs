@@ -1,6 +1,6 @@
-//! Survey: one pass over a frame for places that are busy or have changed.
+//! Survey: one pass over a frame for busy and for changed places.
 //!
-//! The frame is taken in sums of 2×2 pixels. For each tile of 16×16 pixels the pass adds up
+//! The pass uses sums of 2×2 pixels. For each tile of 16×16 pixels it adds up
 //!
 //! - the second differences over 4 pixels, along rows and along columns: LEDs make both large, edges and stripes only one;
 //! - the differences from an earlier frame, if there is one: before a still background only a panel's LEDs change.
@@ -8,41 +8,39 @@
 use crate::frame::Frame;
 use heapless::Vec;
 
-/// Side of a tile in frames of up to [`TILES`] of them (px). Larger: faster, and small panels drown in what is
-/// around them.
+/// Side of a tile in frames of up to [`TILES`] of them (px). Larger: faster, and small panels drown in their surroundings.
 const TILE_PX: usize = 16;
-/// Tiles along one side of the frame, at most (count). More: 8 bytes of memory a tile of the square; fewer: coarser
-/// tiles in large frames.
+/// Tiles along one side of the frame, at most (count). More: 8 bytes of memory a tile of the square; fewer: coarser tiles in large frames.
 const TILES: usize = if cfg!(feature = "large-frames") { 128 } else { 32 };
 /// Reach of the second difference (sums of 2×2 px). Longer: tuned to larger LEDs.
 const LAG: usize = 2;
-/// What a peak has beyond half of all tiles, at least (share of what those have). Higher: faint panels are passed
-/// over; lower: noise makes peaks. The mean of a tile's 64 differences varies by a tenth.
+/// The least excess of a peak over the median tile (share of that). Higher: faint panels are missed; lower: noise makes peaks. The mean of
+/// a tile's 64 differences varies by a tenth.
 const STANDS_OUT: f32 = 0.25;
 
 /// Sums of 2×2 pixels along a tile's side.
 const TILE_SUMS: usize = TILE_PX / 2;
-/// Sums of 2×2 pixels worked on together: four rows of them stay in the processor's nearest memory.
+/// Sums of 2×2 pixels per pass: four rows of them fit into the processor's nearest cache.
 const SEGMENT: usize = 256;
 
-/// A place worth looking at: a local maximum.
+/// A local maximum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Peak {
-    /// About its centre, in pixels.
+    /// Its approximate centre, in pixels.
     pub centre: [f32; 2],
     /// Mean difference of 2×2 pixels' means there, in grey levels.
     pub strength: f32,
 }
 
-/// What a pass found.
+/// The result of a pass.
 pub(super) struct Survey<const N: usize> {
-    /// Most strikingly busy places first.
+    /// Busy places, busiest first.
     pub busy: Vec<Peak, N>,
-    /// Most strikingly changed places first; empty without an earlier frame.
+    /// Changed places, most changed first; empty without an earlier frame.
     pub changed: Vec<Peak, N>,
     /// Standard deviation of the noise of one pixel, in grey levels.
     pub noise_grey: f32,
-    /// The same by the change from the earlier frame.
+    /// The same, estimated from the change since the earlier frame.
     pub noise_of_change_grey: f32,
 }
 
@@ -50,7 +48,7 @@ pub(super) struct Survey<const N: usize> {
 pub(super) struct Tiles([[u32; TILES]; TILES]);
 
 impl<const N: usize> Survey<N> {
-    /// Goes over `frame` and, if there is one, an `earlier` frame of the same size.
+    /// Surveys `frame` and, if there is one, an `earlier` frame of the same size.
     pub fn of(frame: &Frame<'_>, earlier: Option<&Frame<'_>>, busy: &mut Tiles, changed: &mut Tiles) -> Self {
         let scale = frame.width().max(frame.height()).div_ceil(TILE_PX * TILES);
         let tiles = |length: usize| (length / 2).div_ceil(TILE_SUMS * scale).min(TILES);
@@ -78,13 +76,13 @@ impl<const N: usize> Survey<N> {
                 Vec::new()
             },
             noise_grey: noise(frame),
-            // Mean |a − b| of normal numbers is 2/√π·σ; a mean of four pixels has half the noise of one.
+            // The mean of |a − b| of normal numbers is 2/√π·σ; a mean of four pixels has half the noise of one.
             noise_of_change_grey: changed_floor as f32 * per_sum * 1.772,
         }
     }
 }
 
-/// The noise of a pixel, in grey levels: from the second differences along some rows, of which most are nothing but noise.
+/// The noise of a pixel, in grey levels: from the second differences along some rows, most of which are pure noise.
 fn noise(frame: &Frame<'_>) -> f32 {
     /// The median of |x| of normal numbers, times the spread of a − 2b + c.
     const MEDIAN: f32 = 0.6745 * 2.449_5;
@@ -132,7 +130,7 @@ impl Sums<'_> {
         let mut sums: Row = [0; SEGMENT + 2 * LAG];
         let mut before: Row = [0; SEGMENT + 2 * LAG];
         let (mut along, mut down) = ([0; SEGMENT], [0; SEGMENT]);
-        // Of this row of tiles and of the next one, which begins before this one's second differences are known.
+        // For this row of tiles and for the next one, whose first change is known before this one's last second differences.
         let mut change = [[0; SEGMENT]; 2];
         for y in 0..rows + LAG {
             let newest = y % (2 * LAG + 1);
@@ -173,7 +171,7 @@ impl Sums<'_> {
     }
 }
 
-/// Sums of 2×2 pixels; beyond the frame its last ones again.
+/// Sums of 2×2 pixels; beyond the frame, its last ones repeat.
 fn sum_row(frame: &Frame<'_>, y: usize, start: usize, length: usize, sums: &mut Row) {
     let (Some(upper), Some(lower)) = (frame.row(2 * y), frame.row(2 * y + 1)) else {
         return;
@@ -191,7 +189,7 @@ fn sum_row(frame: &Frame<'_>, y: usize, start: usize, length: usize, sums: &mut 
 
 /// Sums of 2×2 pixels of two rows of twice as many pixels as there are sums.
 fn sum_pairs(upper: &[u8], lower: &[u8], sums: &mut [u16]) {
-    /// As many sums as make a loop that the compiler reckons with at once.
+    /// Sums per pass, so that the compiler vectorises the loop.
     const SUMS: usize = 8;
     fn sum<const P: usize>(upper: &[[u8; P]], lower: &[[u8; P]], sums: &mut [u16]) {
         for (sums, (u, l)) in sums.chunks_exact_mut(P / 2).zip(upper.iter().zip(lower)) {
@@ -221,7 +219,7 @@ fn differences(here: &Row, before: &Row, change: &mut [u16; SEGMENT]) {
     }
 }
 
-/// About the light of sums of grey levels, 0 to 1016: the square over 1024, for any gamma near 2.
+/// The approximate light of sums of grey levels, 0 to 1016: the square over 1024, for any gamma near 2.
 fn lights(sums: &Row, lights: &mut Row) {
     for (light, &sum) in lights.iter_mut().zip(sums) {
         let eightfold = u32::from(8 * sum);
@@ -238,7 +236,7 @@ impl Tiles {
         self.0[..rows].iter_mut().for_each(|row| row[..columns].fill(0));
     }
 
-    /// The value that half of the tiles stay below.
+    /// The median over the tiles.
     fn median(&self, (columns, rows): (usize, usize)) -> u32 {
         // In steps of 1/64, from a histogram of the values' square-root-like logarithm.
         let mut histogram = [0u32; 1024];

@@ -1,31 +1,31 @@
-//! Uncertain changes: one that is seen again on the same lattice is a panel.
+//! Uncertain changes: a second sighting on the same lattice confirms a panel.
 
 use crate::lattice::Lattice;
 use heapless::Vec;
 
-/// Searches back in which it may have shown (count). More: faint panels are found sooner.
+/// Age of an earlier sighting that confirms a faint panel, at most (searches). More: faint panels are found sooner.
 const LOOKS_BACK: usize = 3;
-/// Searches back in which a lattice may have shown that leaves too much, or is faint while the camera moves, and those in which it has
-/// to (count). More of the first: such panels are found sooner; of the second: more surely.
+/// The number of remembered searches, and below, how many of them must have shown a lattice that is a misfit, or faint while the camera
+/// moves (count). More of the first: such panels are found sooner; of the second: more surely.
 const REMEMBERED: usize = 8;
-/// See there.
+/// See [`REMEMBERED`].
 const SIGHTINGS: usize = 2;
 
-/// Suspects looked at again in a frame, at most (count). More: slower, and panels among much that moves are found sooner.
+/// Suspects retried in a frame, at most (count). More: slower, and panels among much motion are found sooner.
 const LOOKED_AT_AGAIN: usize = 2;
 
-/// A change that may be a panel's.
+/// A change that may be a panel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Suspect {
     pub lattice: Lattice,
     /// Standard deviation of one LED's image (percent of the pitch).
     spot_percent: u8,
-    /// Whether it leaves more than is excused.
+    /// Whether its residual exceeds the allowed one.
     pub is_misfit: bool,
 }
 
 impl Suspect {
-    /// What fits, or not quite, with spots of that standard deviation.
+    /// A lattice that fits, or nearly fits, with spots of that standard deviation.
     pub fn new(lattice: Lattice, spot_sigma_px: f32, is_misfit: bool) -> Self {
         let [across, _] = lattice.pitch();
         Self {
@@ -41,7 +41,7 @@ impl Suspect {
         f32::from(self.spot_percent) / 100.0 * across
     }
 
-    /// Whether both are on the same lattice.
+    /// Whether both have the same lattice.
     fn is_as(&self, other: &Self) -> bool {
         self.lattice.is_close_to(&other.lattice)
     }
@@ -52,10 +52,10 @@ impl Suspect {
 pub(crate) struct Suspects([Option<Suspect>; REMEMBERED]);
 
 impl Suspects {
-    /// Suspects of no search.
+    /// No suspects yet.
     pub const NONE: Self = Self([None; REMEMBERED]);
 
-    /// Those of the searches before this one, whose own are still to come.
+    /// Starts a search, and returns the suspects of the searches before.
     pub fn begin(&mut self) -> Self {
         let before = *self;
         self.0.rotate_right(1);
@@ -63,7 +63,7 @@ impl Suspects {
         before
     }
 
-    /// Keeps a suspect of this search: rather one that was seen before, then rather one that fits, then the last one.
+    /// Keeps one suspect of this search: preferably one with an earlier sighting, then one that fits, then the last.
     pub fn keep(&mut self, suspect: Suspect) {
         let [latest, before @ ..] = &mut self.0;
         let rank = |one: &Suspect| {
@@ -75,7 +75,7 @@ impl Suspects {
         }
     }
 
-    /// The last ones that are not on the same lattice, the latest first.
+    /// The latest suspects on different lattices, the latest first.
     pub fn latest(&self) -> Vec<Suspect, LOOKED_AT_AGAIN> {
         let mut latest = Vec::<Suspect, LOOKED_AT_AGAIN>::new();
         for suspect in self.0.iter().flatten() {
@@ -86,12 +86,12 @@ impl Suspects {
         latest
     }
 
-    /// Whether the last search had one that fits.
+    /// Whether the last search had a suspect that fits.
     pub fn was_faint(&self) -> bool {
         self.0[0].is_some_and(|suspect| !suspect.is_misfit)
     }
 
-    /// Whether these searches saw the same lattice: one that fits was seen lately while the camera is `at_rest`; any, again and again.
+    /// Whether earlier searches confirm a suspect: one that fits needs a recent sighting while the camera is `at_rest`; any needs several.
     pub fn confirm(&self, suspect: &Suspect, at_rest: bool) -> bool {
         let same = |other: &&Suspect| suspect.is_as(other);
         let mut lately = self.0[..LOOKS_BACK].iter().flatten().filter(same);
@@ -120,7 +120,7 @@ mod tests {
         Some(Suspect::new(lattice, 1.6, is_misfit))
     }
 
-    /// Whether each search would have found its suspect a panel.
+    /// Whether each search would have confirmed its suspect.
     fn confirmed(searches: &[Option<Suspect>], at_rest: bool) -> vec::Vec<bool> {
         let mut suspects = Suspects::NONE;
         let search = |suspect: &Option<Suspect>| {

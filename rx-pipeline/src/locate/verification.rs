@@ -18,58 +18,57 @@ use criteria::{DISTINCT, Passed, examine};
 use led_likeness::LedLikeness;
 use settling::Settling;
 
-/// Room around the lattice where two lines more could lie, and where none (pitches). More: clutter around the panel
-/// counts.
+/// Room around the lattice, with space for further lines (pitches). More: clutter around the panel counts.
 const WIDE: f32 = 1.8;
-/// The same for no more than the cells (pitches).
+/// The same for the cells alone (pitches).
 const NARROW: f32 = 0.6;
-/// Rounding, and what else no camera is free of (variance, grey²). Higher: noiseless frames are judged more mildly.
+/// Rounding, and similar noise of any camera (variance, grey²). Higher: noiseless frames are judged more mildly.
 const ROUNDING: f32 = 0.1;
-/// The least pitch at which the ground shows between spots (standard deviations of a spot): amid four there is 0.4 of one then.
+/// The least pitch at which the ground is visible between spots (standard deviations of a spot): amid four, 0.4 of one remains there.
 const GROUND_BETWEEN: f32 = 3.0;
-/// Places next to the lattice that look like LEDs, at most (count; in the change between two frames, and in a single frame): more belong to something that goes on.
+/// Places next to the lattice that look like LEDs, at most (count; in the change between two frames, and in a single frame): more belong to
+/// a pattern that continues.
 const LIT_AROUND: [u32; 2] = [2, 3];
-/// Nearer spots overlap so far that what the fit leaves of them is curved like LEDs (standard deviations of a spot; without a board, where
-/// the fit may make them too narrow, and within one).
+/// Minimum pitch for a search of further LEDs, because the residuals of closer spots are curved like LEDs (standard deviations of a spot;
+/// without a board, where the fit may make them too narrow, and within one).
 const APART: [f32; 2] = [2.6, 2.2];
-/// What is left is next to nothing but noise (amplitude ratio): no other pose is tried. Higher: faster, and the
-/// second best pose may stay.
+/// The residual up to which no other pose is tried, relative to noise (amplitude ratio). Higher: faster, and the second best pose may stay.
 const BEYOND_DOUBT: f32 = 1.25;
-/// A misfit below tells that no other pose need be tried (ratio of variances). Panels a line off have some 0.5. Higher: faster, and panels
-/// may be a line off.
+/// The misfit up to which no other pose need be tried (ratio of variances). Panels off by a line have some 0.5. Higher: faster, and panels
+/// may be off by a line.
 const CLEAR: f32 = 0.1;
-/// The noise around the panel counts as no less (share of the variance of the whole frame's).
+/// The least noise around the panel (share of the variance of the whole frame's).
 const LEAST_NOISE_AROUND: f32 = 0.3;
 
-/// A lattice that is a panel.
+/// A lattice that was verified as a panel.
 pub(super) struct Verified {
     pub corners: Corners,
     pub spots: LatticeModel,
     pub residual_grey: f32,
     pub noise_grey: f32,
     pub signal_to_noise: f32,
-    /// What is left unexplained over what may be (ratio of variances).
+    /// Residual over allowed residual (ratio of variances).
     pub misfit: f32,
     pub is_amid_clutter: bool,
 }
 
 impl Verified {
-    /// Whether it leaves no more than is excused.
+    /// Whether the residual is within the allowed one.
     pub fn fits(&self) -> bool {
         self.misfit <= 1.0
     }
 
-    /// Whether there is next to nothing but noise left.
+    /// Whether the residual is hardly more than noise.
     pub fn is_beyond_doubt(&self) -> bool {
         self.fits() && self.residual_grey < BEYOND_DOUBT * self.noise_grey
     }
 
-    /// Whether it fits so well that no line beside it could.
+    /// Whether it fits so well that no neighbouring line could.
     pub fn is_clear(&self) -> bool {
         self.is_beyond_doubt() || self.misfit < CLEAR
     }
 
-    /// Whether it fits where another does not, or leaves less.
+    /// Whether it fits and the other does not, or leaves a smaller residual.
     pub fn is_better_than(&self, other: &Self) -> bool {
         let rank = |one: &Self| (!one.fits(), one.residual_grey);
         rank(self) < rank(other)
@@ -96,7 +95,7 @@ impl Scope {
     }
 }
 
-/// Lets the lattice settle on the pixels and examines what comes out.
+/// Fits the lattice to the pixels and examines the result.
 pub(super) fn verify<const N: usize>(
     residuals: &mut Residuals<N>,
     view: &View<'_, '_>,
@@ -148,7 +147,7 @@ pub(super) fn verify<const N: usize>(
         .compare(&fitted.spots, observation, window)
         .ok_or(LocateError::NoLattice)?;
     let fitted = Fit { slope, ..fitted };
-    // What stands still is gone from the difference of two frames: around the panel there is noise alone.
+    // Static content cancels in the difference of two frames: only noise remains around the panel.
     let around = if single {
         None
     } else {
@@ -189,15 +188,15 @@ fn may_be_no_panel(fitted: &Fit, scope: Scope) -> bool {
     fitted.spots.apart() < 1.0 || scope == Scope::Board && distinctness(fitted) < DISTINCT
 }
 
-/// How far apart LEDs of different states are in brightness, or in how they changed, by what the fit leaves of each.
+/// The separation of LEDs of different states, in brightness or in change, by the residual of each.
 fn distinctness(Fit { spots, slope }: &Fit) -> f32 {
     let off_by = |led: usize| slope.led_agreement(led) / (slope.led_weight(led) * spots.contrast).max(f32::MIN_POSITIVE);
     let brightness = core::array::from_fn(|led| spots.state[led] + off_by(led));
     pose_candidates::distinctness(&brightness, &spots.state.map(|state| state as i8))
 }
 
-/// Whether LEDs that are Off stand out from the ground more than those that are On: a bright board, on which they are dark. Spots that
-/// overlap do not tell: there a lower ground with higher spots comes to the same.
+/// Whether Off LEDs stand out from the ground more than On LEDs, as on a bright board, where they are dark. False for overlapping spots,
+/// because a lower ground with higher spots looks the same.
 fn shows_off(spots: &LatticeModel) -> bool {
     spots.stand_apart(GROUND_BETWEEN) && spots.off.abs() > (spots.off + spots.contrast).abs()
 }

@@ -1,48 +1,48 @@
-//! How a panel and what is around it look, but for where it is.
+//! The appearance of a panel and its surroundings, independent of its position.
 
 use link::panel::{LEDS, PanelFrame};
 use nalgebra::{Matrix2, Vector2};
 
-/// LEDs differ by this share of an On LED's light where nothing is known (standard deviation).
+/// The prior spread of LEDs, as a share of an On LED's light (standard deviation).
 const USUAL_SPREAD: f64 = 0.03;
-/// The least they are taken to: no LEDs are more alike, nor is any model of their images better.
+/// The least spread, because LEDs are not more alike, and models of their images are not more accurate.
 const LEAST_SPREAD: f64 = 0.01;
-/// The least variance of a pixel's noise: no camera has less.
+/// The least variance of a pixel's noise.
 const LEAST_NOISE: f64 = 1e-9;
 
-/// Sums over all pixels that count.
+/// Sums over all pixels in use.
 #[derive(Clone, Copy)]
 pub(super) struct Sums {
-    /// Squared misfits, over what light there is: for the noise.
+    /// Squared residuals, weighted by powers of the light, for the noise.
     pub misfit: [f64; 2],
     pub light: [f64; 3],
     pub pixels: f64,
-    /// Squared misfit over noise of what is around, and its pixels.
+    /// Squared residuals of the surroundings relative to noise, and their number of pixels.
     pub around: [f64; 2],
-    /// Squared pull on LEDs along x and y, and how much noise would pull.
+    /// Squared pull on LEDs along x and y, and below, its expectation by noise.
     pub pull: f64,
     pub hold: f64,
 }
 
-/// How a panel looks in a frame.
+/// The appearance of a panel in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Appearance {
     /// Standard deviation of the blur.
     pub(super) sigma: f64,
-    /// Light around the panel, and by how much it changes to the window's edges.
+    /// Light around the panel, and its change to the window's edges.
     pub(super) ground: [f64; 3],
-    /// What an Off and an On LED add to it.
+    /// The light of an Off and of an On LED above the ground.
     pub(super) levels: [f64; 2],
-    /// Variance of the LEDs' own differences, of Off and of On ones.
+    /// Variance of the LEDs' individual deviations, of Off and of On ones.
     pub(super) spread: [f64; 2],
-    /// Variance of a pixel without light, and what light 1 adds to it.
+    /// Variance of a pixel without light, and its increase per light 1.
     pub(super) noise: [f64; 2],
-    /// Pixels count up to here, in pitches outside the panel's cells.
+    /// The limit of the pixels in use, in pitches outside the panel's cells.
     pub(super) rim: f64,
 }
 
 impl Appearance {
-    /// Of a panel of which nothing but the blur is supposed.
+    /// The initial appearance, of which only the blur is known.
     pub(super) const fn of_blur(sigma: f64) -> Self {
         Self {
             sigma,
@@ -54,12 +54,12 @@ impl Appearance {
         }
     }
 
-    /// Variance of a pixel's noise under such light.
+    /// Variance of a pixel's noise at that light.
     pub(super) fn noise_of(&self, light: f64) -> f64 {
         self.noise[0] + self.noise[1] * light
     }
 
-    /// By which share what is learnt differs from what was supposed, at most.
+    /// The greatest relative difference of noise and spread.
     pub(super) fn differs_from(&self, other: &Self) -> f64 {
         let dark = self.ground[0].max(0.0);
         let bright = dark + self.levels[1].max(0.0);
@@ -71,13 +71,13 @@ impl Appearance {
         both.map(|(now, then)| (now / then - 1.0).abs()).fold(0.0, f64::max)
     }
 
-    /// By how much Off LEDs differ (standard deviation), over what On ones add to them.
+    /// The spread of Off LEDs (standard deviation), relative to the contrast.
     pub(super) fn off_spread(&self) -> f64 {
         let contrast = (self.levels[1] - self.levels[0]).abs();
         libm::sqrt(self.spread[0]) / contrast.max(f64::MIN_POSITIVE)
     }
 
-    /// Supposes that LEDs differ as usual.
+    /// Sets the prior spread.
     pub(super) fn suppose_spread(&mut self) {
         self.spread = [self.square_of_contrast(USUAL_SPREAD); 2];
     }
@@ -87,8 +87,8 @@ impl Appearance {
         (light * light).max(f64::MIN_POSITIVE)
     }
 
-    /// Learns by how much LEDs differ: their squared differences over how many of them the pixels tell (MacKay 1992). Gives back how many
-    /// numbers the pixels tell of all LEDs' own.
+    /// Estimates the spread of LEDs: their squared deviations over the number that the pixels determine (MacKay 1992). Returns that
+    /// effective number for all LEDs.
     pub(super) fn learn_spread(&mut self, bits: PanelFrame, own: &[f64; LEDS], variance: &[f64; LEDS]) -> f64 {
         let least = self.square_of_contrast(LEAST_SPREAD);
         let mut free = 0.0;
@@ -107,7 +107,7 @@ impl Appearance {
         free.clamp(0.0, LEDS as f64)
     }
 
-    /// Learns the noise from what is left once so many numbers are fitted, by regression on the light.
+    /// Estimates the noise from the residuals after a fit of `fitted` parameters, by regression on the light.
     pub(super) fn learn_noise(&mut self, sums: &Sums, fitted: f64) {
         let [a, b, c] = sums.light;
         let share = sums.pixels / (sums.pixels - fitted).max(1.0);
@@ -133,7 +133,7 @@ impl Sums {
         hold: 0.0,
     };
 
-    /// Squared pull on LEDs away from the lattice, over noise's.
+    /// Squared pull on LEDs away from the lattice, relative to noise.
     pub(super) fn scatter(&self) -> f64 {
         self.pull / self.hold
     }

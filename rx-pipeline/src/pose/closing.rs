@@ -1,23 +1,23 @@
-//! How fast a followed panel comes nearer, and when it would be here.
+//! The closing speed of a followed panel, and its time to collision.
 
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, SVector, Vector3, Vector6};
 
 use super::{Known, Pose};
 
-/// How much the velocity wanders in a second, in m/s along each axis (standard deviation): traffic that brakes and pulls away.
+/// The random walk of the velocity in a second, in m/s along each axis (standard deviation): traffic that brakes and pulls away.
 const WANDER_M_S: f64 = 1.0;
-/// What is supposed of the velocity before two poses are known, in m/s along each axis (standard deviation).
+/// The prior velocity before the second pose, in m/s along each axis (standard deviation).
 const ANY_SPEED_M_S: f64 = 50.0;
-/// After a longer gap it begins anew, in seconds.
+/// A longer gap restarts the filter, in seconds.
 const LONGEST_GAP_S: f64 = 1.0;
-/// Squared deviation of a pose from what is expected, in standard deviations, beyond which it is another panel's: by chance one in a
-/// million of three numbers.
+/// Squared deviation of a pose from the prediction, in standard deviations, beyond which it is another panel's: chance exceeds it once in a
+/// million cases, with three numbers.
 const ANOTHER: f64 = 30.7;
-/// A panel comes nearer if its speed is so many standard deviations above nothing.
+/// Standard deviations by which the speed of an approaching panel must exceed 0.
 const CLEARLY: f64 = 2.0;
 
-/// A panel's place and velocity, by a Kalman filter of constant velocity (Kalman 1960; white acceleration: Bar-Shalom, Li & Kirubarajan
-/// 2001, section 6.2.2) over its [poses](Pose), each as sure as it is.
+/// A panel's position and velocity, by a Kalman filter of constant velocity (Kalman 1960; white acceleration: Bar-Shalom, Li & Kirubarajan
+/// 2001, section 6.2.2) over its [poses](Pose), weighted by their covariance.
 ///
 /// ```
 /// use rx_pipeline::pose::{Closing, PlaneFit, PlaneImage, Pose};
@@ -39,12 +39,12 @@ const CLEARLY: f64 = 2.0;
 #[derive(Clone, Debug, Default)]
 pub struct Closing {
     last: Option<(f64, Estimate)>,
-    /// Whether two poses or more have told the velocity.
+    /// Whether two poses or more have determined the velocity.
     is_known: bool,
 }
 
 impl Closing {
-    /// Of a panel that has not been seen.
+    /// A filter without any pose.
     pub const fn new() -> Self {
         Self {
             last: None,
@@ -52,7 +52,7 @@ impl Closing {
         }
     }
 
-    /// Takes in the pose at a time, in seconds. One that does not follow the last within a second, or is elsewhere, begins anew.
+    /// Adds the pose at a time, in seconds. A pose that does not follow the last within a second, or is elsewhere, restarts the filter.
     pub fn take(&mut self, time_s: f64, pose: &Pose) {
         let place = Vector3::from(pose.translation_m);
         let spread = Matrix3::from_fn(|i, j| pose.covariance[i][j]);
@@ -71,12 +71,12 @@ impl Closing {
         *self = Self::new();
     }
 
-    /// By how much the range falls in a second, in m/s: negative of a panel that goes away. None before its second pose.
+    /// The decrease of the range, in m/s: negative for a panel that moves away. `None` before its second pose.
     pub fn speed_m_s(&self) -> Option<Known> {
         self.told(|place, velocity| -place.dot(&velocity) / place.norm())
     }
 
-    /// When the range would be nothing at that speed, in seconds; none of a panel that does not clearly come nearer.
+    /// The time until the range is 0 at that speed, in seconds; `None` for a panel that does not clearly approach.
     pub fn time_to_collision_s(&self) -> Option<Known> {
         let speed = self.speed_m_s()?;
         if speed.value < CLEARLY * speed.sigma || speed.value <= 0.0 {
@@ -85,7 +85,7 @@ impl Closing {
         self.told(|place, velocity| -place.norm_squared() / place.dot(&velocity))
     }
 
-    /// A number of place and velocity, and its standard deviation by its slopes.
+    /// A function of position and velocity, with its standard deviation by numerical derivatives.
     fn told(&self, number: impl Fn(Vector3<f64>, Vector3<f64>) -> f64) -> Option<Known> {
         const STEP: f64 = 1e-5;
         let (_, Estimate { state, covariance }) = self.last.as_ref().filter(|_| self.is_known)?;
@@ -115,7 +115,7 @@ struct Estimate {
 }
 
 impl Estimate {
-    /// A place at any velocity.
+    /// A position, with the prior velocity.
     fn of_place(place: &Vector3<f64>, spread: &Matrix3<f64>) -> Self {
         let mut state = Vector6::zeros();
         state.fixed_rows_mut::<3>(0).copy_from(place);
@@ -124,7 +124,7 @@ impl Estimate {
         Self { state, covariance }
     }
 
-    /// The prediction at constant velocity that wanders.
+    /// The prediction at constant velocity with a random walk.
     fn after(&self, elapsed_s: f64) -> Self {
         let of_blocks = |[[a, b], [c, d]]: [[f64; 2]; 2]| {
             Matrix6::from_fn(|i, j| match (i / 3, j / 3, i % 3 == j % 3) {
@@ -145,7 +145,7 @@ impl Estimate {
         }
     }
 
-    /// The update by a place that is seen, its covariance in Joseph's form, which keeps it symmetric; `None` where another panel is seen.
+    /// The update by a measured position, with the covariance in Joseph's form, which keeps it symmetric; `None` if it is another panel's.
     fn corrected(&self, place: &Vector3<f64>, spread: &Matrix3<f64>) -> Option<Self> {
         let off = place - self.state.fixed_rows::<3>(0);
         let factor = (self.covariance.fixed_view::<3, 3>(0, 0) + spread).cholesky()?;
@@ -170,7 +170,7 @@ mod tests {
     use super::*;
     use crate::pose::Solution;
 
-    /// A pose at a place that is known to so much along each axis.
+    /// A pose with that position and these standard deviations along the axes.
     fn pose(translation_m: [f64; 3], sigma_m: [f64; 3]) -> Pose {
         let rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let mut covariance = [[0.0; 6]; 6];
@@ -210,7 +210,7 @@ mod tests {
             let mut closing = Closing::new();
             let (mut speed, mut far) = (5.0 + 10.0 * noise(999).abs(), 50.0);
             for frame in 0..50u64 {
-                // It wanders as the filter supposes.
+                // The speed follows the filter's random walk.
                 speed += WANDER_M_S * 0.1 * noise(500 + frame);
                 far -= 0.01 * speed;
                 let error: [f64; 3] = core::array::from_fn(|i| sigma[i] * noise(frame * 3 + i as u64));
@@ -224,7 +224,7 @@ mod tests {
             let time = closing.time_to_collision_s().unwrap();
             squares[1] += libm::pow((time.value - range / truth) / time.sigma, 2.0) / runs as f64;
         }
-        // The band that holds the mean of so many squares in 999 of 1000 tests.
+        // The band of the mean of `runs` squares in 999 of 1000 tests.
         let band = 3.29 * libm::sqrt(2.0 / runs as f64);
         assert!(
             squares.iter().all(|square| (square - 1.0).abs() < band),

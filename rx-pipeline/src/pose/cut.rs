@@ -1,15 +1,15 @@
-//! What is left of a pixel's light where full pixels are cut.
+//! The moments of a pixel's light if sensors clip at white.
 
-/// Light as it is read where full pixels are cut.
+/// Clipped light.
 pub(super) struct Cut {
     pub mean: f64,
     pub variance: f64,
-    /// What more light adds to the mean.
+    /// The derivative of the mean by the light.
     pub slope: f64,
 }
 
 impl Cut {
-    /// Moments of a normal number cut at white; none where hardly anything is left of it.
+    /// Moments of a normal number clipped at white; `None` if nearly all of it is clipped.
     pub fn at(mean: f64, variance: f64, white: f64) -> Option<Self> {
         const CLEAR: f64 = 6.0;
         const LOST: f64 = -1.0;
@@ -27,7 +27,7 @@ impl Cut {
         }
         let below = 0.5 * libm::erfc(-z * core::f64::consts::FRAC_1_SQRT_2);
         let density = libm::exp(-0.5 * z * z) / libm::sqrt(core::f64::consts::TAU);
-        // About white, so that nothing cancels: (x − white)/deviation, cut at 0.
+        // Relative to white, so that nothing cancels: (x − white)/deviation, clipped at 0.
         let first = -z * below - density;
         let second = (1.0 + z * z) * below + z * density;
         Some(Self {

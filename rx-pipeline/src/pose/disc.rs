@@ -1,34 +1,34 @@
-//! What an LED leaves in the image: a disc of light seen as an ellipse, blurred by the lens and summed by square pixels.
+//! The image of an LED: a disc of light in perspective, an ellipse, blurred by the lens and summed by square pixels.
 //!
-//! The image of a lamp that is as bright from all sides is evenly bright. It is cut into chords down the image: along each of them blur and
-//! pixels are integrated exactly, and across them by Gauss and Chebyshev's rule, whose weights are those of a disc's chords.
+//! The image of a lamp with the same brightness from all sides is uniform. It is cut into chords down the image. Along each chord, blur and
+//! pixels are integrated exactly; across them, the Gauss–Chebyshev rule applies, whose weights are those of a disc's chords.
 
 use super::gauss::Gauss;
 
-/// The widest that one LED's image may be along an axis (px).
+/// The greatest width of an LED's image along an axis (px).
 pub(super) const PATCH: usize = 24;
-/// How far from the disc's rim light is reckoned with, in standard deviations of the blur.
+/// The reach of light beyond the disc's rim, in standard deviations of the blur.
 const REACH: f64 = 4.2;
-/// Discs that are less wide to either side than this share of the blur's standard deviation look alike, but for their variance.
+/// Smaller discs, by half width over the blur's standard deviation, differ only in their variance.
 const SMALL: f64 = 1.2;
-/// Those of more than this many standard deviations have a rim that few chords would leave notched.
+/// Larger discs, by the same ratio, have a rim that few chords would leave notched.
 const SHARP: f64 = 3.0;
-/// Chords for small discs, for larger ones, and for those with a sharp rim: polynomials of degree 5, 11 and 31 are summed exactly.
+/// Chords for small discs, for larger ones, and for those with a sharp rim: exact for polynomials of degree 5, 11 and 31.
 const CHORDS: [usize; 3] = [3, 6, 16];
-/// No chord is shorter than this, in standard deviations of the blur: a point is drawn as one.
+/// The shortest chord, in standard deviations of the blur: shorter ones are drawn as points.
 const SHORTEST: f64 = 0.02;
 
-/// An ellipse of even light.
+/// An ellipse of uniform light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ellipse {
     /// Its middle (px).
     pub centre: [f64; 2],
-    /// Where a circle's radii of length 1 along two axes at right angles end, from the middle (px).
+    /// The images of a circle's radii of length 1 along two perpendicular axes, from the middle (px).
     pub radii: [[f64; 2]; 2],
 }
 
 impl Ellipse {
-    /// How far it reaches along both axes.
+    /// Its extent along both axes.
     fn reach(&self) -> [f64; 2] {
         let [a, b] = self.radii;
         [0, 1].map(|axis| libm::hypot(a[axis], b[axis]))
@@ -41,17 +41,17 @@ impl Ellipse {
     }
 }
 
-/// The image of one LED of light 1 per pixel of its area.
+/// The image of an LED whose light is 1 per pixel of its area.
 pub(super) struct Patch {
     /// First column and row.
     first: [i32; 2],
     /// Columns and rows, up to [`PATCH`].
     size: [usize; 2],
-    /// Light of each pixel, and its slopes when the LED moves along x, along y, and when the blur's standard deviation grows.
+    /// Light of each pixel, and its derivatives by the LED's x, its y, and the blur's standard deviation.
     light: [Light; PATCH * PATCH],
 }
 
-/// Light of a pixel and its slopes.
+/// Light of a pixel and its derivatives.
 pub(super) type Light = [f32; 4];
 
 impl Patch {
@@ -74,7 +74,7 @@ impl Patch {
         self.light[..width * height].fill([0.0; 4]);
         let across = reach[0].max(SHORTEST * sigma);
         let [a, b] = ellipse.radii;
-        // How much lower the chords' middles lie, and how long the middle one is.
+        // The slope of the line through the chords' middles, and the length of the middle chord.
         let lower = (a[0] * a[1] + b[0] * b[1]) / across;
         let longest = ellipse.area() / core::f64::consts::PI / across;
         let widest = reach[0].max(reach[1]) / sigma;
@@ -99,7 +99,7 @@ impl Patch {
         }
     }
 
-    /// The first column that it shines on in a row, and the light of this and the next ones.
+    /// The first lit column of a row, and the light of this and the next ones.
     pub fn row(&self, row: usize) -> Option<(i32, &[Light])> {
         let y = usize::try_from(row as i32 - self.first[1]).ok()?;
         let width = self.size[0];
@@ -107,7 +107,7 @@ impl Patch {
     }
 }
 
-/// A point's light along one axis, and its slopes by its place and by σ.
+/// A point's light along one axis, and its derivatives by its place and by σ.
 fn of_point(pixels: &mut [[f32; 3]], at: f64, sigma: f64, light: f64, gauss: &Gauss) {
     let edge = |edge: f64| {
         let t = (edge - at) / sigma;
@@ -118,7 +118,7 @@ fn of_point(pixels: &mut [[f32; 3]], at: f64, sigma: f64, light: f64, gauss: &Ga
     between_edges(pixels, edge);
 }
 
-/// The same of a chord of `half` to either side, along it.
+/// The same for a chord with half length `half`, along it.
 fn of_chord(pixels: &mut [[f32; 3]], at: f64, half: f64, sigma: f64, gauss: &Gauss) {
     let share = 0.5 / half;
     let edge = |edge: f64| {
@@ -132,7 +132,7 @@ fn of_chord(pixels: &mut [[f32; 3]], at: f64, half: f64, sigma: f64, gauss: &Gau
     between_edges(pixels, edge);
 }
 
-/// What is between each pixel's edges.
+/// The integral between each pixel's edges.
 fn between_edges(pixels: &mut [[f32; 3]], edge: impl Fn(f64) -> [f64; 3]) {
     let mut before = edge(-0.5);
     for (i, pixel) in pixels.iter_mut().enumerate() {

@@ -1,7 +1,7 @@
-//! What the pixels call for: the normal equations of the fit, and their solution.
+//! The normal equations of the fit, and their solution.
 //!
-//! The LEDs' own differences come first and the plane's numbers last, so that in Cholesky's factor of the equations the last corner is that
-//! of the plane's information with all others unknown (its Schur complement): no inverse is needed for it.
+//! The LEDs' individual deviations come first and the plane's numbers last. The last corner of the equations' Cholesky factor is then that
+//! of the plane's information with all others unknown (its Schur complement), and no inverse is needed.
 
 use heapless::Vec;
 use link::panel::{LEDS, PanelFrame};
@@ -14,29 +14,29 @@ use super::leds::{Leds, Shine};
 use super::pixels::Pixels;
 use super::plane::{Matrix8, PLANE, Vector8};
 
-/// Places of what all LEDs share, after their own: the levels of Off and On, the ground and its two slopes, the blur, the plane.
+/// Positions of the shared parameters, after the LEDs' own: the levels of Off and On, the ground and its two slopes, the blur, the plane.
 const SHARED: usize = LEDS;
 const LEVELS: usize = 0;
 const GROUND: usize = LEVELS + 2;
 const BLUR: usize = GROUND + 3;
 const IMAGE: usize = BLUR + 1;
-/// How many these are, and all.
+/// The number of shared parameters, and of all.
 pub(super) const SHARED_COUNT: usize = IMAGE + PLANE;
 const UNKNOWNS: usize = SHARED + SHARED_COUNT;
 
 type Shared = SVector<f64, SHARED_COUNT>;
 type Unknowns = Const<UNKNOWNS>;
 
-/// Pixels of a row that are looked at together.
+/// Pixels of a row per pass.
 const RUN: usize = 128;
-/// Around the panel: so many pitches from its cells.
+/// The width of the surroundings, in pitches from the panel's cells.
 pub(super) const AROUND: f64 = 1.2;
-/// A pixel is not cut if more light adds at least this share of itself.
+/// A pixel counts as unclipped if its mean rises by at least this share of more light.
 const WHOLE: f64 = 0.999;
 
-/// The equations, and what else is summed on the way.
+/// The equations, and further sums over the pixels.
 pub(super) struct Equations {
-    /// Its lower triangle.
+    /// The lower triangle.
     normal: SMatrix<f64, UNKNOWNS, UNKNOWNS>,
     gradient: SVector<f64, UNKNOWNS>,
     pub sums: Sums,
@@ -45,16 +45,16 @@ pub(super) struct Equations {
 
 /// Pixels of a row.
 struct Run {
-    /// Slopes of the light by what is shared.
+    /// Derivatives of the light by the shared parameters.
     slopes: [Shared; RUN],
     /// Light of LEDs.
     lit: [f64; RUN],
-    /// Curvature and slope of the log-likelihood by the light; nothing where a pixel does not count.
+    /// Curvature and slope of the log-likelihood by the light; 0 for a pixel that is not in use.
     curved: [f64; RUN],
     pull: [f64; RUN],
 }
 
-/// What is held against the pixels.
+/// The model to compare with the pixels.
 pub(super) struct Model<'a> {
     pub look: &'a Appearance,
     pub own: &'a [f64; LEDS],
@@ -81,7 +81,7 @@ impl Equations {
         },
     };
 
-    /// Holds a model against the pixels.
+    /// Compares a model with the pixels.
     pub fn sum<const N: usize>(&mut self, pixels: &Pixels<N>, model: &Model<'_>) -> Result<(), PoseError> {
         self.normal.fill(0.0);
         self.gradient.fill(0.0);
@@ -108,7 +108,7 @@ impl Equations {
             self.normal[(led, led)] += certainty;
             self.gradient[led] -= certainty * model.own[led];
         }
-        // Where all LEDs are alike, the other level is anything.
+        // If all LEDs have one state, the level of the other is undetermined.
         (0..2).for_each(|i| self.normal[(SHARED + LEVELS + i, SHARED + LEVELS + i)] += 1e-9);
         if self.sums.pixels < (2 * SHARED_COUNT) as f64 {
             return Err(PoseError::OutsideFrame);
@@ -164,7 +164,7 @@ impl Equations {
         }
     }
 
-    /// Solves them, for light alone or for all.
+    /// Solves the equations, for light alone or for all parameters.
     pub fn solve(&self, only_light: bool) -> Result<Step, PoseError> {
         let mut normal = self.normal;
         if only_light {
@@ -209,7 +209,7 @@ impl Run {
         }
     }
 
-    /// Weighs each pixel's misfit by its noise.
+    /// Weighs each pixel's residual by its noise.
     fn weigh<const N: usize>(&mut self, pixels: &Pixels<N>, model: &Model<'_>, [row, from, to]: [usize; 3], sums: &mut Sums) {
         let look = model.look;
         for column in from..to {
@@ -256,7 +256,7 @@ impl Run {
 }
 
 impl Model<'_> {
-    /// What an LED adds to the ground.
+    /// The light of an LED above the ground.
     fn amplitude(&self, led: usize) -> f64 {
         self.look.levels[usize::from(self.bits.led(led))] + self.own[led]
     }
@@ -288,13 +288,13 @@ impl Step {
         self.step.fixed_rows::<LEDS>(0).into_owned().data.0[0]
     }
 
-    /// Variance of each LED's own difference.
+    /// Variance of each LED's individual deviation.
     pub fn own_variance(&self) -> [f64; LEDS] {
         let factor = self.factor.l_dirty();
         core::array::from_fn(|led| {
             let mut column = SVector::<f64, UNKNOWNS>::zeros();
             column[led] = 1.0;
-            // Above the diagonal the factor's inverse is nothing.
+            // The factor's inverse is 0 above the diagonal.
             let mut below = column.rows_range_mut(led..);
             factor.view_range(led.., led..).solve_lower_triangular_unchecked_mut(&mut below);
             below.norm_squared()
@@ -309,7 +309,7 @@ impl Step {
         corner * corner.transpose()
     }
 
-    /// The plane's step in standard deviations, squared: by how much it is expected to lower the squared misfit.
+    /// The plane's step in standard deviations, squared: the expected decrease of the squared residual.
     pub fn squared(&self) -> f64 {
         let image = self.image();
         image.dot(&(self.information() * image))

@@ -1,6 +1,6 @@
-//! The normal distribution's density and its integrals, from a table: an LED's blurred image calls for thousands of them.
+//! The normal distribution's density and its integrals, from a table, because an LED's blurred image needs thousands of them.
 
-/// How far the table reaches to either side, in standard deviations.
+/// The table's range to either side, in standard deviations.
 const REACH: usize = 6;
 /// Its lines per standard deviation.
 const FINE: usize = 16;
@@ -11,9 +11,9 @@ const LINES: usize = 2 * REACH * FINE + 1;
 pub(super) struct Integrals {
     /// φ(t).
     pub density: f64,
-    /// Φ(t): from −∞ to t over φ.
+    /// Φ(t): the integral of φ from −∞ to t.
     pub once: f64,
-    /// t·Φ(t) + φ(t): from −∞ to t over Φ.
+    /// t·Φ(t) + φ(t): the integral of Φ from −∞ to t.
     pub twice: f64,
 }
 
@@ -21,7 +21,7 @@ pub(super) struct Integrals {
 pub(super) struct Gauss([Integrals; LINES]);
 
 impl Gauss {
-    /// A table that has not been worked out.
+    /// An empty table.
     pub const EMPTY: Self = Self(
         [Integrals {
             density: 0.0,
@@ -33,7 +33,7 @@ impl Gauss {
     #[cfg(test)]
     const ERROR: f64 = 3e-6;
 
-    /// Works the table out, if that has not been done.
+    /// Computes the table, if it is empty.
     pub fn prepare(&mut self) {
         if self.0[LINES - 1].once > 0.0 {
             return;
@@ -50,7 +50,7 @@ impl Gauss {
         }
     }
 
-    /// By Taylor's series about the nearest line, to the third power for the integrals and to the second for the density.
+    /// A Taylor series about the nearest line, to the third power for the integrals and to the second for the density.
     pub fn at(&self, t: f64) -> Integrals {
         let end = REACH as f64;
         let inside = t.clamp(-end, end);
@@ -58,12 +58,12 @@ impl Gauss {
         let near = self.0[line.min(LINES - 1)];
         let (at, p) = (place(line), near.density);
         let off = inside - at;
-        // Of φ: φ' = −t·φ, φ'' = (t² − 1)·φ.
+        // Derivatives of φ: φ' = −t·φ, φ'' = (t² − 1)·φ.
         let (first, second) = (-at * p, (at * at - 1.0) * p);
         Integrals {
             density: p + off * (first + off / 2.0 * second),
             once: near.once + off * (p + off / 2.0 * (first + off / 3.0 * second)),
-            // Beyond the end Φ is 0 or 1.
+            // Beyond the end, Φ is 0 or 1.
             twice: near.twice + off * (near.once + off / 2.0 * (p + off / 3.0 * first)) + (t - inside).max(0.0),
         }
     }

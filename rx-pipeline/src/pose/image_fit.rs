@@ -1,4 +1,4 @@
-//! The image of the panel's plane that makes the pixels likeliest, and how exactly they tell it.
+//! The maximum-likelihood image of the panel's plane, and its precision.
 //!
 //! In linear light, 1 at grey 118, a pixel sees
 //!
@@ -6,14 +6,14 @@
 //! x = ground(pixel) + Σ (level + own_k)·h_k(pixel),    level of Off or of On by the LED's bit
 //! ```
 //!
-//! where the ground is a plane, and h_k the disc of LED k as the plane's image shows it, blurred by the lens and summed by the pixel. All
-//! of it is fitted at once: eight numbers of the plane, the blur, ground and levels, and each LED's own difference, which is held to be
-//! small by as much as the LEDs turn out to differ (a random effect; Laird & Ware 1982). Pixels weigh by their noise, of variance
-//! v0 + v1·x and that of rounding, which is estimated from what is left; a full pixel is expected to be what is left of it when it is cut
-//! (its first two moments; quasi-likelihood, Wedderburn 1974).
+//! where the ground is a plane, and h_k the disc of LED k in the plane's image, blurred by the lens and summed by the pixel. The fit is
+//! joint: eight numbers of the plane, the blur, ground and levels, and each LED's individual deviation, a random effect whose spread is
+//! estimated (Laird & Ware 1982). Pixels weigh by their noise, of variance v0 + v1·x plus that of rounding; v0 and v1 are estimated from
+//! the residuals. A saturated pixel is compared with its expectation after clipping (its first two moments; quasi-likelihood, Wedderburn
+//! 1974).
 //!
-//! What the pixels tell of the plane is their Fisher information, with all others unknown (its Schur complement). Errors of the model are
-//! as wide as an LED: where LEDs are scattered about the plane's lattice by more than noise would do, the information is less by as much.
+//! The precision of the plane is its Fisher information, with all others unknown (its Schur complement). Errors of the model are as wide as
+//! an LED: if LEDs scatter about the plane's lattice by more than noise explains, the information is reduced in proportion.
 
 use link::panel::LEDS;
 
@@ -25,37 +25,37 @@ use super::plane::{PLANE, PlaneImage, Vector8};
 use super::{PanelObservation, PoseError};
 use crate::corners::Corners;
 
-/// Rounds in which only light is fitted.
+/// Rounds that fit only light.
 const LIGHT_ROUNDS: usize = 2;
-/// All around the panel is looked at once a step is less than this, squared, in standard deviations, or after so many rounds.
+/// The fit uses the surroundings once a step is less than this, squared, in standard deviations, or after `INNER_ROUNDS`.
 const NEAR: f64 = 1.0;
 const INNER_ROUNDS: usize = 6;
-/// Rounds in which noise and the LEDs' spread are learnt.
+/// Rounds that estimate noise and the LEDs' spread.
 const LEARNING_ROUNDS: usize = 14;
-/// What is learnt has settled if it changes by less than this share.
+/// These estimates have converged if they change by less than this share.
 const LEARNT: f64 = 0.01;
-/// From here on, half steps: whole ones may go to and fro.
+/// From here on, half steps, because whole ones may oscillate.
 const RELAXED_ROUNDS: usize = 18;
-/// From here on, a seventh of a standard deviation is settled: a pixel that is cut or not may go to and fro for ever.
+/// From here on, a seventh of a standard deviation counts as converged, because a pixel at the limit of clipping may oscillate.
 const LATE_ROUNDS: usize = 30;
 const LATE_TOLERANCE: f64 = 0.14;
 const MOST_ROUNDS: usize = 50;
-/// The most that the plane changes in a round, in half sides: half a pitch.
+/// The greatest change of the plane in a round, in half sides: half a pitch.
 const LONGEST_STEP: f64 = 0.5 / 3.5;
-/// What is around the panel is plain if its squared misfit is no more than this share above noise.
+/// The surroundings are plain if their squared residual is less than this multiple of noise.
 const PLAIN: f64 = 1.3;
-/// Around it: at least so many pixels.
+/// Pixels of the surroundings for that decision, at least.
 const AROUND_PIXELS: f64 = 40.0;
-/// How far light from beyond the cells is reckoned to reach where it is not plain, in standard deviations of the blur.
+/// The reach of light from beyond the cells if these surroundings are not plain, in standard deviations of the blur.
 const CARRIED: f64 = 1.5;
-/// LEDs' scatter about the lattice, over noise's, that is more than chance.
+/// The scatter of LEDs about the lattice, relative to noise, that exceeds chance.
 const SCATTERED: f64 = 1.5;
-/// Off LEDs do not differ by more than this share of what On ones add to them (standard deviation), unless they are none.
+/// The greatest spread of Off LEDs relative to the contrast (standard deviation): more means that they are no LEDs.
 const ALIKE: f64 = 0.1;
-/// Range of the blur in the pixels that are looked at: sharper ones hide between them, wider ones are cut.
+/// The range of the blur in the pixels in use: sharper spots hide between them, wider ones are truncated.
 const SIGMA: core::ops::RangeInclusive<f64> = 0.2..=2.3;
 
-/// The image of the panel's plane as a frame shows it, and how exactly.
+/// The image of the panel's plane in a frame, with its precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneFit {
     /// The image.
@@ -64,12 +64,12 @@ pub struct PlaneFit {
     pub information: [[f64; 8]; 8],
 }
 
-/// All that is fitted.
+/// All fitted parameters.
 #[derive(Clone, Copy)]
 struct Estimate {
     plane: PlaneImage,
     look: Appearance,
-    /// Each LED's own difference.
+    /// Each LED's individual deviation.
     own: [f64; LEDS],
 }
 
@@ -78,9 +78,9 @@ pub(super) struct ImageFit<const N: usize> {
     pixels: Pixels<N>,
     leds: Leds,
     equations: Equations,
-    /// A step of the plane that is less, in standard deviations, is the last one.
+    /// The fit ends with a step of the plane below this, in standard deviations.
     pub tolerance: f64,
-    /// Rounds that the last fit took.
+    /// Rounds of the last fit.
     pub rounds: usize,
 }
 
@@ -105,12 +105,12 @@ impl<const N: usize> ImageFit<N> {
         self.settle(seen, &start, look)
     }
 
-    /// Whether a fit has settled where LEDs are scattered, and where those that are Off shine with others' light.
+    /// Whether a fit has converged on scattered LEDs whose Off ones shine with foreign light.
     fn is_astray(&self, look: &Appearance) -> bool {
         look.off_spread() > ALIKE && self.equations.sums.scatter() > SCATTERED
     }
 
-    /// Fits it from a start (Gauss and Newton).
+    /// Iterates from a start (Gauss and Newton).
     fn settle(&mut self, seen: &PanelObservation<'_>, start: &PlaneImage, look: Appearance) -> Result<PlaneFit, PoseError> {
         let mut now = Estimate {
             plane: *start,
@@ -171,7 +171,8 @@ impl<const N: usize> ImageFit<N> {
         Err(PoseError::NotSettled { rounds: MOST_ROUNDS })
     }
 
-    /// How far outside the cells pixels count: all if it is plain there, and only those that no light from there reaches if it is not.
+    /// The limit of the pixels in use, outside the cells: all if the surroundings are plain, else only those that no light from there
+    /// reaches.
     fn rim(&self, look: &Appearance, sums: &Sums, corners: &Corners) -> f64 {
         let [misfit, count] = sums.around;
         if count < AROUND_PIXELS {
@@ -186,7 +187,7 @@ impl<const N: usize> ImageFit<N> {
 }
 
 impl Estimate {
-    /// Goes a share of a step, but for light, which all of it is gone for.
+    /// Applies a share of a step, but the whole step to the light.
     fn step(&mut self, step: &Step, share: f64) {
         let image = step.image();
         let share = share * (LONGEST_STEP / image.amax()).min(1.0);
@@ -203,7 +204,7 @@ impl Estimate {
         add(&mut self.own, &step.own());
     }
 
-    /// The plane and what is known of it.
+    /// The plane and its information.
     fn measured(&self, sums: &Sums, step: &Step, start: &PlaneImage) -> Result<PlaneFit, PoseError> {
         let sigma = self.look.sigma;
         if *SIGMA.start() >= sigma || sigma >= *SIGMA.end() {

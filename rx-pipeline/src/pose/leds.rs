@@ -8,21 +8,21 @@ use super::pixels::Pixels;
 use super::plane::{PLANE, PlaneImage};
 use super::{PanelObservation, PoseError};
 
-/// Images of LEDs are known to this share of their light, where the noise is less: discs are drawn to 0.002 (see the test in
-/// `disc`), no lamp is an even disc, and neither averages out over LEDs as noise does.
+/// The least error of LED images, as a share of their light: discs are drawn to 0.002 (see the test in `disc`), no lamp is a uniform disc,
+/// and neither error averages out over LEDs as noise does.
 const UNEVEN: f64 = 0.003;
 
-/// What each LED of light 1 leaves in the pixels.
+/// The images of all LEDs at light 1.
 pub(super) struct Leds {
     patches: [Patch; LEDS],
-    /// What a step of each of the plane's [units](PlaneImage::units) does to the places of the LEDs' images along x and along y (px).
+    /// Derivatives of the positions of the LEDs' images along x and along y (px) by each of the plane's [units](PlaneImage::units).
     pub slopes: [[[f64; PLANE]; 2]; LEDS],
-    /// The share of their light that their images are known to.
+    /// The relative error of their images.
     pub uneven: f64,
     gauss: Gauss,
 }
 
-/// What of a row of pixels one LED shines on.
+/// The pixels of a row that an LED lights.
 pub(super) struct Shine<'a> {
     pub led: usize,
     /// The first pixel.
@@ -38,7 +38,7 @@ impl Leds {
         gauss: Gauss::EMPTY,
     };
 
-    /// Draws them where the plane shows them, under a blur of `sigma` px.
+    /// Draws them at their positions on the plane, under a blur of `sigma` px.
     pub fn draw<const N: usize>(
         &mut self,
         plane: &PlaneImage,
@@ -60,7 +60,7 @@ impl Leds {
             if !(x > -1.0 && y > -1.0 && x < width && y < height) {
                 return Err(PoseError::OutsideFrame);
             }
-            // How light is spread over a small disc shows by its variance alone, beside that of the blur.
+            // A small disc's light distribution shows by its variance alone, beside that of the blur.
             let resolved = ellipse.area() / (4.0 * core::f64::consts::PI * sigma * sigma);
             self.uneven = self.uneven.max(UNEVEN * resolved.min(1.0));
             self.patches[led].draw(&ellipse, sigma, &self.gauss);
@@ -77,7 +77,7 @@ impl Leds {
         Ok(())
     }
 
-    /// What shines on pixels `from..to` of a row.
+    /// The LEDs that light pixels `from..to` of a row.
     pub fn on(&self, row: usize, from: usize, to: usize) -> impl Iterator<Item = Shine<'_>> {
         self.patches.iter().enumerate().filter_map(move |(led, patch)| {
             let (first, light) = patch.row(row)?;
@@ -101,7 +101,7 @@ fn ellipse(place: [f64; 2], radius: f64, seen: impl Fn([f64; 2]) -> [f64; 2]) ->
     let radii = [[radius, 0.0], [0.0, radius]].map(|[du, dv]| {
         let ahead = seen([place[0] + du, place[1] + dv]);
         let behind = seen([place[0] - du, place[1] - dv]);
-        // In perspective the farther half is seen smaller: the image of the middle is not the middle of the image.
+        // In perspective the farther half looks smaller: the image of the middle is not the middle of the image.
         (0..2).for_each(|i| centre[i] += (ahead[i] + behind[i]) / 2.0 - middle[i]);
         [0, 1].map(|i| (ahead[i] - behind[i]) / 2.0)
     });

@@ -1,8 +1,8 @@
-//! Where light from a direction falls on the sensor: focal length, principal point, distortion.
+//! The projection of directions to pixels: focal length, principal point, distortion.
 
 use core::ops::RangeInclusive;
 
-/// A camera's geometry, by the model and in the order of OpenCV's calibration.
+/// A camera's geometry, in the model and order of OpenCV's calibration.
 ///
 /// With x = X/Z and y = Y/Z of a point before the camera (x right, y down, z forward) and ρ² = x² + y², the light falls on the pixel
 ///
@@ -32,7 +32,7 @@ pub struct Lens {
     pub distortion: [f64; 8],
 }
 
-/// No camera has such a geometry.
+/// A camera geometry out of its range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LensError {
@@ -43,7 +43,7 @@ pub enum LensError {
         Lens::FOCAL_PX.end()
     )]
     Focal {
-        /// The focal length asked for, in pixels.
+        /// The requested focal length, in pixels.
         focal_px: f64,
     },
     /// The principal point.
@@ -52,7 +52,7 @@ pub enum LensError {
         Lens::PRINCIPAL_PX.end()
     )]
     Principal {
-        /// The coordinate asked for, in pixels.
+        /// The requested coordinate, in pixels.
         principal_px: f64,
     },
     /// A coefficient of the distortion.
@@ -61,7 +61,7 @@ pub enum LensError {
         Lens::DISTORTION.end()
     )]
     Distortion {
-        /// The coefficient asked for.
+        /// The requested coefficient.
         coefficient: f64,
     },
 }
@@ -74,7 +74,7 @@ impl Lens {
     /// The range of `distortion`.
     pub const DISTORTION: RangeInclusive<f64> = -1000.0..=1000.0;
 
-    /// A camera without distortion whose axis goes through the middle of frames of `size` (columns, rows).
+    /// A camera without distortion, with its axis through the middle of frames of `size` (columns, rows).
     pub fn pinhole(focal_px: f64, size: [usize; 2]) -> Self {
         Self {
             focal_px: [focal_px; 2],
@@ -86,7 +86,7 @@ impl Lens {
     /// The geometry, if all of it is in its range.
     ///
     /// # Errors
-    /// [`LensError`] about the first value that is not.
+    /// [`LensError`] for the first value out of its range.
     pub fn checked(self) -> Result<Self, LensError> {
         let wrong = |range: RangeInclusive<f64>| move |value: &f64| !range.contains(value);
         if let Some(focal_px) = self.focal_px.into_iter().find(wrong(Self::FOCAL_PX)) {
@@ -101,7 +101,7 @@ impl Lens {
         Ok(self)
     }
 
-    /// The pixel on which light from the direction (x, y, 1) falls.
+    /// The pixel of light from the direction (x, y, 1).
     pub fn pixel(&self, direction: [f64; 2]) -> [f64; 2] {
         let [x, y] = self.distorted(direction);
         [
@@ -110,7 +110,7 @@ impl Lens {
         ]
     }
 
-    /// The direction (x, y, 1) from which light falls on a pixel; `None` where the lens's formula has no slope, as beyond its fold.
+    /// The direction (x, y, 1) of a pixel; `None` if the lens model is not invertible there, as beyond its fold.
     pub fn ray(&self, pixel: [f64; 2]) -> Option<[f64; 2]> {
         const STEPS: usize = 30;
         const EXACT: f64 = 1e-13;
@@ -130,7 +130,7 @@ impl Lens {
             };
             let ([a, c], [b, d]) = (slope(STEP, 0.0), slope(0.0, STEP));
             let determinant = a * d - b * c;
-            // Where the image is folded over, no direction is told by a pixel.
+            // Where the image folds over, a pixel has no unique direction.
             if determinant.is_nan() || determinant <= 0.0 {
                 return None;
             }
@@ -140,7 +140,7 @@ impl Lens {
         None
     }
 
-    /// What changes of a direction do to its pixel: the column's slopes along x and y, and the row's.
+    /// The derivatives of a pixel by its direction: the column's along x and y, and the row's.
     pub(super) fn slopes(&self, [x, y]: [f64; 2]) -> [[f64; 2]; 2] {
         const STEP: f64 = 1e-6;
         let along = [[STEP, 0.0], [0.0, STEP]].map(|[dx, dy]| {

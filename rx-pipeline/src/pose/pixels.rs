@@ -1,4 +1,4 @@
-//! The panel's surroundings in linear light, in pixels that befit its size.
+//! The panel and its surroundings in linear light, in pixels that suit its size.
 
 use link::camera::Camera;
 
@@ -6,38 +6,38 @@ use super::PoseError;
 use crate::corners::Corners;
 use crate::frame::Frame;
 
-/// LEDs that are this far apart or nearer are seen in the frame's own pixels (px).
+/// The greatest pitch in the frame's own pixels (px).
 const FINE_PITCH_PX: f64 = 8.0;
-/// How far apart LEDs are in larger pixels, about (px).
+/// The approximate pitch in larger pixels (px).
 const COARSE_PITCH_PX: f64 = 6.0;
-/// A blur wider than this is seen in larger pixels (px).
+/// The greatest blur in the frame's own pixels (px).
 const FINE_BLUR_PX: f64 = 2.0;
 /// Room around the panel's outer LEDs, in pitches.
 const RIM: f64 = 1.5;
-/// The middle of the panel, and half its side with its outer cells, in pitches.
+/// The middle of the panel, and half the side of its outer cells, in pitches.
 const MIDDLE: f64 = 3.5;
 const HALF: f64 = 4.0;
-/// Grey level of a pixel that is full.
+/// The grey level of a saturated pixel.
 const WHITE: u8 = u8::MAX;
-/// Steps of light, from none to white, for which the variance of rounding is worked out: between them it is nearly straight.
+/// Steps of light, from none to white, in the table of the variance of rounding, which is nearly linear in between.
 const ROUNDINGS: usize = 128;
 
 /// Light of pixels, 1 at grey 118, each the mean of a square of the frame's.
 pub(super) struct Pixels<const N: usize> {
     light: [f32; N],
-    /// Whether a pixel of the frame within is full.
+    /// Whether it holds a saturated pixel of the frame.
     full: [bool; N],
-    /// How far outside of the panel's cells it is, in pitches; less than 0 within.
+    /// Its distance outside the panel's cells, in pitches; negative within.
     outside: [f32; N],
     /// Columns and rows.
     pub size: [usize; 2],
     /// The frame's first pixel.
     first: [usize; 2],
-    /// How many of the frame's pixels are one along a side.
+    /// The side of a pixel in pixels of the frame.
     pub side: usize,
-    /// Light of the highest grey level.
+    /// The light of the highest grey level.
     pub white: f64,
-    /// Variance that rounding to grey levels adds, by steps of light.
+    /// The variance of rounding to grey levels, by steps of light.
     rounding: [f64; ROUNDINGS + 1],
 }
 
@@ -53,7 +53,7 @@ impl<const N: usize> Pixels<N> {
         rounding: [0.0; ROUNDINGS + 1],
     };
 
-    /// Takes the pixels around a panel out of a frame.
+    /// Loads the pixels around a panel from a frame.
     pub fn take(&mut self, frame: &Frame<'_>, corners: &Corners, camera: &Camera) -> Result<(), PoseError> {
         let pitch = f64::from(corners.pitch_px());
         let pitch_side = if pitch > FINE_PITCH_PX {
@@ -116,7 +116,7 @@ impl<const N: usize> Pixels<N> {
         Ok(())
     }
 
-    /// Light of a pixel, whether one of the frame's within is full, and how far outside of the panel's cells it is, in pitches.
+    /// Light of a pixel, whether it holds a saturated pixel of the frame, and its distance outside the panel's cells, in pitches.
     pub fn at(&self, column: usize, row: usize) -> (f64, bool, f64) {
         let place = row * self.size[0] + column;
         (f64::from(self.light[place]), self.full[place], f64::from(self.outside[place]))
@@ -128,7 +128,7 @@ impl<const N: usize> Pixels<N> {
         [1.0, 2.0 * column as f64 / width - 1.0, 2.0 * row as f64 / height - 1.0]
     }
 
-    /// The variance that rounding to grey levels adds to a pixel of such light.
+    /// The variance of rounding to grey levels at that light.
     pub fn rounding_variance(&self, light: f64) -> f64 {
         let place = light.clamp(0.0, self.white) / self.white * ROUNDINGS as f64;
         let below = (place as usize).min(ROUNDINGS - 1);
@@ -136,20 +136,20 @@ impl<const N: usize> Pixels<N> {
         self.rounding[below] * (1.0 - part) + self.rounding[below + 1] * part
     }
 
-    /// A position of the frame in these pixels.
+    /// Converts a position from the frame to these pixels.
     pub fn seen_at(&self, position: [f64; 2]) -> [f64; 2] {
         let side = self.side as f64;
         core::array::from_fn(|axis| (position[axis] - self.first[axis] as f64 - (side - 1.0) / 2.0) / side)
     }
 
-    /// A position of these pixels in the frame.
+    /// Converts a position from these pixels to the frame.
     pub fn to_frame(&self, position: [f64; 2]) -> [f64; 2] {
         let side = self.side as f64;
         core::array::from_fn(|axis| position[axis] * side + self.first[axis] as f64 + (side - 1.0) / 2.0)
     }
 }
 
-/// The variance that rounding to grey levels adds to light.
+/// The variance of light due to rounding to grey levels.
 fn rounding_variance(camera: &Camera, light: f64) -> f64 {
     let grey = camera.grey(light as f32);
     let step = f64::from(camera.light(grey + 0.5) - camera.light((grey - 0.5).max(camera.black_grey)));

@@ -1,32 +1,32 @@
-//! The pose of a square lattice whose image is known: six numbers, and the two places where they fit best.
+//! The pose of a square lattice with a known image: six numbers, and the two poses that fit best.
 
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector3};
 
 use super::plane::{Matrix8, PlaneImage, Vector8};
 
-/// A pose in the numbers that the image of a plane is nearly linear in.
+/// A pose in numbers of which the image of a plane is nearly a linear function.
 ///
-/// The panel's normal leans from the line of sight by an angle θ towards a direction d across that line; `lean` is 2·sin(θ/2)·d, so that
-/// equal areas of it are equal parts of all directions (Lambert 1772). The image of a panel that leans by −d is nearly the same, and the
-/// more so the farther it is off: that is the two-fold ambiguity (Schweighofer & Pinz 2006; Collins & Bartoli 2014).
+/// The panel's normal leans from the line of sight by an angle θ towards a direction d across that line. `lean` is 2·sin(θ/2)·d, so that
+/// equal areas of it are equal parts of all directions (Lambert 1772). The image of a panel that leans by −d is nearly the same, the more
+/// so the farther it is: the two-fold ambiguity (Schweighofer & Pinz 2006; Collins & Bartoli 2014).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct View {
-    /// Where the panel's middle is seen: the direction (x, y, 1).
+    /// The direction (x, y, 1) of the panel's middle.
     pub centre: [f64; 2],
     /// Its half side over its range, turned by the spin in its own plane: m·(cos, sin).
     pub size: [f64; 2],
-    /// How it leans.
+    /// Its lean.
     pub lean: [f64; 2],
 }
 
-/// The most that [`View::lean`] can be: a panel seen edge on.
+/// The limit of [`View::lean`]: a panel seen edge on.
 pub(super) const EDGE_ON: f64 = core::f64::consts::SQRT_2;
 
 /// Numbers of a [`View`] for a given lean: centre and size.
 pub(super) type Matrix4 = SMatrix<f64, 4, 4>;
 
 impl View {
-    /// The rotation that takes the panel's axes to the camera's.
+    /// The rotation from the panel's axes to the camera's.
     pub fn rotation(&self) -> Matrix3<f64> {
         let [cos, sin] = {
             let size = self.nearness();
@@ -41,7 +41,7 @@ impl View {
         libm::hypot(self.size[0], self.size[1])
     }
 
-    /// Where the panel's middle is, for a half side of `half_side_m`.
+    /// The position of the panel's middle, for a half side of `half_side_m`.
     pub fn translation_m(&self, half_side_m: f64) -> Vector3<f64> {
         let direction = Vector3::new(self.centre[0], self.centre[1], 1.0).normalize();
         direction * (half_side_m / self.nearness())
@@ -53,11 +53,11 @@ impl View {
         self.image_turned(&turn)
     }
 
-    /// The same, where the panel's axes but for its spin are known.
+    /// The same, given the panel's axes except for its spin.
     fn image_turned(&self, turn: &Matrix3<f64>) -> Vector8 {
         let [x, y] = self.centre;
         let [cos, sin] = self.size;
-        // Depth of the middle over its range.
+        // The range of the middle over its depth.
         let stretch = libm::sqrt(1.0 + x * x + y * y);
         let column = (turn.column(0) * cos + turn.column(1) * sin) * stretch;
         let row = (turn.column(1) * cos - turn.column(0) * sin) * stretch;
@@ -73,7 +73,7 @@ impl View {
         ])
     }
 
-    /// What small changes of centre, size and lean do to the image.
+    /// The derivatives of the image by centre, size and lean.
     fn slopes(&self) -> SMatrix<f64, 8, 6> {
         const STEP: f64 = 1e-5;
         let step = [STEP, STEP, STEP * self.nearness(), STEP * self.nearness(), STEP, STEP];
@@ -100,7 +100,7 @@ impl View {
         }
     }
 
-    /// How badly it fits: half the squared distance of its image from what was seen, in standard deviations.
+    /// The loss: half the squared distance of its image from the measured one, in standard deviations.
     pub fn cost(&self, seen: &Vector8, information: &Matrix8) -> f64 {
         let off = seen - self.image();
         0.5 * (off.transpose() * information * off).x
@@ -118,7 +118,7 @@ impl View {
         };
         let (column, row) = (along(plane.column, plane.tilt[0]), along(plane.row, plane.tilt[1]));
         let seen = Matrix2::new(column[0], row[0], column[1], row[1]);
-        // seen = m·lean·spin, where the lean shortens one direction by cos θ: its square tells both.
+        // seen = m·lean·spin, and the lean shortens one direction by cos θ: its square determines both.
         let square = seen * seen.transpose();
         let (half, product) = (square.trace() / 2.0, square.determinant());
         let root = libm::sqrt((half * half - product).max(0.0));
@@ -129,7 +129,7 @@ impl View {
         let lean = [length * libm::cos(towards), length * libm::sin(towards)];
         [lean, lean.map(|c| -c)].map(|lean| {
             let straight = leaning(lean);
-            // The spin that is left once the lean is taken off, by its least squares.
+            // The spin that remains without the lean, by least squares.
             let flat = straight.fixed_view::<2, 2>(0, 0).transpose() * seen;
             let spin = libm::atan2(flat.m21 - flat.m12, flat.m11 + flat.m22);
             Self {
@@ -140,7 +140,7 @@ impl View {
         })
     }
 
-    /// The view nearby that fits best (Levenberg 1944; Marquardt 1963), its cost, and the covariance of its lean.
+    /// The best view nearby (Levenberg 1944; Marquardt 1963), its cost, and the covariance of its lean.
     pub fn settled(mut self, seen: &Vector8, information: &Matrix8) -> (Self, f64, Matrix2<f64>) {
         const STEPS: usize = 40;
         const SETTLED: f64 = 1e-9;
@@ -217,7 +217,7 @@ impl View {
         (self, curvature)
     }
 
-    /// What small changes of centre and size do to translation and rotation vector, for a given lean.
+    /// The derivatives of translation and rotation vector by centre and size, for a given lean.
     pub fn moves(&self, half_side_m: f64) -> SMatrix<f64, 6, 4> {
         const STEP: f64 = 1e-5;
         let [cos, sin] = self.size.map(|c| c / self.nearness());
@@ -231,7 +231,7 @@ impl View {
             let turn = rotation_vector(&(to * from.transpose()));
             ((ahead - behind) / (2.0 * STEP), turn / (2.0 * STEP))
         };
-        // A larger one is nearer, and one that is spun turns about its own normal.
+        // A larger panel is nearer, and spin rotates it about its own normal.
         let translation = self.translation_m(half_side_m) / self.nearness();
         let normal = (sight(self.centre) * leaning(self.lean)).column(2) / self.nearness();
         let columns = [
@@ -244,7 +244,7 @@ impl View {
     }
 }
 
-/// The shortest turn from the optical axis to the direction (x, y, 1).
+/// The shortest rotation from the optical axis to the direction (x, y, 1).
 fn sight([x, y]: [f64; 2]) -> Matrix3<f64> {
     let length = libm::sqrt(1.0 + x * x + y * y);
     let [x, y, z] = [x / length, y / length, 1.0 / length];
@@ -262,7 +262,7 @@ fn sight([x, y]: [f64; 2]) -> Matrix3<f64> {
     )
 }
 
-/// The turn that leans the axis z by `lean`, see [`View`].
+/// The rotation that leans the axis z by `lean`, see [`View`].
 fn leaning(lean: [f64; 2]) -> Matrix3<f64> {
     let [x, y] = lean.map(|c| c / 2.0);
     let cos = libm::sqrt((1.0 - x * x - y * y).max(0.0));
@@ -354,7 +354,7 @@ mod tests {
             let shift = (ahead.translation_m(1.0) - behind.translation_m(1.0)) / step;
             let turn = rotation_vector(&(ahead.rotation() * behind.rotation().transpose())) / step;
             let moves = view.moves(1.0);
-            // What hardly turns or shifts the square does so by the step's rounding.
+            // Small numbers change the square hardly more than the step's rounding.
             let least_turn = 1e-3 * if number < 2 { 1.0 } else { 1.0 / view.nearness() };
             let least_shift = least_turn / view.nearness();
             let off = (moves.fixed_view::<3, 1>(0, number) - shift).norm() / shift.norm().max(least_shift)

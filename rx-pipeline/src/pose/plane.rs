@@ -1,4 +1,4 @@
-//! The image of a plane: eight numbers, as a lattice seen in perspective.
+//! The image of a plane: eight numbers, as a lattice in perspective.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -7,29 +7,29 @@ use crate::corners::Corners;
 
 /// The image of the panel's plane in directions (x, y, 1) of the camera.
 ///
-/// The place (u, v) of the panel, from −1 at the first line of LEDs to 1 at the last, is seen at
-/// `centre + (u·column + v·row)/(1 + u·tilt[0] + v·tilt[1])`: a homography, by numbers that stay well apart however far the panel is.
+/// The place (u, v) of the panel, from −1 at the first line of LEDs to 1 at the last, has the direction `centre + (u·column + v·row)/(1 +
+/// u·tilt[0] + v·tilt[1])`: a homography, in parameters that stay well conditioned at any distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneImage {
     /// The direction of the panel's middle.
     pub centre: [f64; 2],
-    /// From the middle towards the last column.
+    /// The step from the middle to the last column.
     pub column: [f64; 2],
-    /// From the middle towards the last row.
+    /// The step from the middle to the last row.
     pub row: [f64; 2],
-    /// How much farther off the last column and the last row are, as shares of the middle's depth.
+    /// The relative increase of depth from the middle to the last column and to the last row.
     pub tilt: [f64; 2],
 }
 
-/// How many numbers a [`PlaneImage`] is.
+/// The number of parameters of a [`PlaneImage`].
 pub(super) const PLANE: usize = 8;
-/// These, in the order of its fields.
+/// The parameters, in the order of its fields.
 pub(super) type Vector8 = SVector<f64, PLANE>;
 /// Their information.
 pub(super) type Matrix8 = SMatrix<f64, PLANE, PLANE>;
 
 impl PlaneImage {
-    /// The plane through four corner LEDs; `None` where the lens's formula says of no direction that it falls on one of them.
+    /// The plane through four corner LEDs; `None` if the lens model has no direction for one of them.
     pub(super) fn through(corners: &Corners, lens: &Lens) -> Option<Self> {
         let [p00, p10, p11, p01] = corners.points().map(|point| lens.ray(point.map(f64::from)));
         let [p00, p10, p11, p01] = [p00?, p10?, p11?, p01?];
@@ -76,12 +76,12 @@ impl PlaneImage {
         core::array::from_fn(|i| self.centre[i] + (u * self.column[i] + v * self.row[i]) * nearness)
     }
 
-    /// How deep a place is, in depths of the middle.
+    /// The depth of a place, relative to that of the middle.
     pub(super) fn depth(&self, [u, v]: [f64; 2]) -> f64 {
         1.0 + u * self.tilt[0] + v * self.tilt[1]
     }
 
-    /// What a change of the eight numbers does to a place's direction: two rows.
+    /// The derivatives of a place's direction by the eight numbers: two rows.
     pub(super) fn slopes(&self, [u, v]: [f64; 2]) -> [[f64; PLANE]; 2] {
         let nearness = 1.0 / self.depth([u, v]);
         [0, 1].map(|i| {
@@ -96,7 +96,7 @@ impl PlaneImage {
         })
     }
 
-    /// What a step of 1 of each of its numbers is, for numbers that are alike.
+    /// A unit for each of its numbers, so that they are of similar size.
     pub(super) fn units(&self) -> [f64; PLANE] {
         let scale = self.scale();
         core::array::from_fn(|i| if i < 6 { scale } else { 1.0 })

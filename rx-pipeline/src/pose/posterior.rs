@@ -1,11 +1,11 @@
-//! All poses that the image of a plane allows, each as likely as it is: their mean and covariance.
+//! The mean and covariance of all poses that explain the image of a plane, weighted by their likelihood.
 //!
-//! A panel that is far off, or nearly faces the camera, tells little of how it leans: its image changes by the cosine, and hardly at all
-//! between one lean and its opposite. A covariance by the slope at one best pose is wrong there by any factor. So what is likely of the
-//! lean is integrated over the sphere of directions, on a grid as fine as it is narrow; the other four numbers are linear to the precision
-//! of the measurement, and are integrated in closed form (Laplace). The covariance is that of the whole: where both leans are possible, it
-//! holds both. With a normal as likely in one direction as in another beforehand, mean errors are then what the covariance says (the
-//! posterior's own property), at any range.
+//! The image of a panel that is far away, or nearly faces the camera, hardly depends on its lean: it changes by the cosine, and hardly at
+//! all between one lean and its opposite. A covariance from derivatives at one best pose can be wrong there by any factor. So the
+//! likelihood of the lean is integrated over the sphere of directions, on a grid as fine as the likelihood is narrow. The other four
+//! numbers are linear to the precision of the measurement, and are integrated in closed form (Laplace). The covariance is that of the
+//! whole: if both leans are possible, it covers both. With a uniform prior of the normal's direction, mean errors agree with the covariance
+//! at any range (a property of the posterior).
 
 use nalgebra::{ArrayStorage, Matrix2, Matrix3, SMatrix, SVector, Vector2, Vector3};
 
@@ -13,21 +13,21 @@ use super::planar::{EDGE_ON, Matrix4, View, rotation_by, rotation_vector};
 use super::plane::{Matrix8, Vector8};
 use super::{PlaneFit, Pose, PoseError, Solution};
 
-/// The most places of a grid from its middle along one side, and of one side.
+/// The most nodes of a grid from its middle along one side, and below, of one side.
 const HALF: usize = 16;
 const SIDE: usize = 2 * HALF + 1;
-/// Places across a grid that reaches from one solution to its opposite, from its middle.
+/// Nodes across a grid that spans both solutions, from its middle.
 const ACROSS: usize = 8;
-/// How far apart places are about one solution, in standard deviations: sums over a normal are exact to 10⁻⁸ up to 1.2.
+/// The distance of nodes about one solution, in standard deviations: sums over a normal are exact to 10⁻⁸ up to 1.2.
 const APART: f64 = 0.8;
-/// Places of both grids.
+/// Nodes of both grids.
 const NODES: usize = 2 * SIDE * SIDE;
-/// By how much (of log-likelihood) a place is worse than the best that does not count: beyond five standard deviations.
+/// The loss of log-likelihood, relative to the best node, at which a node is left out: five standard deviations.
 const NEGLIGIBLE: f64 = 12.5;
-/// The most that half the squared misfit of a square lattice to a plane's image is by chance: 1 of 1000 exceed it.
+/// Half the squared misfit of a square lattice to a plane's image: 1 of 1000 exceed it by chance.
 const MISFIT: f64 = 6.9;
 
-/// A place of the grid.
+/// A node of the grid.
 #[derive(Clone, Copy)]
 struct Node {
     view: View,
@@ -49,16 +49,16 @@ impl Node {
     };
 }
 
-/// Room for the poses that are looked at: 0.5 MB.
+/// Memory for the poses on the grid: 0.5 MB.
 pub(super) struct Posterior {
     nodes: [Node; NODES],
     count: usize,
 }
 
-/// A part of all leans: a parallelogram.
+/// A parallelogram of leans.
 struct Area {
     middle: Vector2<f64>,
-    /// Half its sides, and places along them.
+    /// Half its sides, and the nodes along them.
     sides: [Vector2<f64>; 2],
     steps: [usize; 2],
     view: View,
@@ -70,7 +70,7 @@ impl Posterior {
         count: 0,
     };
 
-    /// The pose of a square of `half_side_m`, whose image was measured with such information.
+    /// The pose of a square of `half_side_m`, from the measured image and its information.
     pub fn pose(&mut self, fit: &PlaneFit, half_side_m: f64) -> Result<Pose, PoseError> {
         let seen = fit.image.vector();
         let information = Matrix8::from_fn(|i, j| fit.information[i][j]);
@@ -79,7 +79,7 @@ impl Posterior {
         if !least.is_finite() {
             return Err(PoseError::Singular);
         }
-        // A misfit beyond chance is of something else than noise, which is then taken to have as large a part in all.
+        // A misfit beyond chance has another cause than noise. That cause is assumed to have the same part in all numbers.
         let misfit = (least / MISFIT).max(1.0);
         let inflation = if misfit > 1.0 { least } else { 1.0 };
         let information = information / inflation;
@@ -143,7 +143,7 @@ impl Posterior {
         }
     }
 
-    /// Mean and covariance of all, and the share of each of the two solutions.
+    /// Mean and covariance of all nodes, and the share of each of the two solutions.
     fn summary(&mut self, half_side_m: f64, modes: [View; 2], inflation: f64) -> Result<Pose, PoseError> {
         let nodes = &mut self.nodes[..self.count];
         let most = nodes.iter().fold(f64::NEG_INFINITY, |most, node| most.max(node.weight));
@@ -188,7 +188,7 @@ impl Posterior {
     }
 }
 
-/// What poses are held against.
+/// The measurement to compare poses with.
 struct Look<'a> {
     seen: &'a Vector8,
     information: &'a Matrix8,
@@ -207,11 +207,11 @@ impl Look<'_> {
         if cost.is_nan() { f64::INFINITY } else { cost - self.least }
     }
 
-    /// How far along `side` poses still count, in its lengths, not beyond edge on.
+    /// The reach of significant poses along `side`, in its lengths, at most to edge on.
     fn reach(&self, near: &View, from: Vector2<f64>, side: Vector2<f64>) -> f64 {
         const GROWTH: f64 = 1.25;
         let mut reach = 1.0;
-        // A hundred steps lead from any place beyond edge on.
+        // A hundred steps reach beyond edge on from anywhere.
         for _ in 0..100 {
             let there = from + side * reach;
             if there.norm() >= EDGE_ON || self.worse(near, there) > NEGLIGIBLE {
@@ -222,7 +222,7 @@ impl Look<'_> {
         reach
     }
 
-    /// Where leans near one solution count.
+    /// The area of significant leans near one solution.
     fn around(&self, view: View, spread: Matrix2<f64>) -> Area {
         let from = Vector2::from(view.lean);
         let own = spread.symmetric_eigen();
@@ -244,7 +244,7 @@ impl Look<'_> {
         }
     }
 
-    /// Where leans count that reach from one solution to its opposite.
+    /// The area of significant leans that spans both solutions.
     fn around_both(&self, modes: &[View; 2], face_on: View) -> Area {
         const SMALL: f64 = 1e-4;
         let between = (Vector2::from(modes[0].lean) - Vector2::from(modes[1].lean)) / 2.0;
@@ -274,7 +274,7 @@ impl Look<'_> {
     }
 }
 
-/// The rotation from which the others deviate by nothing on average.
+/// The rotation from which the average deviation of the others is 0.
 fn mean_rotation(nodes: &[Node], start: Matrix3<f64>, total: f64) -> Matrix3<f64> {
     const ROUNDS: usize = 4;
     /// In radians.

@@ -1,17 +1,17 @@
-//! Differences of light, weighed by the grey levels that they make: for noise of as many grey levels in all pixels.
+//! Differences of light in units of grey levels: for noise that is uniform in grey levels.
 
 use super::light_table::LightTable;
 use link::camera::Camera;
 
-/// Darker pixels count as uncertain as one of this level (grey): there the encoding is so steep that not the grey level
-/// but the sensor's own noise says how sure the light is. Lower: dark pixels decide.
+/// Darker pixels weigh like one of this level (grey): the encoding is so steep there that the sensor's own noise, not the grey level,
+/// determines the uncertainty. Lower: dark pixels decide.
 const DARKEST_GREY: usize = 48;
 
-/// How much a difference of light counts at each grey level.
+/// The weight of a difference of light at each grey level.
 #[derive(Clone, Debug)]
 pub(crate) struct GreyMetric {
     light: LightTable,
-    /// The square of the light that one grey level more makes.
+    /// The square of the light between neighbouring grey levels.
     slope_squared: [f32; 256],
     weight: [f32; 256],
 }
@@ -36,8 +36,8 @@ impl GreyMetric {
         self.light.of(grey)
     }
 
-    /// The light of pixels, and the weights of their squared differences from a model, in grey levels squared. A white pixel is at least
-    /// as bright as that: where the model is too, it has no weight.
+    /// The light of pixels, and the weights of their squared differences from a model, in grey levels squared. A white pixel is a lower
+    /// bound: it has no weight if the model is at least as bright.
     #[inline]
     pub fn single<const L: usize>(&self, grey: &[u8; L], model: &[f32; L]) -> [[f32; L]; 2] {
         let light = grey.map(|grey| self.light.of(grey));
@@ -86,7 +86,7 @@ mod tests {
         let metric = GreyMetric::new(&Camera::default());
         let weights = metric.single(&[255, 255, 254], &[9.0, 2.0, 9.0])[1];
         assert_eq!(weights.map(|weight| weight > 0.0), [false, true, true]);
-        // White now, then, both and neither, and each time a model that changes by more, and by less.
+        // White now, then, both and neither, with a model that changes by more, and by less.
         let (now, then) = ([255, 255, 9, 9, 255, 255, 9, 9], [9, 9, 255, 255, 255, 255, 9, 9]);
         let weights = metric.pair(&now, &then, &[9.0, -9.0, 9.0, -9.0, 9.0, -9.0, 9.0, -9.0])[1];
         let counted = [false, true, true, false, false, false, true, true];

@@ -1,11 +1,11 @@
 //! 64 Gaussian spots of few brightnesses on a lattice, fitted to light.
 //!
-//! The model of a frame in linear light is b + Σ (α + β·sₖ)·g(p − pₖ), with sₖ 1 where LED k is On, else 0, or the share of the
-//! exposure for which it was On. For the difference of two frames α = 0 and sₖ = 1, 0 or −1: what stands still cancels. Differences
-//! of light count by the grey levels they make.
+//! The model of a frame in linear light is b + Σ (α + β·sₖ)·g(p − pₖ), with sₖ 1 if LED k is On, else 0, or the share of the exposure for
+//! which it was On. For the difference of two frames α = 0 and sₖ = 1, 0 or −1, because static light cancels. Differences of light are
+//! weighed in grey levels.
 //!
-//! The slope of the sum of squares is exact, and so is its curvature within each spot, where dark rims count more than bright or
-//! saturated middles; between neighbours it is that of Gaussians on the plane, scaled to the spots' own. So a step costs one look at
+//! The slope of the sum of squares is exact, and so is its curvature within each spot, where dark rims weigh more than bright or saturated
+//! middles. Between neighbours the curvature is that of Gaussians on the plane, scaled to the spots' own. So a step needs one pass over
 //! each spot's pixels.
 
 use super::slope::Slope;
@@ -14,10 +14,10 @@ use core::ops::RangeInclusive;
 use link::panel::{LEDS, SIDE};
 use nalgebra::{SMatrix, SVector};
 
-/// A spot's standard deviation (px). Wider: blurs are fitted that no panel is read in.
+/// The range of a spot's standard deviation (px). Wider: fits of blurs at which no panel is readable.
 pub(crate) const SIGMA_PX: RangeInclusive<f32> = 0.4..=4.8;
 
-/// Spots nearer to each other overlap (standard deviations of a spot).
+/// Closer spots overlap (standard deviations of a spot).
 const APART: f32 = 2.2;
 
 /// The model's unknowns.
@@ -38,7 +38,7 @@ pub(crate) struct LatticeModel {
 const SHAPE: usize = 7;
 
 impl LatticeModel {
-    /// The squared grey levels that the dimmest of the four outer lines of LEDs makes: what a lattice one line off would leave out.
+    /// The squared grey levels of the dimmest of the four outer lines of LEDs, which a lattice off by one line would leave out.
     pub fn dimmest_edge(&self, slope: &Slope) -> f32 {
         let energy = |led: usize| self.amplitude(led) * self.amplitude(led) * slope.led[led].weight;
         let line = |of: fn(usize) -> usize| (0..SIDE).map(|i| energy(of(i))).sum::<f32>();
@@ -51,13 +51,13 @@ impl LatticeModel {
         lines.into_iter().fold(f32::INFINITY, f32::min)
     }
 
-    /// Whether spots are farther apart than so many of their standard deviations.
+    /// Whether the pitch exceeds `deviations` standard deviations of a spot.
     pub fn stand_apart(&self, deviations: f32) -> bool {
         let [across, down] = self.lattice.pitch();
         across.min(down) > deviations * self.sigma
     }
 
-    /// How far apart the spots are: 1 where they stand alone, less where they overlap.
+    /// The separation of the spots: 1 if they are isolated, less if they overlap.
     pub fn apart(&self) -> f32 {
         let [across, down] = self.lattice.pitch();
         (across.min(down) / (APART * self.sigma)).min(1.0)
@@ -93,7 +93,7 @@ impl LatticeModel {
         })
     }
 
-    /// The levels that fit best where the spots are.
+    /// The best levels for the current shape.
     pub fn relevelled(&self, slope: &Slope, fixed_off: bool) -> Option<Self> {
         let overlaps = self.overlaps();
         // Unknowns: background, α, β.
@@ -129,7 +129,7 @@ impl LatticeModel {
                 normal[(i, j)] = normal[(j, i)];
             }
         }
-        // Where spots overlap much, what is left out of the curvature may make it none: then in shorter steps.
+        // If spots overlap much, the approximate curvature may not be positive: then shorter steps.
         let step = [0.02, 0.2, 2.0].into_iter().find_map(|damping| {
             let mut damped = normal;
             for i in 0..3 {
@@ -145,13 +145,13 @@ impl LatticeModel {
         })
     }
 
-    /// The shape one step down the slope.
+    /// The shape after one step down the slope.
     pub fn reshaped(&self, slope: &Slope, damping: f32) -> Option<Self> {
         let overlaps = self.overlaps();
         let s2 = self.sigma * self.sigma;
         let mut normal = SMatrix::<f32, SHAPE, SHAPE>::zeros();
         let mut gradient = SVector::<f32, SHAPE>::zeros();
-        // On the plane Σ g²·d² is σ² times Σ g².
+        // On the plane, Σ g²·d² is σ² times Σ g².
         let strength: [f32; LEDS] = core::array::from_fn(|led| self.amplitude(led) * libm::sqrtf(slope.led[led].spread / s2));
         for (du, dv) in neighbourhood() {
             let together = together(&strength, du, dv);
@@ -196,7 +196,7 @@ impl LatticeModel {
         Some(next)
     }
 
-    /// By how much the sum of squares falls where each LED alone is switched, and to which state: 0 where it fits best as it is.
+    /// The decrease of the sum of squares by a switch of each LED alone, and its best state: 0 for an LED in its best state.
     fn gains(&self, slope: &Slope, pair: bool) -> ([f32; LEDS], [f32; LEDS]) {
         let least = if pair { -1.0 } else { 0.0 };
         let (mut gain, mut to) = ([0.0f32; LEDS], self.state);
@@ -217,13 +217,14 @@ impl LatticeModel {
         (gain, to)
     }
 
-    /// The sum of squares to expect with all LEDs in their best states.
+    /// The expected sum of squares with all LEDs in their best states.
     pub fn expected_squares(&self, slope: &Slope, pair: bool) -> f32 {
         let (gain, _) = self.gains(slope, pair);
         slope.squares - gain.iter().sum::<f32>()
     }
 
-    /// Switches the LEDs that fit better in another state; how many. Only every other one of neighbours at a time: by how much it gains.
+    /// Switches the LEDs that fit better in another state; returns their number. Of neighbours, only the one that gains most switches at a
+    /// time.
     pub fn switch(&mut self, slope: &Slope, pair: bool) -> u32 {
         let (gain, to) = self.gains(slope, pair);
         let mut changed = 0;
@@ -252,13 +253,13 @@ fn neighbourhood() -> impl Iterator<Item = (usize, usize)> {
 /// The difference of an LED from itself.
 const ITSELF: (usize, usize) = (0, 2);
 
-/// The pairs of LEDs that are so far apart.
+/// The pairs of LEDs with that difference.
 fn pairs(du: usize, dv: usize) -> impl Iterator<Item = (usize, usize)> {
     let rows = 2usize.saturating_sub(dv)..SIDE.min(SIDE + 2 - dv);
     rows.flat_map(move |row| (0..SIDE - du).map(move |column| (SIDE * row + column, SIDE * (row + dv - 2) + column + du)))
 }
 
-/// Σ sₖ·sₗ·(pₖ·pₗᵀ + pₗ·pₖᵀ) over the pairs that are so far apart, p = (1, column, row) from the middle; each LED with itself once.
+/// Σ sₖ·sₗ·(pₖ·pₗᵀ + pₗ·pₖᵀ) over the pairs with that difference, p = (1, column, row) from the middle; each LED with itself once.
 fn together(strength: &[f32; LEDS], du: usize, dv: usize) -> [[f32; 3]; 3] {
     let (mut m, mut mu, mut mv, mut muu, mut muv, mut mvv) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (k, l) in pairs(du, dv) {

@@ -6,9 +6,9 @@ use link::camera::{Camera, MIDDLE_GREY};
 #[derive(Clone, Debug)]
 pub(crate) struct LightTable {
     light: [f32; 256],
-    /// By how much light grows with the grey level, at grey 118.
+    /// The derivative of light by the grey level, at grey 118.
     middle_slope: f32,
-    /// The least light that is read as white.
+    /// The least light at the highest grey level.
     full: f32,
 }
 

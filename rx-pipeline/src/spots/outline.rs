@@ -1,4 +1,4 @@
-//! The part of a frame that counts: within a quadrilateral.
+//! The part of a frame in use: within a quadrilateral.
 
 use super::lattice_model::LatticeModel;
 use super::window::Window;
@@ -6,8 +6,8 @@ use crate::lattice::Lattice;
 use core::ops::Range;
 use link::panel::SIDE;
 
-/// How far light is carried across a board's end (standard deviations of a spot): so much less than half a pitch beyond
-/// the outer LEDs counts in a single frame. More: what is around a board without a margin disturbs less, and less is seen.
+/// The reach of light across a board's end (standard deviations of a spot): a single frame is used only up to that much less than half a
+/// pitch beyond the outer LEDs. More: surroundings of a board without a margin disturb less, and less is seen.
 const CARRIED: f32 = 0.8;
 
 /// A convex quadrilateral in the frame.
@@ -15,21 +15,21 @@ const CARRIED: f32 = 0.8;
 pub(crate) struct Outline([[f32; 2]; 4]);
 
 impl Outline {
-    /// What is a panel's alone: half a pitch beyond the outer LEDs its board may end, and the blur carries light across.
+    /// The area of a panel alone: its board may end half a pitch beyond the outer LEDs, and blur carries light across.
     pub fn of(spots: &LatticeModel) -> Self {
         let [across, down] = spots.lattice.pitch();
         let spill = CARRIED * spots.sigma / across.min(down);
         Self::around(&spots.lattice, (0.5 - spill).max(0.0))
     }
 
-    /// That of a panel up to `margin` pitches beyond its outer LEDs.
+    /// The area of a panel up to `margin` pitches beyond its outer LEDs.
     pub fn around(lattice: &Lattice, margin: f32) -> Self {
         let far = (SIDE - 1) as f32 + margin;
         let corners = [[-margin, -margin], [far, -margin], [far, far], [-margin, far]];
         Self(corners.map(|[column, row]| lattice.position(column, row)))
     }
 
-    /// The columns of `window`, from its first one on, that lie within in row `y` of the frame.
+    /// The columns of `window`, counted from its first one, that lie within in row `y` of the frame.
     pub fn span(&self, y: usize, window: Window) -> Range<usize> {
         let y = y as f32;
         let (mut left, mut right) = (f32::INFINITY, f32::NEG_INFINITY);
@@ -40,7 +40,7 @@ impl Outline {
                 (left, right) = (left.min(x), right.max(x));
             }
         }
-        // A cast of what is negative is 0.
+        // A cast of a negative number is 0.
         let first = libm::ceilf(left - window.x as f32) as usize;
         let end = (libm::floorf(right - window.x as f32) + 1.0) as usize;
         let end = end.min(window.width);

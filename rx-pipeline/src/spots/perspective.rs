@@ -1,21 +1,20 @@
-//! The tilt of a near panel: LEDs that are nearer are farther apart.
+//! The tilt of a near panel: nearer LEDs are farther apart in the image.
 //!
-//! Tilt moves LEDs by the square of their distance from the middle. Less what that moves all of them by, it has next to nothing in common
-//! with what else is fitted, and so it has a step of its own.
+//! Tilt moves LEDs by the square of their distance from the middle. After subtraction of the common shift, that is nearly uncorrelated with
+//! the other parameters, so it has a step of its own.
 
 use super::lattice_model::LatticeModel;
 use super::slope::Slope;
 use crate::lattice::MIDDLE;
 use link::panel::{LEDS, SIDE};
 
-/// The most that a near panel's tilt changes in a step (share of its distance, per LED). Higher: followed sooner, and
-/// noise too.
+/// The greatest change of a near panel's tilt in a step (share of its distance, per LED). Higher: followed sooner, and noise too.
 const TILT_STEP: f32 = 0.01;
-/// The most that it is (share of its distance, per LED): a panel of 0.6 m at 1 m, from 40° aside.
+/// The greatest tilt (share of its distance, per LED): a panel of 0.6 m at 1 m, from 40° aside.
 const TILT_MAX: f32 = 0.05;
 
 impl LatticeModel {
-    /// The lattice's tilt one step down the slope.
+    /// The lattice with its tilt after one step down the slope.
     pub fn tilted(&self, slope: &Slope) -> Self {
         let variance = self.sigma * self.sigma;
         let mut strength = [0.0; LEDS];

@@ -1,10 +1,9 @@
-//! One spot within a window: what it adds to an image, and its sums with what is left to explain.
+//! One spot within a window: its image, and its sums with the residual.
 
 use super::window::SPOT_PX;
 use super::window::{LANES, Window, clipped, gaussian};
 
-/// Where a spot ends for a fit of the lattice (standard deviations): 3 % of its height is left. Farther: slower by the
-/// square.
+/// The end of a spot in a fit of the lattice (standard deviations): 3 % of its height remains. Farther: slower by the square.
 pub(crate) const REACH_FITTED: f32 = 2.65;
 
 /// Sums of one spot g times the weighted residual, and of the weights.
@@ -23,7 +22,7 @@ pub(super) struct Moments {
 pub(super) struct Profile {
     start: [usize; 2],
     rows: usize,
-    /// Pixels along x, made up to a multiple of [`LANES`] by zeros.
+    /// Pixels along x, padded to a multiple of [`LANES`] by zeros.
     padded: usize,
     /// Along x: exp(−x²/2σ²), and that times x and x².
     across: [[f32; SPOT_PX]; 3],
@@ -32,7 +31,7 @@ pub(super) struct Profile {
 }
 
 impl Profile {
-    /// No spot: no rows.
+    /// A spot without pixels.
     pub const NONE: Self = Self {
         start: [0; 2],
         rows: 0,
@@ -42,7 +41,7 @@ impl Profile {
         first_y: 0.0,
     };
 
-    /// Makes of [`Profile::NONE`], in its place, the spot at `centre` (in the window's pixels) as far as it lies within.
+    /// Turns [`Profile::NONE`] in place into the spot at `centre` (in the window's pixels), as far as it lies within.
     pub fn place(&mut self, centre: [f32; 2], sigma: f32, window: Window) {
         let reach = REACH_FITTED * sigma;
         let (Some((x, columns)), Some((y, rows))) = (clipped(centre[0], reach, window.width), clipped(centre[1], reach, window.height))
@@ -66,7 +65,7 @@ impl Profile {
         }
     }
 
-    /// Adds the spot to an image of rows of `width`.
+    /// Adds the spot to an image with rows of `width`.
     pub fn add_to(&self, image: &mut [f32], width: usize, height: f32) {
         let (across, _) = self.across[0].as_chunks::<LANES>();
         for (j, &down) in self.down.iter().enumerate().take(self.rows) {
@@ -146,5 +145,5 @@ impl Profile {
     }
 }
 
-/// So many values of a spot's three profiles along x.
+/// The values of a spot's three profiles along x, in one group of lanes.
 type Lines<'a> = ((&'a [f32; LANES], &'a [f32; LANES]), &'a [f32; LANES]);

@@ -1,4 +1,4 @@
-//! A model held against the pixels of a window.
+//! A model compared with the pixels of a window.
 
 use super::grey_metric::GreyMetric;
 use super::lattice_model::LatticeModel;
@@ -10,19 +10,19 @@ use crate::frame::Frame;
 use core::ops::RangeInclusive;
 use link::panel::{LEDS, SIDE};
 
-/// Columns and rows within which an LED's light is felt (pitches, from the first LED on): beyond is what stands around.
+/// The reach of an LED's light in columns and rows (pitches, from the first LED on); the surroundings lie beyond.
 const NEAR_LATTICE: RangeInclusive<f32> = -1.1..=8.1;
-/// Pixels around the lattice that make a mean square worth having (count). More: near the frame's rim the noise of the
-/// whole frame has to do.
+/// Pixels around the lattice that suffice for a mean square (count). More: near the frame's edge the noise of the whole frame serves
+/// instead.
 const ENOUGH_PIXELS: u32 = 60;
 
-/// What the frame shows.
+/// The observed pixels.
 #[derive(Clone, Copy)]
 pub(crate) struct Observation<'a, 'f> {
     pub frame: &'a Frame<'f>,
     pub earlier: Option<&'a Frame<'f>>,
     pub metric: &'a GreyMetric,
-    /// What counts of it; all where there is none.
+    /// The part in use; all if `None`.
     pub within: Option<Outline>,
 }
 
@@ -42,7 +42,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// Adds pixels of which `residual` holds the model; leaves their weighted residuals and their weights.
+    /// Adds pixels whose model is in `residual`; leaves their weighted residuals and their weights.
     #[inline]
     fn add<const L: usize>(&mut self, [light, weights]: [[f32; L]; 2], background: f32, residual: &mut [f32; L], weight: &mut [f32; L]) {
         const { assert!(L <= LANES) }
@@ -95,7 +95,7 @@ impl<const N: usize> Residuals<N> {
         }
     }
 
-    /// Holds the model against the observation.
+    /// Compares the model with the observation.
     pub fn compare(&mut self, spots: &LatticeModel, observation: Observation<'_, '_>, window: Window) -> Option<Slope> {
         let area = window.width * window.height;
         let (residual, weight) = (self.residual.get_mut(..area)?, self.weight.get_mut(..area)?);
@@ -150,8 +150,8 @@ impl<const N: usize> Residuals<N> {
         })
     }
 
-    /// After [`Residuals::compare`]: the mean square that is left unexplained further than a pitch outside the lattice, in grey levels
-    /// squared; `None` where there is next to nothing to see.
+    /// After [`Residuals::compare`]: the mean square residual beyond [`NEAR_LATTICE`], in grey levels squared; `None` if there are too few
+    /// pixels.
     pub fn noise_around(&self, spots: &LatticeModel, window: Window) -> Option<f32> {
         let area = window.width * window.height;
         let (residual, weight) = (self.residual.get(..area)?, self.weight.get(..area)?);
@@ -167,7 +167,7 @@ impl<const N: usize> Residuals<N> {
         (pixels >= ENOUGH_PIXELS).then(|| squares / pixels as f32)
     }
 
-    /// After [`Residuals::compare`]: how many of the 36 places around the lattice hold half an LED's light or more.
+    /// After [`Residuals::compare`]: the number of the 36 places around the lattice with at least half an LED's light.
     pub fn lit_around(&self, spots: &LatticeModel, window: Window) -> u32 {
         let area = window.width * window.height;
         let (Some(residual), Some(weight)) = (self.residual.get(..area), self.weight.get(..area)) else {

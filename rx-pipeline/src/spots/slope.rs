@@ -1,13 +1,13 @@
-//! How well a model fits, and which way is down.
+//! The fit of a model, and the slope of its loss.
 
 use super::profile::Moments;
 use link::panel::LEDS;
 
-/// How well the model fits, and which way is down.
+/// The fit of a model, and the slope of its loss.
 pub(crate) struct Slope {
     pub squares: f32,
     pub total: f32,
-    /// Pixels that say how bright they are.
+    /// Pixels whose light is known.
     pub pixels: u32,
     /// Pixels in all.
     pub window_pixels: u32,

@@ -1,21 +1,20 @@
-//! The spots of 64 LEDs of one width, wherever they are: in one factor for the columns and one for the rows.
+//! The spots of 64 LEDs of one width at any positions: one factor for the columns and one for the rows.
 
 use super::window::SPOT_PX;
 use super::window::{LANES, gaussian, whole};
 use link::panel::{LEDS, SIDE};
 
-/// Where it ends for reading (standard deviations), as far as [`SPOT_PX`] allows. Nearer: light of an LED counts as its
-/// neighbour's.
+/// The end of a spot for reading (standard deviations), as far as [`SPOT_PX`] allows. Nearer: light of an LED counts as its neighbour's.
 const REACH_READ: f32 = 3.3;
-/// The squared distance from which spots do not overlap (variances of a spot): there the product of two has fallen to
-/// exp(−5) = 0.7 %. Farther: slower.
+/// The squared distance from which spots do not overlap (variances of a spot): the product of two has fallen to exp(−5) = 0.7 % there.
+/// Farther: slower.
 pub(crate) const OVERLAP: f32 = 20.0;
 
 /// The images of 64 LEDs of light 1.
 pub(crate) struct SpotTable {
     /// The variance of a spot in either direction, in px²: lens blur, LED and pixel together.
     pub variance: f32,
-    /// Where the LEDs are, in px of the image.
+    /// The positions of the LEDs, in px of the image.
     pub centre: [[f32; 2]; LEDS],
     /// First column and row of each spot.
     first: [[u8; 2]; LEDS],
@@ -37,8 +36,8 @@ impl SpotTable {
         }
     }
 
-    /// Computes the spots of the given centres and variance in an image of `width` × `height` pixels, up to 256 × 256, in rows of
-    /// `stride`, a multiple of [`LANES`] and at least that.
+    /// Computes the spots of the given centres and variance in an image of `width` × `height` pixels, at most 256 × 256, with rows of
+    /// `stride`, a multiple of [`LANES`] and at least the width.
     pub fn place(&mut self, variance: f32, [width, height]: [usize; 2], stride: usize) {
         self.variance = variance;
         let reach = libm::ceilf(REACH_READ * libm::sqrtf(variance)).min(SPOT_PX as f32) as usize;
@@ -56,7 +55,7 @@ impl SpotTable {
             let (dx, dy) = (left as f32 - x, top as f32 - y);
             gaussian(across, density(dx), dx, variance);
             gaussian(down, density(dy), dy, variance);
-            // Columns that only fill the row up have no pixel.
+            // Padding columns have no pixel.
             self.across[led][..self.taps[0]]
                 .iter_mut()
                 .skip(width.saturating_sub(left))
@@ -88,8 +87,8 @@ impl SpotTable {
         1.0 / (2.0 * core::f32::consts::PI * self.variance)
     }
 
-    /// The least part of what flips cost one by one that they cost together, however they make up for one another: the least
-    /// eigenvalue of the spots' inner products, along rows and columns without end.
+    /// The least cost of a set of flips relative to the sum of their single costs: the least eigenvalue of the spots' inner products, along
+    /// infinite rows and columns.
     pub fn independence(&self) -> f32 {
         [1, SIDE]
             .map(|next| {
@@ -110,7 +109,7 @@ impl SpotTable {
             .all(|axis| self.first(a)[axis].abs_diff(self.first(b)[axis]) < self.taps[axis])
     }
 
-    /// Whether the spots of two LEDs have pixels in common to speak of.
+    /// Whether the spots of two LEDs overlap significantly.
     pub fn overlap(&self, a: usize, b: usize) -> bool {
         let [dx, dy] = [0, 1].map(|axis| self.centre[a][axis] - self.centre[b][axis]);
         dx * dx + dy * dy < OVERLAP * self.variance

@@ -1,4 +1,4 @@
-//! What runs on a receiver that stands alone.
+//! The program of a standalone receiver.
 
 use core::array;
 
@@ -20,27 +20,27 @@ use crate::profile::{Profile, Stage};
 use link::framing::Event;
 use link::panel::SIDE;
 
-/// After a request text is held back so long, µs: a computer that asks gets answers alone.
+/// Time without text after a request, µs: a computer that asks gets answers alone.
 pub const QUIET_US: u64 = 5_000_000;
-/// Bytes taken from the port between two frames, at most: a flood does not keep frames from being read.
+/// Bytes read from the port between two frames, at most, so that a flood of bytes does not stop the reading of frames.
 const BYTES_AT_ONCE: usize = 512;
-/// The lamp blinks so long after a message, µs.
+/// Time for which the lamp blinks after a message, µs.
 const MESSAGE_SHOWN_US: u64 = 1_500_000;
-/// Frames between two changes of the exposure while a panel is followed: a change takes two frames to show.
+/// Frames between two changes of the exposure while a panel is followed, because a change takes two frames to show.
 const SETTLING_FRAMES: u32 = 6;
-/// From one attempt to set a camera up whose frames come nevertheless to the next, µs.
+/// Interval between attempts to set up a camera that streams but did not accept its settings, µs.
 const SET_UP_AGAIN_US: u64 = 1_000_000;
-/// The exposure to begin with, in lines at gain 1.
+/// The initial exposure, in lines at gain 1.
 const FIRST_SENSITIVITY: u32 = 60;
 
-/// What an application is told before it starts.
+/// The settings of an application.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// How the camera reads its frames.
+    /// The camera's mode.
     pub mode: Mode,
-    /// Thousandths of a symbol a second that panels show: above 0, at most one a frame.
+    /// The panel's symbol rate in thousandths of a symbol a second: above 0, at most one symbol a frame.
     pub symbol_millihertz: u32,
-    /// Whether the watchdog or a panic ended what ran before.
+    /// Whether the watchdog or a panic ended the previous run.
     pub was_reset: bool,
 }
 
@@ -50,35 +50,35 @@ pub enum ApplicationError {
     /// More symbols than frames, or none.
     #[error("{millihertz} thousandths of a symbol a second: above 0 and at most {most} can be read, one in each frame")]
     SymbolRate {
-        /// The rate asked for.
+        /// The requested rate.
         millihertz: u32,
-        /// The most.
+        /// The maximum.
         most: u32,
     },
 }
 
-/// Frames in, text out; and the camera, the lamp and the port looked after.
+/// The receiver's program: frames in, text out, with control of the camera, the lamp and the port.
 ///
-/// Whoever runs it calls [`start`](Self::start) once, [`frame`](Self::frame) with each frame that comes, and
-/// [`no_frame`](Self::no_frame) when none has come for some time; each also serves the port.
+/// Call [`start`](Self::start) once, [`frame`](Self::frame) with each frame, and [`no_frame`](Self::no_frame) after some time without one.
+/// Each of them also serves the port.
 pub struct Application<F> {
     follower: F,
     settings: Settings,
     is_following: bool,
     trouble: Option<Trouble>,
     printed: PrintedState,
-    /// Whether the camera has taken its settings.
+    /// Whether the camera has accepted its settings.
     is_set_up: bool,
     set_up_us: u64,
     pub(super) exposure: Exposure,
     by_mean: Exposure,
     pub(super) levels: Levels,
-    /// Frames since the exposure was changed, or the search began.
+    /// Frames since the last change of the exposure, or since the search began.
     steady_frames: u32,
     numbering: Numbering,
-    /// The panel, and the number of the frame that last showed it.
+    /// The last sighting of the panel, and the number of its frame.
     sighting: Option<(u64, Sighting)>,
-    /// The size that the panel has told.
+    /// The transmitted size of the panel.
     size: Option<PanelSize>,
     counters: Counters,
     frame_us: u32,
@@ -88,7 +88,7 @@ pub struct Application<F> {
     pub(super) service: Service,
 }
 
-/// Tells the board that the program is alive while a frame is worked on.
+/// Reports to the board during a frame that the program is alive.
 struct Pulse<'a, B>(&'a mut B);
 
 impl<B: Machine> Profile for Pulse<'_, B> {
@@ -100,7 +100,7 @@ impl<B: Machine> Profile for Pulse<'_, B> {
 }
 
 impl<F: Follow> Application<F> {
-    /// An application that has seen nothing.
+    /// An application before its first frame.
     ///
     /// # Errors
     /// [`ApplicationError`] if a setting is out of its range.
@@ -138,22 +138,22 @@ impl<F: Follow> Application<F> {
         })
     }
 
-    /// Whether it follows a panel; otherwise it looks for one.
+    /// Whether it follows a panel; otherwise it searches.
     pub fn is_following(&self) -> bool {
         self.is_following
     }
 
-    /// What is wrong, if anything.
+    /// The current fault, if any.
     pub fn trouble(&self) -> Option<Trouble> {
         self.trouble
     }
 
-    /// How the camera exposes.
+    /// The camera's exposure.
     pub fn exposure(&self) -> Exposure {
         self.exposure
     }
 
-    /// What was counted.
+    /// The counters.
     pub fn counters(&self) -> Counters {
         self.counters
     }
@@ -163,14 +163,14 @@ impl<F: Follow> Application<F> {
         &self.message.bytes
     }
 
-    /// Sets the camera up; says what is wrong if it cannot be.
+    /// Sets the camera up; reports a fault if that fails.
     pub fn start(&mut self, board: &mut impl Board) {
         let started = self.set_up(board);
         self.have(started.err().map(Fault::Camera), board.micros());
         self.serve(board);
     }
 
-    /// No whole frame has come for some time: says so, and sets the camera up anew.
+    /// Handles a time without a whole frame: reports it, and resets the camera.
     pub fn no_frame(&mut self, board: &mut impl Board) {
         let lacking = match self.numbering.cut_since(board.cut_short()) {
             0 => Fault::NoFrames,
@@ -190,7 +190,7 @@ impl<F: Follow> Application<F> {
         started
     }
 
-    /// Notes what is wrong from now on, if anything.
+    /// Sets or clears the current fault.
     fn have(&mut self, fault: Option<Fault>, now_us: u64) {
         if self.fault() != fault {
             let since_ms = now_us / 1000;
@@ -202,7 +202,7 @@ impl<F: Follow> Application<F> {
         self.trouble.map(|trouble| trouble.fault)
     }
 
-    /// Takes in a frame whose last line was read out at `ended_us`. Frames of another size than the camera's are not looked at.
+    /// Processes a frame whose last line was read out at `ended_us`. Frames of another size than the camera's are ignored.
     // Not inlined, so that it can be timed.
     #[inline(never)]
     pub fn frame(&mut self, pixels: &[u8], ended_us: u64, board: &mut impl Board) {
@@ -228,7 +228,7 @@ impl<F: Follow> Application<F> {
         self.numbering.was_busy(board.micros().saturating_sub(began_us));
     }
 
-    /// A whole frame is there: what was wrong with frames is so no more. A camera that could not be set up is tried again.
+    /// Clears faults about missing frames after a whole one. Retries a camera that could not be set up.
     fn mend(&mut self, board: &mut impl Board) {
         let now_us = board.micros();
         if self.is_set_up {
@@ -241,7 +241,7 @@ impl<F: Follow> Application<F> {
         }
     }
 
-    /// The number of a frame, by when it ended: those that passed by are counted.
+    /// The number of a frame, by its end. Counts dropped frames.
     fn count(&mut self, ended_us: u64, cut_short: u32) -> u64 {
         let (number, passed_by) = self.numbering.next(ended_us, cut_short);
         add(&mut self.counters.passed_by, passed_by);
@@ -249,7 +249,7 @@ impl<F: Follow> Application<F> {
         number
     }
 
-    /// Notes whether a panel is followed.
+    /// Sets whether a panel is followed.
     fn follow(&mut self, is_following: bool) {
         match (self.is_following, is_following) {
             (false, true) => add(&mut self.counters.found, 1),
@@ -284,18 +284,18 @@ impl<F: Follow> Application<F> {
         }
     }
 
-    /// Where the panel was last seen.
+    /// The last known position of the panel.
     pub(super) fn corners(&self) -> Option<Corners> {
         self.sighting.map(|(_, sighting)| sighting.corners)
     }
 
-    /// No panel is seen: what another one is like, is not known.
+    /// Forgets the panel: the next one may be another.
     fn lose(&mut self) {
         self.follow(false);
         (self.sighting, self.size) = (None, None);
     }
 
-    /// Looks after the exposure.
+    /// Controls the exposure.
     fn expose(&mut self, frame: &Frame<'_>, board: &mut impl Board) {
         let corners = self.corners();
         self.levels = match &corners {
@@ -312,7 +312,7 @@ impl<F: Follow> Application<F> {
             let is_due = self.steady_frames.is_multiple_of(BRACKET_FRAMES);
             is_due.then(|| exposure::for_search(&mut self.by_mean, now, self.levels, turn, mode))
         };
-        // What was not written whole is written again.
+        // After a failed write the exposure is written again.
         let is_unsure = matches!(self.fault(), Some(Fault::Camera(_)));
         let Some(wanted) = wanted.filter(|wanted| self.is_set_up && (is_unsure || *wanted != now)) else {
             return;
@@ -330,13 +330,13 @@ impl<F: Follow> Application<F> {
                     self.follower.expect_another_exposure();
                 }
             }
-            // Not with each frame: a bus that hangs takes its time.
+            // Not in each frame, because a bus that hangs takes time.
             Err(_) if corners.is_some() => self.steady_frames = 0,
             Err(_) => {}
         }
     }
 
-    /// Serves the port and the lamp, and tells the board that it is alive. One request is answered at most; more wait for the next time.
+    /// Serves the port and the lamp, and reports to the board that the program is alive. Answers at most one request; others wait.
     pub fn serve(&mut self, board: &mut impl Board) {
         board.alive();
         for _ in 0..BYTES_AT_ONCE {
@@ -347,7 +347,7 @@ impl<F: Follow> Application<F> {
                     self.set_symbol_rate(millihertz);
                 }
                 self.answer(&received, now_us, board);
-                // One at a time: an answer may take longer than a frame, and those that ask without end would be all that is served.
+                // One at a time: an answer may take longer than a frame, and an endless series of requests would stop all else.
                 break;
             }
         }
@@ -421,7 +421,7 @@ impl<F: Follow> Application<F> {
         board.write(service.answer(received, &state));
     }
 
-    /// What the panel that is followed was last read as.
+    /// The last reading of the followed panel.
     fn reading(&self) -> Option<WireReading> {
         let (frame, sighting) = self.sighting.filter(|_| self.is_following)?;
         Some(WireReading {
@@ -437,7 +437,7 @@ impl<F: Follow> Application<F> {
     }
 
     /// Whether the lamp is lit: a short flash each second while searching, steadily while following, quickly blinking after a message, and
-    /// slowly where something is wrong.
+    /// slowly during a fault.
     fn lamp(&self, now_us: u64) -> bool {
         let has_message = self.counters.messages > 0 && now_us.saturating_sub(self.message.at_us) < MESSAGE_SHOWN_US;
         let lit = |on_us: u64, period_us: u64| now_us % period_us < on_us;
@@ -453,7 +453,7 @@ fn add(counter: &mut u32, count: u32) {
     *counter = counter.saturating_add(count);
 }
 
-/// Thousandths of a symbol a second: one in each frame.
+/// The greatest symbol rate, in thousandths of a symbol a second: one symbol a frame.
 const fn most_millihertz(mode: Mode) -> u32 {
     1_000_000_000 / mode.period_us()
 }

@@ -1,35 +1,35 @@
-//! How long to expose, by what the frames show: LEDs below white, and what is around them as far above black as that allows.
+//! Control of the exposure: LEDs below white, and their surroundings as far above black as that allows.
 //!
-//! The sensor's grey levels are linear in light, so that one frame tells how much more or less light the next one should get. While a panel
-//! is followed its own pixels count. While one is looked for nobody knows where it is, and how bright: then the whole frame's mean counts,
-//! and a few shorter exposures are taken in turn, in one of which the LEDs are not white.
+//! The sensor's grey levels are linear in light, so one frame gives the factor for the next one's exposure. While a panel is followed, its
+//! own pixels count. During a search the panel's place and brightness are unknown. The whole frame's mean counts then, and a few shorter
+//! exposures take turns, so that the LEDs are not white in one of them.
 
 use crate::corners::Corners;
 use crate::frame::Frame;
 use crate::hm01b0::{BLACK_GREY, Exposure, LEAST_LINES, Mode};
 
-/// Where the brightest pixels of a followed panel are meant to be, grey levels.
+/// The target of a followed panel's brightest pixels, grey levels.
 const BRIGHT: u32 = 200;
-/// From here on pixels count as white: how much light there is they do not tell.
+/// The grey level from which on pixels count as white and do not show how much light there is.
 const WHITE: u8 = 250;
-/// Where a searched frame's mean is meant to be, grey levels.
+/// The target of a searched frame's mean, grey levels.
 const MEAN: u32 = 56;
-/// Light by this ratio off, in 1/256, is left as it is: each change costs a frame's levels.
+/// The range of factors that cause no change, in 1/256, because each change spoils a frame's levels.
 const DEAD_BAND: (u32, u32) = (205, 320);
-/// The most that the light changes at once.
+/// The greatest factor of a single change.
 const STEP_MAX: u32 = 4;
-/// How much shorter than by the mean the exposures of a search are, one after another, as powers of 2.
+/// Successive reductions of a search's exposure relative to the mean's, as powers of 2.
 const BRACKETS: [u32; 4] = [0, 2, 4, 1];
-/// Frames in which a bracket is tried: after those that show the change, as many as LEDs need to blink.
+/// Frames per bracket: those until the change shows, and as many as LEDs need to blink.
 pub const BRACKET_FRAMES: u32 = 20;
-/// Of the pixels of a panel as many are brighter than its bright ones, a hundredth.
+/// The part of a panel's pixels that may be brighter than its bright level: a hundredth.
 const BRIGHTER: usize = 100;
-/// Of the pixels of a panel as many are darker than its dark ones, a tenth.
+/// The part of a panel's pixels that may be darker than its dark level: a tenth.
 const DARKER: usize = 10;
-/// Pixels that a panel's levels are taken from, about.
+/// Pixels that determine a panel's levels, approximately.
 const SAMPLES: usize = 2048;
 
-/// How bright a part of a frame is.
+/// The brightness of a part of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Levels {
     /// Grey level that a hundredth of the pixels are above.
@@ -41,13 +41,13 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Of a whole frame, by some of its pixels.
+    /// Levels of a whole frame, from some of its pixels.
     pub fn of_frame(frame: &Frame<'_>) -> Self {
         Self::of(frame, [0, 0], [frame.width(), frame.height()])
     }
 
-    /// Of the panel at `corners`, by the pixels in its upright outline, half a pitch around the LEDs; of the whole frame where the panel is
-    /// not in it.
+    /// Levels of the panel at `corners`, from the pixels in its upright outline, half a pitch around the LEDs; of the whole frame if the
+    /// panel is not in it.
     pub fn of_panel(frame: &Frame<'_>, corners: &Corners) -> Self {
         let margin = 0.5 * corners.pitch_px();
         let points = corners.points();
@@ -67,7 +67,7 @@ impl Levels {
 
     fn of(frame: &Frame<'_>, [left, top]: [usize; 2], [width, height]: [usize; 2]) -> Self {
         let mut histogram = [0u16; 256];
-        // Of large parts every second, third … pixel along both axes.
+        // In large parts, every second, third … pixel along both axes.
         let step = (1..).find(|step| width * height / (step * step) <= SAMPLES);
         let step = step.unwrap_or(1);
         let (mut count, mut sum) = (0usize, 0u32);
@@ -95,7 +95,7 @@ impl Levels {
     }
 }
 
-/// The exposure for the frames to come, while a panel of those levels is followed; the same one where there is nothing to mend.
+/// The next exposure while a panel with those levels is followed; the same one if no change is needed.
 pub fn for_panel(now: Exposure, levels: Levels, mode: Mode) -> Exposure {
     if levels.bright >= WHITE {
         return of_sensitivity(now.sensitivity() / 2, mode);
@@ -104,12 +104,12 @@ pub fn for_panel(now: Exposure, levels: Levels, mode: Mode) -> Exposure {
     adjusted(now, BRIGHT - u32::from(BLACK_GREY), light, mode)
 }
 
-/// The exposure for the frames to come, while a panel is looked for: by the mean, and in turn shorter ones.
+/// The next exposure during a search: by the mean, and shorter ones in turn.
 ///
-/// `by_mean` is what the mean alone would ask for, and goes on with each call; `turn` counts brackets.
+/// `by_mean` is the exposure for the mean alone, and is updated by each call; `turn` counts brackets.
 pub fn for_search(by_mean: &mut Exposure, now: Exposure, levels: Levels, turn: u32, mode: Mode) -> Exposure {
     let light = u32::from(levels.mean.saturating_sub(BLACK_GREY)).max(1);
-    // What the mean would be by the exposure that it asks for, which this frame may not have had.
+    // The mean at the exposure `by_mean`, which this frame may not have had.
     let in_mean = (light * by_mean.sensitivity() / now.sensitivity().max(1)).max(1);
     *by_mean = adjusted(*by_mean, MEAN - u32::from(BLACK_GREY), in_mean, mode);
     let shorter = BRACKETS[turn as usize % BRACKETS.len()];
@@ -124,18 +124,18 @@ fn adjusted(now: Exposure, wanted: u32, light: u32, mode: Mode) -> Exposure {
     of_sensitivity(rounded(now.sensitivity() * ratio, 256), mode)
 }
 
-/// Of two or three lines half a line is a quarter of the light.
+/// Rounded, because half a line of two or three is a quarter of the light.
 const fn rounded(numerator: u32, denominator: u32) -> u32 {
     (numerator + denominator / 2) / denominator
 }
 
-/// The longest exposure that leaves symbols whole: a quarter of the time between frames.
+/// The longest exposure that mostly shows single symbols: a quarter of the time between frames.
 const fn most_lines(mode: Mode) -> u16 {
     let quarter = mode.frame_lines / 4;
     if quarter < mode.most_lines() { quarter } else { mode.most_lines() }
 }
 
-/// The exposure of that sensitivity, in lines at gain 1: as long as may be before gain is used.
+/// The exposure of that sensitivity, in lines at gain 1: the longest allowed one before gain.
 pub fn of_sensitivity(sensitivity: u32, mode: Mode) -> Exposure {
     let most = u32::from(most_lines(mode));
     let gain_log2 = (0..Exposure::GAIN_MAX)
@@ -153,7 +153,7 @@ mod tests {
     use super::*;
     use properties::prelude::*;
 
-    /// What a linear sensor shows of light that it would give `full` grey levels a line.
+    /// The grey level of a linear sensor for light of `full` grey levels a line.
     fn grey(light: f64, exposure: Exposure) -> u8 {
         (f64::from(BLACK_GREY) + light * f64::from(exposure.sensitivity())) as u8
     }
@@ -172,7 +172,7 @@ mod tests {
     }
 
     properties! {
-        /// Wherever the sensor can do it, LEDs end up below white and well above black, from any exposure, and stay.
+        /// Within the sensor's range, LEDs end up below white and well above black, from any exposure, and stay.
         #[test]
         fn leds_come_below_white(log_light in -3.5..3.0f64, start in 2u32..2128, ratio in 0.0..1.0f64) {
             for mode in [Mode::QVGA, Mode::BINNED] {
@@ -186,7 +186,7 @@ mod tests {
             }
         }
 
-        /// Any sensitivity becomes an exposure that the sensor takes.
+        /// Any sensitivity becomes an exposure within the sensor's range.
         #[test]
         fn exposures_are_possible(sensitivity in 0u32..1 << 24) {
             for mode in [Mode::QVGA, Mode::BINNED] {
@@ -197,7 +197,7 @@ mod tests {
         }
     }
 
-    /// As near as whole lines come, in the brightest light, too: half a line of two and a half, and as much by the dead band.
+    /// As close as whole lines allow, in the brightest light, too: half a line of two and a half, and as much by the dead band.
     #[test]
     fn the_shortest_exposures_are_the_nearest() {
         for needed in (20..=100).map(|tenths| f64::from(tenths) / 10.0) {
@@ -210,7 +210,7 @@ mod tests {
         }
     }
 
-    /// One of a search's brackets shows LEDs that are brighter than the frame's mean by any ratio up to 60 below white, and above black.
+    /// For LEDs up to 60 times as bright as the frame's mean, one of a search's brackets shows them below white and above black.
     #[test]
     fn a_bracket_fits_leds_that_are_brighter_than_all_else() {
         for brighter in [1.5, 4.0, 12.0, 40.0, 60.0] {

@@ -1,4 +1,4 @@
-//! What finds a panel in frames, follows it and reads it.
+//! The interface that finds a panel in frames, follows it and reads it.
 
 use core::borrow::BorrowMut;
 
@@ -10,28 +10,28 @@ use link::framing::Event;
 use link::orientation::Orientation;
 use link::panel::{PanelFrame, SoftPanel};
 
-/// The share of bits that have to be right by their soft values, for a reading to prove something: what two groups of LEDs have that lie
-/// four of their deviations apart. Noise parts into two of 2.7.
+/// Minimum confidence of a reading that is evidence: that of two groups of LEDs four of their deviations apart. Noise splits into two
+/// groups 2.7 deviations apart.
 const LEAST_CONFIDENCE: f32 = 0.977;
 
-/// What a frame showed: in the panel's own rows and columns once it is known which way up it is; else, and where the picture is mirrored, in
-/// those of the picture.
+/// A panel in a frame: in the panel's own rows and columns once its orientation is known. Before that, and in a mirrored picture, in those
+/// of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
-    /// Where the panel is.
+    /// The panel's position.
     pub corners: Corners,
-    /// Which LEDs are On.
+    /// The On LEDs.
     pub bits: PanelFrame,
-    /// How sure that is of each.
+    /// The soft value of each LED.
     pub soft: SoftPanel,
     /// Whether the exposure seems to have caught two symbols.
     pub is_mixed: bool,
-    /// The share of its bits that are right if the soft values are.
+    /// The expected share of right bits by the soft values.
     pub confidence: f32,
 }
 
 impl Sighting {
-    /// In the panel's own rows and columns, once it is known which way up it is; those of a mirrored picture stay as they are.
+    /// Converts to the panel's own rows and columns, once its orientation is known; those of a mirrored picture stay mirrored.
     fn upright(self, orientation: Option<Orientation>) -> Self {
         let orientation = orientation.unwrap_or_default().turn();
         Self {
@@ -43,39 +43,38 @@ impl Sighting {
     }
 }
 
-/// What came of a frame.
+/// The result of a frame.
 #[derive(Debug)]
 pub struct FrameOutcome<'a> {
     /// Whether a panel is followed, in this frame or through a gap.
     pub is_following: bool,
-    /// The panel, where it was read.
+    /// The panel, if it was read.
     pub sighting: Option<Sighting>,
-    /// What the symbol before this frame's meant for the message.
+    /// The event that the symbol before this frame's caused.
     pub event: Event<'a>,
 }
 
 /// Finds a panel in whole frames, follows it and reads it.
 pub trait Follow {
-    /// Takes in frame `number`. Numbers rise; those that are left out are lost frames.
+    /// Processes frame `number`. Numbers rise; skipped ones are lost frames.
     fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> FrameOutcome<'_>;
 
-    /// Forgets everything and goes by that many symbols in a frame's period, above 0 and at most 1; `None` where it cannot.
+    /// Resets all state for this number of symbols per frame, above 0 and at most 1; `None` if it cannot.
     fn begin(&mut self, symbols_per_frame: f32) -> Option<()>;
 
-    /// The next frames are exposed otherwise.
+    /// Announces that the next frames have another exposure.
     fn expect_another_exposure(&mut self);
 }
 
-/// A [`Receiver`] that is told where the panel is by a [`BlinkSearch`], which takes little memory. It takes some 40 kB itself, which are not
-/// to pass through a small stack.
+/// A [`Receiver`] with a [`BlinkSearch`], which takes little memory. It takes some 40 kB itself, which must not pass through a small stack.
 pub struct PanelReceiver<const PIXELS: usize, M, B> {
     /// The receiver.
     pub receiver: Receiver<PIXELS, M>,
-    /// What it goes by.
+    /// Its settings.
     pub settings: ReceiverSettings,
-    /// What finds the panel.
+    /// The search for the panel.
     pub search: BlinkSearch<B>,
-    /// What tells a panel from all else that blinks; nothing is followed at first.
+    /// The test that the found object is a panel and not another blinking one; nothing is followed at first.
     pub proof: Proof,
 }
 
@@ -94,9 +93,9 @@ where
         if receiver.corners().is_none() {
             proof.lost(number);
             let others = proof.others(number);
-            // The camera's frames are of a size that can be searched.
+            // The camera's frames have a size that can be searched.
             let found = profile.timed(Stage::Search, || search.find_beside(frame, others));
-            // A panel that does not fit into the memory is not one that can be read.
+            // A panel that does not fit into the memory is not readable.
             let size = (frame.width(), frame.height());
             let fits = |corners: &Corners| receiver.place(*corners, [0, 0], size).is_ok();
             if let Some(corners) = found.ok().flatten().filter(fits) {
@@ -146,7 +145,7 @@ where
     }
 }
 
-/// One that reads in whole numbers, wherever it lies.
+/// A receiver in integer arithmetic, in any memory.
 impl<B: BorrowMut<[u8]>> Follow for &mut IntegerReceiver<B> {
     fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> FrameOutcome<'_> {
         let outcome = IntegerReceiver::frame(self, number, frame, profile);

@@ -1,4 +1,4 @@
-//! What is said between a computer and a receiver that stands alone.
+//! The messages between a computer and a standalone receiver.
 
 use crate::hm01b0::{CameraError, Exposure};
 use link::framing::MESSAGE_MAX;
@@ -6,9 +6,9 @@ use link::panel::SIDE;
 use link::serial::{BodyError, FRAME_OVERHEAD, Hello, VERSION};
 use serde::{Deserialize, Serialize};
 
-/// The number of this set of messages, in [`Hello::schema`]; another number, other messages.
+/// The number of this set of messages, in [`Hello::schema`]; another set has another number.
 pub const SCHEMA: u32 = 0x7ece_0003;
-/// What the name of each receiver's board begins with.
+/// The prefix of each receiver's board name.
 pub const BOARD_PREFIX: &str = "receiver-";
 /// Bytes of a picture in one answer, at most.
 pub const PART_MAX: usize = 512;
@@ -17,10 +17,10 @@ pub const REQUEST_MAX: usize = FRAME_OVERHEAD + 16;
 /// Bytes of the longest answer's frame.
 pub const ANSWER_MAX: usize = FRAME_OVERHEAD + 64 + MESSAGE_MAX;
 
-/// A request. Doing twice what it asks for is the same as doing it once.
+/// A request. All requests are idempotent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Request {
-    /// Who is there? The same request as a transmitter's. Answered by [`Answer::Hello`].
+    /// Identification: the same request as a transmitter's. Answered by [`Answer::Hello`].
     Hello,
     /// Answered by [`Answer::Status`].
     Status,
@@ -28,13 +28,13 @@ pub enum Request {
     Message,
     /// Answered by [`Answer::Camera`].
     Camera,
-    /// A part of the newest frame's picture, which is kept until half a second after a part of it was last asked for. Answered by
+    /// A part of the newest frame's picture, which is kept until half a second after the last request for a part. Answered by
     /// [`Answer::Picture`].
     Picture {
-        /// The first byte wanted.
+        /// The first byte of the part.
         offset: u32,
     },
-    /// Read a panel that shows so many symbols. Answered by [`Answer::Done`].
+    /// Sets the panel's symbol rate. Answered by [`Answer::Done`].
     SetSymbolRate {
         /// Thousandths of a symbol a second.
         millihertz: u32,
@@ -46,46 +46,46 @@ pub enum Request {
 /// An answer; it carries the sequence number of its request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Answer<'a> {
-    /// The request was not done, and nothing changed.
+    /// The request failed, and nothing changed.
     Refused(Refusal),
-    /// Who is here: the same answer as a transmitter's.
+    /// Identification: the same answer as a transmitter's.
     #[serde(borrow)]
     Hello(Hello<'a>),
-    /// How the receiver is.
+    /// The receiver's state.
     Status(Status),
-    /// The last message; none has come where the count is 0.
+    /// The last message; none yet if the count is 0.
     Message(Message<'a>),
-    /// How the camera is set.
+    /// The camera's settings.
     Camera(CameraSettings),
     /// A part of a picture.
     Picture(PicturePart<'a>),
-    /// It is done.
+    /// The request succeeded.
     Done,
-    /// What the panel that is followed was last read as; nothing while none is seen.
+    /// The last reading of the followed panel; `None` while none is seen.
     Reading(Option<WireReading>),
 }
 
-/// Why a receiver did not do what was asked.
+/// Why a receiver refused a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Refusal {
-    /// The request is of another version of the frames.
+    /// The request has another version of the frames.
     #[error("the receiver speaks version {speaks} of the frames: use a program that does, or update it")]
     Version {
-        /// The version it speaks.
+        /// The receiver's version.
         speaks: u8,
     },
-    /// The request is whole, and no message of this set.
+    /// The request is whole but unknown in this set.
     #[error("the receiver does not know this request: update the older side")]
     Unknown,
     /// No frame has come from the camera.
     #[error("the receiver has no picture, as no frame has come from its camera: look at its status")]
     NoPicture,
-    /// It cannot read symbols at that rate.
+    /// The symbol rate is out of range.
     #[error("{millihertz} thousandths of a symbol a second: above 0 and at most {most} can be read, one in each frame")]
     SymbolRate {
-        /// The rate asked for.
+        /// The requested rate.
         millihertz: u32,
-        /// The most.
+        /// The maximum.
         most: u32,
     },
 }
@@ -99,65 +99,65 @@ impl From<BodyError> for Refusal {
     }
 }
 
-/// What keeps a receiver from seeing as it should.
+/// A fault that hinders the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Fault {
-    /// The camera does not do what it is told.
+    /// The camera does not accept its settings.
     #[error(transparent)]
     Camera(#[from] CameraError),
     /// The camera is set up and sends nothing.
     #[error("the camera sends no frames: look at PCLK, HREF, VSYNC and the camera's clock")]
     NoFrames,
-    /// The camera's frames lack lines, all of them for a second.
+    /// All of the camera's frames have lacked lines for a second.
     #[error("the camera's frames are cut short, none was whole for a second: look at PCLK, HREF and VSYNC, and keep their wires short")]
     NoWholeFrames,
 }
 
-/// A fault that has not gone yet.
+/// A current fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Trouble {
-    /// What is wrong.
+    /// The fault.
     pub fault: Fault,
-    /// Since when, milliseconds after the receiver's start.
+    /// Its start, milliseconds after the receiver's start.
     pub since_ms: u64,
 }
 
 /// The state of a receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
-    /// Milliseconds since it started.
+    /// Milliseconds since the start.
     pub uptime_ms: u64,
-    /// Whether it follows a panel; otherwise it looks for one.
+    /// Whether it follows a panel; otherwise it searches.
     pub is_following: bool,
-    /// What is wrong, if anything. A panel may be followed nevertheless.
+    /// The current fault, if any. A panel may be followed nevertheless.
     pub trouble: Option<Trouble>,
     /// Whether the watchdog or a panic restarted it.
     pub was_reset: bool,
-    /// Where the panel that is followed was last seen: the corner LEDs in pixels of the frame, top left, top right, bottom right, bottom
+    /// The last known position of the followed panel: the corner LEDs in pixels of the frame, top left, top right, bottom right, bottom
     /// left.
     pub corners: Option<[[f32; 2]; 4]>,
-    /// The share of the last reading's bits that are right if its soft values are: 0.5 to 1; 0 while none is followed.
+    /// The expected share of right bits in the last reading, by its soft values: 0.5 to 1; 0 while no panel is followed.
     pub confidence: f32,
-    /// Thousandths of a symbol a second that it expects.
+    /// The expected symbol rate, thousandths of a symbol a second.
     pub symbol_millihertz: u32,
-    /// What the last frame took, from its end to the next one's being waited for, µs.
+    /// Time for the last frame, from its end until the wait for the next one, µs.
     pub frame_us: u32,
-    /// The most that a frame took since the start, µs.
+    /// The longest time for a frame since the start, µs.
     pub longest_us: u32,
-    /// The deepest that its stack was, bytes.
+    /// The greatest stack depth, bytes.
     pub stack_bytes: u32,
-    /// What was counted.
+    /// The counters.
     pub counters: Counters,
 }
 
-/// What is counted from the start; each stays at its greatest value.
+/// Counters since the start; each saturates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Counters {
-    /// Frames taken in.
+    /// Processed frames.
     pub frames: u32,
-    /// Whole frames of the camera that were not taken in, as the ones before took too long.
+    /// Whole frames of the camera that were dropped because earlier ones took too long.
     pub passed_by: u32,
-    /// Frames that ended too early.
+    /// Frames with missing lines.
     pub cut_short: u32,
     /// Frames in which the panel was read.
     pub readings: u32,
@@ -167,79 +167,78 @@ pub struct Counters {
     pub lost: u32,
     /// Messages received whole.
     pub messages: u32,
-    /// LEDs that error correction mended in these.
+    /// LEDs that error correction changed in these.
     pub corrected_bits: u32,
     /// Times that the camera was set up.
     pub starts: u32,
-    /// Requests that arrived whole.
+    /// Whole requests.
     pub requests: u32,
     /// Garbage between two zeros on the port.
     pub bad_frames: u32,
 }
 
-/// What a frame was read as: in rows and columns as a [`Sighting`](super::Sighting) is.
+/// The reading of a frame: in rows and columns as in a [`Sighting`](super::Sighting).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WireReading {
     /// The frame's number.
     pub frame: u64,
-    /// LEDs that are On: bit 8·row + column.
+    /// On LEDs: bit 8·row + column.
     pub bits: u64,
-    /// How sure that is of each LED, by rows: ln(P(On)/P(Off)) in steps of [`LLR_STEP`](link::panel::LLR_STEP).
+    /// The soft value of each LED, by rows: ln(P(On)/P(Off)) in steps of [`LLR_STEP`](link::panel::LLR_STEP).
     pub soft: [[i8; SIDE]; SIDE],
-    /// Whether the exposure seems to have caught two symbols: the bits are of neither then.
+    /// Whether the exposure seems to have caught two symbols: the bits are then of neither.
     pub is_mixed: bool,
     /// The corner LEDs in pixels of the frame, top left, top right, bottom right, bottom left.
     pub corners: [[f32; 2]; 4],
-    /// The share of the bits that are right if the soft values are: 0.5 to 1.
+    /// The expected share of right bits, by the soft values: 0.5 to 1.
     pub confidence: f32,
-    /// How far away the panel is, in distances from one of its LEDs to the next, by the module's own lens.
+    /// The panel's distance in pitches, by the module's own lens.
     pub range_pitches: f32,
-    /// That distance, m, where the transmitter has told how large its panel is.
+    /// The pitch, m, if the transmitter has sent its panel's size.
     pub pitch_m: Option<f32>,
 }
 
 impl WireReading {
-    /// How far away the panel is, m, where it has told its size.
+    /// The panel's distance, m, if the transmitter has sent its size.
     pub fn range_m(&self) -> Option<f32> {
         self.pitch_m.map(|pitch_m| pitch_m * self.range_pitches)
     }
 }
 
-/// A message that was received whole.
+/// A received message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Message<'a> {
-    /// Its number since the start, from 1; 0: none has come.
+    /// Its number since the start, from 1; 0: none yet.
     pub count: u32,
-    /// Its bytes: 1 to 1024, none where none has come.
+    /// Its bytes: 1 to 1024, or none before the first message.
     pub bytes: &'a [u8],
     /// Milliseconds since it was complete.
     pub age_ms: u64,
     /// Camera frames from its beginning to its end.
     pub frames: u32,
-    /// LEDs that error correction mended.
+    /// LEDs that error correction changed.
     pub corrected_bits: u32,
 }
 
-/// How the camera is set.
+/// The camera's settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CameraSettings {
     /// Columns and rows of a frame.
     pub size: [u16; 2],
     /// Time between frames, µs.
     pub period_us: u32,
-    /// Lines that are exposed.
+    /// Exposed lines.
     pub lines: u16,
-    /// Time that they are exposed for, µs.
+    /// Exposure time of a line, µs.
     pub exposure_us: u32,
     /// Analog gain, as a power of 2.
     pub gain_log2: u8,
-    /// Bright and dark grey level of the panel, or of the frame while none is followed, see
-    /// [`Levels`](super::exposure::Levels).
+    /// Bright and dark grey level of the panel, or of the frame while no panel is followed, see [`Levels`](super::exposure::Levels).
     pub levels: [u8; 2],
 }
 
 impl CameraSettings {
-    /// The exposure in it.
+    /// The exposure in these settings.
     pub const fn exposure(&self) -> Exposure {
         Exposure {
             lines: self.lines,
@@ -257,9 +256,9 @@ pub struct PicturePart<'a> {
     pub size: [u16; 2],
     /// Column and row of its first pixel in the camera's frame.
     pub origin: [u16; 2],
-    /// Pixels of the frame from one of its pixels to the next.
+    /// Pixels of the frame per step between its pixels.
     pub step: u8,
-    /// Where in the picture the part begins.
+    /// The part's position in the picture, bytes.
     pub offset: u32,
     /// Grey levels, row by row; none at the end.
     pub bytes: &'a [u8],

@@ -1,12 +1,12 @@
-//! Numbers frames by when they ended, and tells which of those that are missing passed by.
+//! Numbers frames by their end times, and counts the missing ones that were dropped.
 
 /// Numbers the frames of a camera.
 pub struct Numbering {
     period_us: u64,
     last: Option<Last>,
-    /// Frames that were cut short, as told last.
+    /// The last count of frames cut short.
     cut_short: u32,
-    /// What the last two frames took, µs: while one is worked on the next one still has room, and those behind it pass by.
+    /// Times for the last two frames, µs: while one is processed, memory holds the next one, and further ones are dropped.
     busy_us: [u64; 2],
 }
 
@@ -18,7 +18,7 @@ struct Last {
 }
 
 impl Numbering {
-    /// Of frames that come so many µs apart.
+    /// For frames with that period in µs.
     pub fn new(period_us: u32) -> Self {
         Self {
             period_us: u64::from(period_us).max(1),
@@ -28,8 +28,8 @@ impl Numbering {
         }
     }
 
-    /// The number of a frame that ended then, `cut_short` having been cut short since the start; and how many passed by before it. Those
-    /// that were cut short did not, nor those that never were as the camera stood still: there are only as many as were worked for.
+    /// The number of a frame that ended at `ended_us`, and the frames dropped before it, given that `cut_short` were cut short since the
+    /// start. Frames cut short do not count as dropped, nor do gaps in which the camera stood still: the processing time limits the count.
     pub fn next(&mut self, ended_us: u64, cut_short: u32) -> (u64, u32) {
         let cut = self.cut_since(cut_short);
         let (number, missing) = self.last.map_or((0, 0), |last| {
@@ -43,24 +43,24 @@ impl Numbering {
         (number, passed_by.min(u32::MAX.into()) as u32)
     }
 
-    /// A frame took so long.
+    /// Notes the time that a frame took.
     pub fn was_busy(&mut self, took_us: u64) {
         self.busy_us = [self.busy_us[1], took_us];
     }
 
-    /// The camera is set up anew: what is missing until its next frame did not pass by.
+    /// Notes that the camera is reset: frames missing until its next one were not dropped.
     pub fn interrupt(&mut self) {
         self.busy_us = [0; 2];
     }
 
-    /// How many were cut short since this or [`next`](Self::next) was asked last.
+    /// Frames cut short since the last call of this or of [`next`](Self::next).
     pub fn cut_since(&mut self, cut_short: u32) -> u32 {
         let since = cut_short.wrapping_sub(self.cut_short);
         self.cut_short = cut_short;
         since
     }
 
-    /// The nearest number of frames.
+    /// The time in frame periods, rounded.
     fn periods(&self, us: u64) -> u64 {
         us.saturating_add(self.period_us / 2) / self.period_us
     }

@@ -1,23 +1,23 @@
-//! A small picture of what the camera sees: the panel and what is around it, or the whole frame with pixels left out.
+//! A small picture of the camera's view: the panel and its surroundings, or the whole frame with fewer pixels.
 
 use crate::corners::Corners;
 use crate::frame::Frame;
 
 /// Pixels of a picture, at most: 81 × 61, a fourth of 324 × 244 along each side.
 pub const PICTURE_PIXELS: usize = 81 * 61;
-/// Along its longer side a picture of a panel has so many of these as the panel, at least.
+/// The longer side of a picture of a panel, in sides of the panel, at least.
 const ROOM: f32 = 1.5;
 
-/// A picture, and what of the frame it is.
+/// A picture and its place in the frame.
 pub struct Picture {
     pixels: [u8; PICTURE_PIXELS],
     /// The number of its frame.
     pub frame: u64,
     /// Columns and rows; 0 before the first frame.
     pub size: [u16; 2],
-    /// Its first pixel in the frame.
+    /// The frame's position of its first pixel.
     pub origin: [u16; 2],
-    /// Pixels of the frame from one of its pixels to the next.
+    /// Pixels of the frame per step between its pixels.
     pub step: u8,
 }
 
@@ -30,7 +30,7 @@ impl Picture {
         step: 1,
     };
 
-    /// The part that begins at `offset`, up to `most` bytes.
+    /// The part from `offset` on, up to `most` bytes.
     pub fn part(&self, offset: u32, most: usize) -> &[u8] {
         let [width, height] = self.size.map(usize::from);
         let end = width * height;
@@ -38,7 +38,7 @@ impl Picture {
         self.pixels.get(from..(from + most).min(end)).unwrap_or_default()
     }
 
-    /// Draws a frame, or what is around the panel in it.
+    /// Draws a frame, or the surroundings of the panel in it.
     pub fn draw(&mut self, number: u64, frame: &Frame<'_>, corners: Option<&Corners>) {
         let size = [frame.width(), frame.height()];
         let (origin, extent) = match corners {
@@ -63,7 +63,7 @@ impl Picture {
     }
 }
 
-/// The part of a frame of that size around a panel: where it begins, and its size.
+/// The part of a frame of that size around a panel: its start, and its size.
 fn around(corners: &Corners, size: [usize; 2]) -> ([usize; 2], [usize; 2]) {
     let half = 0.5 * ROOM * 8.0 * corners.pitch_px();
     let centre = corners.centre_px();

@@ -1,19 +1,19 @@
-//! How far away a panel is, in its own measure: by how large it is in the picture.
+//! The distance of a panel in pitches, by its size in the picture.
 
 use crate::corners::Corners;
 use crate::hm01b0::Mode;
 
-/// The distance from the lens to a panel's centre over that from one of its LEDs to the next.
+/// The distance from the lens to a panel's centre over the panel's pitch.
 ///
-/// A view along the line of sight shows the panel's plane shortened in one direction at most: the greatest stretch of a step from LED to
-/// LED, at right angles to that line, is what the distance leaves of it, however the panel is turned. So it is exact for a lens without
-/// distortion; what corners are off, it is off by. The lens is the module's own, see `Mode::focal_length_px`.
+/// A view along the line of sight shortens the panel's plane in one direction at most. So the greatest stretch of a step between LEDs, at
+/// right angles to that line, depends on the distance alone, and not on the panel's rotation. It is exact for a lens without distortion;
+/// errors of the corners carry over. The lens is the module's own, see `Mode::focal_length_px`.
 pub fn range_pitches(corners: &Corners, mode: Mode) -> f32 {
     let focal_length_px = mode.focal_length_px();
     let [centre, along_row, along_column, _] = corners.homography().about_middle();
     let middle = [mode.width(), mode.height()].map(|side| (side as f32 - 1.0) / 2.0);
     let sight = [0, 1].map(|axis| (centre[axis] - middle[axis]) / focal_length_px);
-    // The line of sight is longer than the depth by this.
+    // The ratio of the line of sight to the depth.
     let slant = libm::sqrtf(1.0 + dot(sight, sight));
     let across = |step: [f32; 2]| {
         let along = dot(sight, step) / (slant * (slant + 1.0));
@@ -37,7 +37,7 @@ mod tests {
     use super::*;
     use properties::prelude::*;
 
-    /// Corners are kept as 32-bit numbers: a panel of 14 px across is known to a millionth of that, and a bit of it is lost on the way.
+    /// Corners are 32-bit floats: those of a panel 14 px across are precise to a millionth of that, and the computation loses some.
     const ROUNDING: f64 = 2e-4;
 
     /// The corner LEDs of a panel whose centre is at `centre` (pitches, z along the optical axis), turned by roll, yaw and pitch.
@@ -76,7 +76,7 @@ mod tests {
         }
     }
 
-    /// By the mean distance of LEDs in the picture, as one might reckon, a panel that is turned is too far away.
+    /// With the mean pitch in the picture, a panel that is turned would seem too far away.
     #[test]
     fn the_mean_pitch_would_be_wrong() {
         let turned = [0.0, 0.5, 0.0];

@@ -6,12 +6,12 @@ use super::message::{
 use super::picture::Picture;
 use link::serial::{BodyError, FrameReader, Hello, Kind, encode, wire_length};
 
-/// Bytes that an answer may take on the wire.
+/// Bytes of an answer on the wire, at most.
 const WIRE_MAX: usize = wire_length(ANSWER_MAX);
-/// How long a picture is kept after a part of it was last asked for, µs: longer than from one part to the next.
+/// Time for which a picture is kept after the last request for a part, µs: longer than between two parts.
 const PICTURE_HOLD_US: u64 = 500_000;
 
-/// What answers are made of.
+/// The sources of answers.
 pub struct State<'a> {
     pub now_us: u64,
     pub board: &'a str,
@@ -21,7 +21,7 @@ pub struct State<'a> {
     pub reading: Option<WireReading>,
     pub message: Message<'a>,
     pub picture: &'a Picture,
-    /// The most symbols a second that can be read, thousandths.
+    /// The greatest readable symbol rate, thousandths of a symbol a second.
     pub most_millihertz: u32,
 }
 
@@ -29,17 +29,17 @@ pub struct State<'a> {
 pub struct Service {
     reader: FrameReader<REQUEST_MAX>,
     wire: [u8; WIRE_MAX],
-    /// Requests that arrived whole.
+    /// Whole requests.
     pub requests: u32,
     /// Garbage between two zeros.
     pub bad_frames: u32,
-    /// When the last request came, µs since the start.
+    /// The time of the last request, µs since the start.
     asked_us: Option<u64>,
-    /// Until when the picture stays.
+    /// The time until which the picture is kept.
     kept_until_us: u64,
 }
 
-/// A request, and the sequence number that its answer needs.
+/// A request, and the sequence number for its answer.
 pub struct Received {
     sequence: u32,
     request: Result<Request, Refusal>,
@@ -67,17 +67,17 @@ impl Service {
         }
     }
 
-    /// Whether a computer has asked within so many µs.
+    /// Whether a computer has sent a request within `within_us` µs.
     pub fn is_asked(&self, now_us: u64, within_us: u64) -> bool {
         self.asked_us.is_some_and(|asked| now_us.saturating_sub(asked) < within_us)
     }
 
-    /// Whether the picture has to stay as it is.
+    /// Whether the picture must not change.
     pub fn keeps_picture(&self, now_us: u64) -> bool {
         now_us < self.kept_until_us
     }
 
-    /// Takes a byte; the request that it completes.
+    /// Adds a byte; returns the request that it completes.
     pub fn receive(&mut self, byte: u8, now_us: u64) -> Option<Received> {
         let frame = match self.reader.push(byte)? {
             Ok(frame) => frame,
@@ -116,7 +116,7 @@ impl Service {
             Ok(Request::Reading) => Answer::Reading(state.reading),
             Ok(Request::Picture { offset }) => self.part_of(state.picture, offset, state.now_us),
             Ok(Request::SetSymbolRate { millihertz }) => {
-                // It was set before this answer, if it could be.
+                // The rate was set before this answer, if it is in range.
                 if state.status.symbol_millihertz == millihertz {
                     Answer::Done
                 } else {
@@ -127,7 +127,7 @@ impl Service {
                 }
             }
         };
-        // Answers are never longer than there is room for.
+        // Answers always fit.
         encode(Kind::Answer, received.sequence, &answer, &mut self.wire).unwrap_or_default()
     }
 

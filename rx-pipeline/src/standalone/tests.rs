@@ -1,4 +1,4 @@
-//! The whole application before a camera that is made up: a linear sensor that exposes as it is told.
+//! The whole application with a simulated camera: a linear sensor that follows its exposure.
 
 use super::*;
 use crate::corners::Corners;
@@ -21,10 +21,10 @@ mod others;
 mod places;
 mod serial;
 
-/// Not a simple fraction of the frame rate: no exposure meets a change of symbols again and again.
+/// No simple fraction of the frame rate, so that exposures do not meet changes of symbols again and again.
 const SYMBOL_MILLIHERTZ: u32 = 20_400;
 
-/// A board of which everything can be seen and broken.
+/// A board whose parts can be observed and broken.
 #[derive(Default)]
 struct Bench {
     now_us: u64,
@@ -36,7 +36,7 @@ struct Bench {
     pulses: u32,
     lamp: bool,
     cut_short: u32,
-    /// That the exposure cannot be written, though the camera can be set up.
+    /// Whether writing the exposure fails, though the camera can be set up.
     is_deaf: bool,
 }
 
@@ -134,7 +134,7 @@ fn room(mode: Mode) -> Vec<u8> {
     std::vec![0; BlinkSearch::bytes(mode.width(), mode.height())]
 }
 
-/// What reads in whole numbers.
+/// The application with a receiver in integer arithmetic.
 fn in_integers(mode: Mode, symbol_millihertz: u32) -> Application<&'static mut IntegerReceiver<Vec<u8>>> {
     let receiver = IntegerReceiver::new(1.0, room(mode)).unwrap();
     let settings = Settings {
@@ -154,7 +154,7 @@ fn application(mode: Mode, symbol_millihertz: u32) -> Application<Follower> {
     Application::new(follower(mode), settings).unwrap()
 }
 
-/// A panel that stands before the camera: where it is, how much brighter LEDs are than the ground, and what it shows.
+/// A panel before the camera: its position, its brightness relative to the ground, and its symbols.
 struct Scene {
     mode: Mode,
     corners: Option<Corners>,
@@ -162,7 +162,7 @@ struct Scene {
     ground: f64,
     led: f64,
     symbol_s: f64,
-    /// Of a symbol at the start.
+    /// In symbols, at the start.
     phase: f64,
     symbols: Vec<u64>,
     seed: u32,
@@ -173,7 +173,7 @@ impl Scene {
         Self::of_size(None, mode, symbol_millihertz, message)
     }
 
-    /// A panel that tells how large it is.
+    /// A panel that sends its size.
     fn of_size(size: Option<Geometry>, mode: Mode, symbol_millihertz: u32, message: &[u8]) -> Self {
         let mut framer = Framer::new(message, Code::for_length(message.len()), false).unwrap();
         let pitch = 4.3;
@@ -200,7 +200,7 @@ impl Scene {
         if let Some(corners) = &self.corners {
             let panel = corners.homography();
             let ends = [end_us.saturating_sub(exposure.time_us().into()), end_us].map(|us| us as f64 * 1e-6 / self.symbol_s + self.phase);
-            // An exposure that meets a change of symbols has as much of each as it lasts.
+            // An exposure across a change shows both symbols in proportion to their times.
             let next = ((ends[1] - ends[1].floor()) / (ends[1] - ends[0])).min(1.0);
             let shown = ends.map(|symbol| self.symbols[symbol as usize % self.symbols.len()]);
             for led in 0..64 {
@@ -229,7 +229,7 @@ impl Scene {
     }
 }
 
-/// Runs for so many frames, or until a message has come; how long that took, µs.
+/// Runs for at most `frames` frames, until a message arrives; returns the time, µs.
 fn run(application: &mut Application<impl Follow>, bench: &mut Bench, scene: &mut Scene, frames: u32) -> u64 {
     let (began, messages) = (bench.now_us, application.counters().messages);
     for _ in 0..frames {
@@ -262,7 +262,7 @@ fn a_message_comes_out_of_the_port() {
     assert!(bench.pulses > 10 && bench.starts == 1);
 }
 
-/// Of half as many pixels, with symbols and frames that are slower: what an RP2040 does.
+/// With half as many pixels, and slower symbols and frames, as on an RP2040.
 #[test]
 fn a_message_comes_out_at_half_the_resolution() {
     let (mut application, mut bench) = (application(Mode::BINNED, 9_000), Bench::default());
@@ -277,7 +277,7 @@ fn a_message_comes_out_at_half_the_resolution() {
     );
 }
 
-/// From light that makes LEDs white, and from so little that they hardly show, exposure comes to where they are read.
+/// From light that makes LEDs white, and from so little that they hardly show, the exposure reaches readable levels.
 #[test]
 fn the_exposure_follows_the_light() {
     for brighter in [0.15, 12.0] {
@@ -294,14 +294,14 @@ fn the_exposure_follows_the_light() {
     }
 }
 
-/// A panel that goes elsewhere at once is lost and found again.
+/// A panel that jumps is lost and found again.
 #[test]
 fn a_moved_panel_is_found_again() {
     let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"moved");
     application.start(&mut bench);
     run(&mut application, &mut bench, &mut scene, 400);
-    // A message that goes on is told once.
+    // A message that continues is reported once.
     scene.symbols = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"there").symbols;
     scene.corners = scene.corners.and_then(|corners| corners.shifted(90.0, 40.0).ok());
     run(&mut application, &mut bench, &mut scene, 400);
@@ -312,7 +312,7 @@ fn a_moved_panel_is_found_again() {
     assert!(!application.is_following());
 }
 
-/// The same in whole numbers, where the panel drives on all the time, grows and turns.
+/// The same in integers, while the panel moves, grows and turns all the time.
 #[test]
 fn a_moving_panel_is_followed_in_integers() {
     let (mut application, mut bench) = (in_integers(Mode::BINNED, 9_000), Bench::default());
@@ -340,7 +340,7 @@ fn a_moving_panel_is_followed_in_integers() {
     }
 }
 
-/// Sends a request and gives the answer to `read`.
+/// Sends a request and passes the answer to `read`.
 fn ask<R>(
     application: &mut Application<impl Follow>,
     bench: &mut Bench,
@@ -423,7 +423,7 @@ fn fetch(application: &mut Application<Follower>, bench: &mut Bench, scene: &mut
     }
 }
 
-/// The greeting is a transmitter's, so that a computer can tell who is there.
+/// The greeting is a transmitter's, so that a computer can identify the device.
 #[test]
 fn a_receiver_greets_as_a_transmitter_does() {
     let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
@@ -485,7 +485,7 @@ fn symbol_rates_are_taken_or_refused() {
     );
 }
 
-/// Frames that are no frames change nothing.
+/// Invalid frames change nothing.
 #[test]
 fn frames_of_another_size_are_passed_over() {
     let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
@@ -495,7 +495,7 @@ fn frames_of_another_size_are_passed_over() {
     assert_eq!(application.counters().frames, 0);
 }
 
-/// A flood of bytes does not keep frames from being read, and none of it makes the receiver fall over.
+/// A flood of bytes does not stop the reading of frames, and causes no panic.
 #[test]
 fn a_flood_is_survived() {
     let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
@@ -504,7 +504,7 @@ fn a_flood_is_survived() {
     let mut seed = 7u32;
     for _ in 0..400 {
         bench.now_us += u64::from(scene.mode.period_us());
-        // Twice what a serial port brings in a frame's time.
+        // Twice as many as a serial port delivers in a frame's time.
         bench.input.extend((0..770).map(|_| {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (seed >> 24) as u8
@@ -517,7 +517,7 @@ fn a_flood_is_survived() {
     assert!(application.service.bad_frames > 100);
 }
 
-/// A million requests, of which most are spoilt: each whole one is answered once, and none else.
+/// A million requests, most of them corrupted: each whole one is answered once, and no other.
 #[test]
 fn a_million_requests_are_survived() {
     let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
@@ -535,7 +535,7 @@ fn a_million_requests_are_survived() {
             2 => Request::Message,
             3 => Request::Camera,
             4 => Request::Picture { offset: random() },
-            // Rates that are refused: another one begins anew, which takes its time.
+            // Refused rates, because another rate restarts the receiver, which takes time.
             _ => Request::SetSymbolRate {
                 millihertz: random() | 1 << 30,
             },
@@ -554,13 +554,13 @@ fn a_million_requests_are_survived() {
         bench.output.clear();
     }
     let requests = application.service.requests;
-    // A zero that was spoilt at the end lets the next frame's first one stand for it.
+    // If the zero at the end was corrupted, the next frame's first one ends the request.
     assert!((whole..whole + 400_000).contains(&requests), "{requests} {whole}");
     assert!(application.service.bad_frames > 400_000);
 }
 
 properties! {
-    /// Whatever arrives as a message is printed without a zero, a line's end within or an escape.
+    /// Any received message is printed without a zero, a line break or an escape.
     #[test]
     fn messages_are_printed_as_one_line(message: Vec<u8>) {
         let mut bench = Bench::default();
@@ -570,7 +570,7 @@ properties! {
         prop_assert!(line.starts_with("message: ") && !line.chars().any(char::is_control));
     }
 }
-/// At the rates that this camera is meant for, wherever in a symbol the first frame falls.
+/// At the rates for this camera, at any phase of the first frame.
 #[test]
 fn messages_come_at_any_phase() {
     for (mode, rate) in [(Mode::QVGA, SYMBOL_MILLIHERTZ), (Mode::BINNED, 9_000)] {

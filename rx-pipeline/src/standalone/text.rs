@@ -1,4 +1,4 @@
-//! Lines of text on the port: what happens, for a person at a terminal.
+//! Lines of text on the port: events, for a person at a terminal.
 
 use core::fmt::Write;
 
@@ -13,7 +13,7 @@ pub struct PrintedState {
 }
 
 impl PrintedState {
-    /// Prints what has changed.
+    /// Prints changes.
     pub fn update(&mut self, is_following: bool, fault: Option<Fault>, port: &mut impl Port) {
         let mut text = Text(port);
         if self.fault != fault {
@@ -30,7 +30,7 @@ impl PrintedState {
     }
 }
 
-/// What has no zeros in it, which answers begin and end with.
+/// Text without zeros, because these delimit answers.
 struct Text<'a, P>(&'a mut P);
 
 impl<P: Port> Write for Text<'_, P> {
@@ -40,7 +40,7 @@ impl<P: Port> Write for Text<'_, P> {
     }
 }
 
-/// Prints a message, whatever is in it, in one line.
+/// Prints a message in one line, whatever its bytes.
 pub fn write_message(message: &[u8], port: &mut impl Port) {
     let mut text = Text(port);
     let _ = text.write_str("message: ");

@@ -1,52 +1,52 @@
-//! The odds that a panel is in one place of a picture rather than in another.
+//! The odds of a panel in one place of a picture against another.
 
 use super::places::AROUND;
 use super::tiles::{Offsets, ROOM, TILES, Tiles, offsets};
 use super::{DEVIATION, DEVIATION_AROUND, Level, Surroundings};
 use crate::lattice::Lattice;
 
-/// Greys that count as one in the picture's histogram.
+/// Grey levels per bin of the picture's histogram.
 const BIN: usize = 8;
-/// Probability that a place around is not as it was, since something passes or the panel leaves its ground.
+/// Probability that a place around has changed, because something passes or the panel leaves its ground.
 const CHANGED: f32 = 0.04;
-/// Probability that an LED is neither On nor Off, but was switched in the exposure.
+/// Probability that an LED was switched in the exposure, so that it is neither On nor Off.
 const BETWEEN: f32 = 0.4;
 /// The least density of an LED's grey level (per grey level): a lamp in its place.
 const OUTLIER: f32 = 1e-5;
-/// What a place around the LEDs adds to what its neighbours have said (share): they are not independent.
+/// The weight of each place around the LEDs (share), because neighbouring places are not independent.
 const NEW: f32 = 0.9;
-/// Share of places elsewhere in a picture that have any grey level. Less: places of rare grey levels count for more, such as those halfway
-/// between LEDs.
+/// The uniform part of the distribution of grey levels elsewhere in the picture (share). Less: places of rare grey levels count for more,
+/// such as those halfway between LEDs.
 const ANY: f32 = 0.5;
-/// How steeply it gets less likely that a panel is far from where it was expected (power of its squared distance). Lower: panels that jump
-/// are followed sooner, and clutter is too.
+/// The decay of the prior with the distance from the expected place (power of its square). Lower: panels that jump are followed sooner, and
+/// clutter is too.
 const STEEPNESS: f32 = 2.0;
-/// Logarithm of the odds by which a candidate may lie behind by its LEDs and still be looked at with its surroundings (nats).
+/// Maximum deficit of a candidate by its LEDs alone before its surroundings are ignored (nats).
 const BEHIND: f32 = 30.0;
-/// Candidates looked at with their surroundings, at most (count).
+/// Candidates whose surroundings are used, at most (count).
 const CANDIDATES: usize = 48;
-/// Places of which it is looked for the likeliest one beside them, at most (count), and the steps to it (count).
+/// Candidates that climb to the likeliest neighbour, at most (count), and below, the steps of a climb (count).
 pub(super) const PEAKS: usize = 6;
-/// See there.
+/// See [`PEAKS`].
 const CLIMBS: usize = 3;
-/// Candidates beside one that is likelier are not looked at by themselves (tiles).
+/// Candidates this close to a likelier one are left out (tiles).
 const BESIDE: i32 = 1;
-/// Turns that are tried (rad), and the most of them either way. More: panels that turn faster are followed, and slower.
+/// The step between tried rotations (rad), and below, their number either way. More: faster rotations are followed, and slower.
 const TURN_RAD: f32 = 0.03;
-/// See there (count).
+/// See [`TURN_RAD`] (count).
 const TURNS: i32 = 4;
-/// How far panels usually turn otherwise than before (rad).
+/// The usual deviation of a panel's rotation from the expected one (rad).
 const TURNED_RAD: f32 = 0.04;
 
-/// A place that is likelier than those beside it.
+/// A place that is likelier than its neighbours.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Peak {
-    /// Tiles from where it was expected.
+    /// Tiles from the expected place.
     pub at: [i32; 2],
     pub lattice: Lattice,
-    /// The logarithm of its odds.
+    /// Its log odds.
     pub odds: f32,
-    /// A place beside it that is likelier still.
+    /// A neighbour that is likelier still.
     higher: Option<[i32; 2]>,
 }
 
@@ -54,20 +54,20 @@ pub(super) struct Peak {
 pub(super) struct Odds<'a> {
     tiles: &'a Tiles,
     expected: Lattice,
-    /// Where the known places are in a panel that has turned by an angle (rad).
+    /// The known places in a panel rotated by an angle (rad).
     turns: [(f32, Offsets); 2 * TURNS as usize + 1],
     usual: Histogram,
-    /// Of each grey level, the logarithm of the odds that an LED has it.
+    /// For each grey level, the log odds of an LED.
     led: [f32; 256],
     around: [AroundOdds; AROUND],
-    /// The least of them.
+    /// The least log odds of a place around.
     changed: f32,
-    /// How far off where it is expected the panel usually is (tiles).
+    /// The usual distance of the panel from its expected place (tiles).
     spread: f32,
 }
 
 impl<'a> Odds<'a> {
-    /// Of a panel of which that is known, and which is usually `spread` pitches off.
+    /// For a panel with those surroundings that is usually `spread` pitches from its expected place.
     pub fn new(known: &Surroundings, tiles: &'a Tiles, expected: &Lattice, spread: f32) -> Self {
         let usual = Histogram::of(tiles);
         let [least, least_around] = [DEVIATION, DEVIATION_AROUND].map(|share| known.least_variance(share));
@@ -96,18 +96,18 @@ impl<'a> Odds<'a> {
         }
     }
 
-    /// The logarithm of the odds that the panel is this many tiles off, before the picture is looked at.
+    /// The log prior of a panel this many tiles from its expected place.
     fn before(&self, [i, j]: [i32; 2]) -> f32 {
         -STEEPNESS * libm::logf(1.0 + (i * i + j * j) as f32 / (self.spread * self.spread))
     }
 
-    /// The same by what its LEDs would show.
+    /// The same plus the evidence of its LEDs.
     fn of_leds(&self, offsets: &Offsets, at: [i32; 2]) -> f32 {
         let greys = self.tiles.at(at, &offsets.leds);
         self.before(at) + greys.map(|grey| self.led[usize::from(grey)]).sum::<f32>()
     }
 
-    /// The same by what is around it, too.
+    /// The same plus the evidence of its surroundings.
     fn of_all(&self, offsets: &Offsets, at: [i32; 2]) -> f32 {
         let greys = self.tiles.at(at, &offsets.around);
         let around = greys.zip(&self.around).map(|(grey, odds)| {
@@ -117,7 +117,7 @@ impl<'a> Odds<'a> {
         self.of_leds(offsets, at) + NEW * around.sum::<f32>()
     }
 
-    /// The places that are likely by their LEDs.
+    /// The likely places by their LEDs.
     fn likeliest_by_leds(&self, offsets: &Offsets) -> heapless::Vec<([i32; 2], f32), CANDIDATES> {
         let mut likeliest = heapless::Vec::<([i32; 2], f32), CANDIDATES>::new();
         let mut highest = f32::NEG_INFINITY;
@@ -140,13 +140,13 @@ impl<'a> Odds<'a> {
         likeliest
     }
 
-    /// The logarithm of the odds that it is where it was expected.
+    /// The log odds of the expected place.
     pub fn as_expected(&self) -> f32 {
         let turned = self.turns.iter().map(|turn| turn_odds(turn.0) + self.of_all(&turn.1, [0; 2]));
         turned.fold(f32::NEG_INFINITY, f32::max)
     }
 
-    /// The likeliest places, no two of them beside each other.
+    /// The likeliest places, no two of them neighbours.
     pub fn peaks(&self) -> heapless::Vec<Peak, PEAKS> {
         let upright = &self.turns[TURNS as usize].1;
         let mut places = self.likeliest_by_leds(upright);
@@ -162,7 +162,7 @@ impl<'a> Odds<'a> {
         peaks
     }
 
-    /// The likeliest place in reach of this one, and the panel turned as it is likeliest.
+    /// The likeliest place within reach of this one, at its likeliest rotation.
     pub fn peak_about(&self, mut at: [i32; 2]) -> Peak {
         let mut peak = self.peak_at(at);
         for _ in 0..CLIMBS {
@@ -173,7 +173,7 @@ impl<'a> Odds<'a> {
         peak
     }
 
-    /// The likeliest turn in a place, and where between the tiles beside it the panel then is.
+    /// The likeliest rotation in a place, and the position to a fraction of a tile.
     fn peak_at(&self, at: [i32; 2]) -> Peak {
         let turned = self.turns.iter().map(|(roll, offsets)| {
             let odds = [-1, 0, 1].map(|dy| [-1, 0, 1].map(|dx| self.of_all(offsets, within(at, [dx, dy]))));
@@ -204,18 +204,18 @@ impl<'a> Odds<'a> {
     }
 }
 
-/// The logarithm of the odds that a panel has turned so far, before the picture is looked at.
+/// The log prior of a panel rotated by that angle.
 fn turn_odds(roll_rad: f32) -> f32 {
     let share = roll_rad / TURNED_RAD;
     -0.5 * share * share
 }
 
-/// A place moved by a few tiles, as far as there are tiles around it.
+/// A place moved by a few tiles, within the limits.
 fn within(at: [i32; 2], by: [i32; 2]) -> [i32; 2] {
     core::array::from_fn(|axis| (at[axis] + by[axis]).clamp(-ROOM, ROOM))
 }
 
-/// How likely grey levels are in a place around the panel that is as it was.
+/// The density of grey levels in an unchanged place around the panel.
 struct AroundOdds {
     mean: f32,
     height: f32,
@@ -237,7 +237,7 @@ impl AroundOdds {
     }
 }
 
-/// How frequent grey levels are.
+/// The distribution of grey levels.
 struct Histogram {
     log_density: [f32; 256 / BIN],
 }
@@ -257,7 +257,8 @@ impl Histogram {
     }
 }
 
-/// Where a parabola through three neighbours is highest, from the middle one, which is the highest of them, and by how much it is higher.
+/// The maximum of a parabola through three neighbours, the middle of which is the highest: its offset from the middle, and its height
+/// above.
 fn peak(before: f32, here: f32, after: f32) -> [f32; 2] {
     let (slope, curvature) = (0.5 * (after - before), before - 2.0 * here + after);
     if curvature < 0.0 {

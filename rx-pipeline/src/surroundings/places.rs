@@ -1,4 +1,4 @@
-//! The places of a panel's LEDs and of the surroundings that are known.
+//! The places of a panel's LEDs and of its known surroundings.
 
 use super::tiles::{SAMPLES, TILES};
 use super::{Level, Sums};
@@ -6,20 +6,20 @@ use crate::frame::Frame;
 use crate::lattice::Lattice;
 use link::panel::{LEDS, SIDE};
 
-/// Lines of places around the LEDs that are known (count). More: surer among clutter, and slower.
+/// Lines of places around the LEDs (count). More: surer among clutter, and slower.
 const RINGS: usize = 3;
 /// Places along a side, those of LEDs among them.
 pub(super) const SPAN: usize = SIDE + 2 * RINGS;
 /// Places around the LEDs.
 pub(super) const AROUND: usize = SPAN * SPAN - LEDS;
 
-/// A place that is known.
+/// A place of the model.
 pub(super) enum Place {
     Led(usize),
     Around(usize),
 }
 
-/// The known places, row by row, with their columns and rows on the lattice.
+/// All places, row by row, with their columns and rows on the lattice.
 pub(super) fn places() -> impl Iterator<Item = (Place, [f32; 2])> {
     let inside = RINGS..RINGS + SIDE;
     let mut around = 0..AROUND;
@@ -60,7 +60,7 @@ pub(super) fn samples(lattice: &Lattice) -> usize {
     (libm::ceilf(across.max(down) / TILES as f32) as usize).clamp(1, SAMPLES)
 }
 
-/// The nearest pixel; beyond its edges a frame goes on as it ends.
+/// The nearest pixel; beyond its edges a frame continues with its outermost pixels.
 pub(super) fn pixel(frame: &Frame<'_>, x: f32, y: f32) -> u8 {
     let nearest = |at: f32, count: usize| ((at + 0.5) as usize).min(count - 1);
     let row = frame.row(nearest(y, frame.height())).unwrap_or_default();

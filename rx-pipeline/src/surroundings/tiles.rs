@@ -9,9 +9,9 @@ use link::panel::LEDS;
 pub(super) const TILES: usize = 4;
 /// Samples along a tile's side, at most (count). More: less noise, and slower.
 pub(super) const SAMPLES: usize = 2;
-/// Tiles along a side of the picture (count). More: panels are placed that have moved farther, and slower.
+/// Tiles along a side of the picture (count). More: panels that have moved farther are found, and slower.
 const ACROSS: usize = 88;
-/// How far from the middle of the picture a panel is looked for (tiles).
+/// The range of the search from the middle of the picture (tiles).
 pub(super) const ROOM: i32 = ((ACROSS - TILES * (SPAN + 1)) / 2) as i32;
 
 /// The picture, row by row.
@@ -20,7 +20,7 @@ pub(crate) struct Tiles([u8; ACROSS * ACROSS]);
 impl Tiles {
     pub const EMPTY: Self = Self([0; ACROSS * ACROSS]);
 
-    /// Draws what is around a panel, the middle of which comes to be in the middle: each tile is the mean of half a pitch about it.
+    /// Draws a panel's surroundings, with the panel's middle in the middle: each tile is the mean of half a pitch around it.
     pub fn draw(&mut self, frame: &Frame<'_>, lattice: &Lattice) {
         let samples = samples(lattice);
         let step = 1.0 / (TILES * samples) as f32;
@@ -54,7 +54,7 @@ impl Tiles {
         self.0.len()
     }
 
-    /// The tiles at known places of a panel that is this far from the middle.
+    /// The tiles at the places of a panel that far from the middle.
     pub fn at<'a>(&'a self, [i, j]: [i32; 2], offsets: &'a [isize]) -> impl Iterator<Item = u8> + 'a {
         let middle = (ACROSS / 2 * ACROSS + ACROSS / 2) as i32;
         let start = (middle + j * ACROSS as i32 + i) as usize;
@@ -62,13 +62,13 @@ impl Tiles {
     }
 }
 
-/// Where the known places are in tiles, from the panel's middle.
+/// The places in tiles, from the panel's middle.
 pub(super) struct Offsets {
     pub leds: [isize; LEDS],
     pub around: [isize; AROUND],
 }
 
-/// Those of a panel on `lattice` that has turned further.
+/// The places of a panel on `lattice` that has rotated further.
 pub(super) fn offsets(lattice: &Lattice, roll_rad: f32) -> Offsets {
     let flat = Lattice {
         tilt: [0.0; 2],

@@ -30,19 +30,19 @@ pub struct MessageDecoder {
     deframer: Deframer,
 }
 
-/// What a reading brought.
+/// The result of a reading.
 #[derive(Debug)]
 pub struct Decoded<'a> {
-    /// The number of the symbol that the frame shows; of the one that begins, where it shows two.
+    /// The number of the symbol in the frame; of the one that begins, if it shows two.
     pub symbol: Option<u32>,
-    /// Which way up the readings have the panel, by the symbols before: from the first header on.
+    /// The orientation of the readings, by the symbols before: from the first header on.
     pub orientation: Option<Orientation>,
-    /// What the symbol before the frame's meant for the message, which carries the numbers of frames as stamps.
+    /// The event that the symbol before this frame's caused; its stamps are the numbers of frames.
     pub event: Event<'a>,
 }
 
 impl MessageDecoder {
-    /// A decoder of `symbols_per_frame` symbols in a camera's frame period.
+    /// A decoder for `symbols_per_frame` symbols in a camera's frame period.
     ///
     /// # Errors
     /// [`SymbolRateError`] if that is not above 0 and at most 1.
@@ -50,13 +50,13 @@ impl MessageDecoder {
         Ok(Self::of(SymbolClock::new(symbols_per_frame)?))
     }
 
-    /// Begins anew, where it lies: a decoder takes some 37 kB, which are not to pass through a small stack.
+    /// Restarts in place: a decoder takes some 37 kB, which must not pass through a small stack.
     pub(crate) fn restart(&mut self, clock: SymbolClock) {
         self.clock = clock;
         self.deframer = Deframer::new();
     }
 
-    /// A decoder that has seen nothing, as the clock has not.
+    /// A decoder without symbols, for a clock without frames.
     #[inline]
     pub(crate) const fn of(clock: SymbolClock) -> Self {
         Self {
@@ -65,18 +65,18 @@ impl MessageDecoder {
         }
     }
 
-    /// Sets how many frame periods later than their numbers say the frames from now on were taken: see [`SymbolClock::set_late`].
+    /// Sets the delay of all later frames relative to their numbers, in frame periods: see [`SymbolClock::set_late`].
     #[cfg(feature = "time-stamps")]
     pub fn set_late(&mut self, frames: f64) {
         self.clock.set_late(frames);
     }
 
-    /// When a frame was taken, in frame periods.
+    /// The time of a frame, in frame periods.
     pub(crate) fn time_of(&self, frame: u64) -> f64 {
         self.clock.time_of(frame)
     }
 
-    /// Takes the reading of a frame, and of both its symbols where the exposure caught two.
+    /// Adds the reading of a frame, and both its symbols if the exposure caught two.
     pub fn push(&mut self, frame: u64, reading: &SoftPanel, mixture: Option<&Mixture>) -> Decoded<'_> {
         let ended = match mixture {
             Some(mixture) => self.clock.push_mixed(frame, reading, mixture),
@@ -89,22 +89,22 @@ impl MessageDecoder {
         }
     }
 
-    /// Takes the symbol that the last frames showed, of which [`MessageDecoder::push`] waits for the end.
+    /// Ends the symbol of the last frames, which [`MessageDecoder::push`] still holds.
     pub fn finish(&mut self) -> Event<'_> {
         deframe(&mut self.deframer, self.clock.flush())
     }
 
-    /// The number of the symbol that the last frame showed: see [`SymbolClock::current`].
+    /// The number of the symbol in the last frame: see [`SymbolClock::current`].
     pub fn symbol(&self) -> Option<u32> {
         self.clock.current()
     }
 
-    /// Which way up the readings have the panel, from the first header on.
+    /// The orientation of the readings, from the first header on.
     pub fn orientation(&self) -> Option<Orientation> {
         self.deframer.orientation()
     }
 
-    /// What is known of the symbol that a frame may show the end of: see [`SymbolClock::before`].
+    /// The soft values of the symbol whose end a frame may show: see [`SymbolClock::before`].
     pub fn before(&self, frame: u64) -> SoftPanel {
         self.clock.before(frame)
     }

@@ -1,10 +1,10 @@
-//! By how much frames were taken later than their numbers say. Without the feature `time-stamps` they never are, and it takes no room.
+//! The delay of frames relative to their numbers. Without the feature `time-stamps` it is always 0 and takes no memory.
 
-/// The latest that a frame can be, in frame periods: a year of 30 frames a second.
+/// The greatest delay of a frame, in frame periods: a year at 30 frames a second.
 #[cfg(feature = "time-stamps")]
 pub const LATE_MAX_FRAMES: f64 = 1e9;
 
-/// By how many frame periods a frame was taken later than its number says.
+/// The delay of a frame relative to its number, in frame periods.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lateness {
     #[cfg(feature = "time-stamps")]
@@ -12,7 +12,7 @@ pub struct Lateness {
 }
 
 impl Lateness {
-    /// What is no number is 0, and what is too great the greatest.
+    /// NaN becomes 0, and the value is clamped to ±[`LATE_MAX_FRAMES`].
     #[cfg(feature = "time-stamps")]
     pub fn new(frames: f64) -> Self {
         let frames = if frames.is_nan() { 0.0 } else { frames };
@@ -21,13 +21,13 @@ impl Lateness {
         }
     }
 
-    /// The frame periods that have passed since a frame that was so late `before`, whose number was less by `elapsed`.
+    /// The frame periods since a frame with the delay `before` whose number was less by `elapsed`.
     #[cfg(feature = "time-stamps")]
     pub fn since(self, before: Self, elapsed: u64) -> f64 {
         (elapsed as f64 + (self.frames - before.frames)).max(0.0)
     }
 
-    /// When a frame was taken that is so late (frame periods).
+    /// The time of a frame with that delay (frame periods).
     #[cfg(feature = "time-stamps")]
     pub fn time_of(self, frame: u64) -> f64 {
         frame as f64 + self.frames

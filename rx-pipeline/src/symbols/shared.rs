@@ -1,23 +1,23 @@
-//! Exposures shared by two symbols, as saturated LEDs show them: an LED that was On in either is as white as one that was On in both.
+//! Exposures shared by two symbols under saturation: an LED that was On in either is as white as one that was On in both.
 //!
-//! Such a reading has an On LED wherever each of the two has one, and every LED of it is sure. Symbols of random bits are no such thing: of
-//! the 32 ± 4 On LEDs of one, another has half by chance, and nine in ten, as is asked for, once in 360 000 pairs.
+//! Such a reading has an On LED wherever either symbol has one, and all its LEDs are sure. Single symbols of random bits differ from that:
+//! of the 32 ± 4 On LEDs of one, another shares half by chance. It shares the required nine in ten once in 360 000 pairs.
 
 use crate::detect::correlation;
 use link::panel::{PanelFrame, SoftPanel};
 
-/// The correlation of a symbol's On LEDs from which a reading shows it and another (1 where all are On, 0 in another symbol). Higher:
-/// noise hides shared exposures; lower: more symbols that only look like one. The tests compute how many.
+/// The least correlation of a symbol's On LEDs with a reading that shows it and another (1 if all are On, 0 in another symbol). Higher:
+/// noise hides shared exposures; lower: more single symbols look like shared ones. The tests compute how many.
 const SHARED_ON: f32 = 0.8;
-/// That of its Off LEDs up to which it does (0 where half of them are On, 1 where the symbol is shown alone). Higher: noisy repeats are
-/// taken for shared exposures; lower: shared exposures that add few On LEDs are taken for repeats.
+/// The greatest correlation of its Off LEDs (0 if half of them are On, 1 if the symbol is alone). Higher: noisy repeats look like shared
+/// exposures; lower: shared exposures that add few On LEDs look like repeats.
 const SHARED_OFF: f32 = 0.5;
-/// LEDs of a symbol known to be On, and known to be Off, from which it can be told in another reading (count). Higher: fewer symbols
-/// can; lower: chance tells.
+/// Known On LEDs, and known Off LEDs, of a symbol to recognise in another reading, at least (count). Higher: fewer symbols qualify; lower:
+/// chance decides.
 const SHARED_LEAST: u32 = 20;
 
-/// What `shown` says of another symbol than `one`, if it shows the On LEDs of both: nothing of those that are On in `one`. None if it
-/// shows a single symbol.
+/// The soft values of the other symbol if `shown` has the On LEDs of both it and `one`: 0 for LEDs that are On in `one`. `None` if it shows
+/// a single symbol.
 pub(super) fn other(shown: &SoftPanel, one: &SoftPanel) -> Option<SoftPanel> {
     let on = one.hard().bits();
     let off = !on & one.seen();
@@ -31,7 +31,7 @@ pub(super) fn other(shown: &SoftPanel, one: &SoftPanel) -> Option<SoftPanel> {
     })
 }
 
-/// The panel of which nothing is known but some LEDs.
+/// The panel with all but these LEDs erased.
 fn part(panel: &SoftPanel, leds: u64) -> SoftPanel {
     let leds = PanelFrame::from_bits(leds);
     SoftPanel(core::array::from_fn(|led| if leds.led(led) { panel.0[led] } else { 0 }))

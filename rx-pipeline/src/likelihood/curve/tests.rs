@@ -13,7 +13,7 @@ const OVERLAPPING: Scene = Scene {
     ..Scene::PLAIN
 };
 
-/// LEDs whose images do not, before black.
+/// LEDs whose images do not overlap, before black.
 const ISOLATED: Scene = Scene {
     pitch_px: 7.6,
     fill: 0.25,
@@ -24,7 +24,7 @@ const ISOLATED: Scene = Scene {
     ..Scene::PLAIN
 };
 
-/// A detector that was told `told` and has read so many frames of a scene.
+/// A detector with the configured curve `told`, after `frames` frames of a scene.
 fn after(frames: u64, scene: &Scene, told: Encoding) -> Box<MaximumLikelihood<16384>> {
     let camera = Camera {
         encoding: told,
@@ -74,7 +74,7 @@ fn leds_apart_tell_no_curve() {
     }
 }
 
-/// A film's codec leaves errors that do not grow with light as a sensor's do.
+/// A codec's errors do not grow with light as a sensor's noise does.
 #[test]
 fn errors_that_are_no_sensors_tell_no_curve() {
     for gamma in [1.0, 2.2] {

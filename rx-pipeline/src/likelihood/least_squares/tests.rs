@@ -1,4 +1,4 @@
-//! A panel so far away that its LEDs' images all but merge: the operator to be inverted is nearly singular.
+//! A panel so far away that its LEDs' images all but merge: the operator is nearly singular.
 
 use super::*;
 use crate::likelihood::crop::{Crop, Sight};
@@ -40,7 +40,7 @@ fn errors<T: PartialOrd>(light: &[T; LEDS], bits: u64) -> u32 {
     (read ^ bits).count_ones()
 }
 
-/// The naive way: the normal equations as they are, solved to the last digit, told the background.
+/// The naive way: the plain normal equations, solved exactly, with a known background.
 fn inverse(image: &Image<PIXELS>, centre: &[[f32; 2]; LEDS], variance: f64) -> [f64; LEDS] {
     let mut normal = Box::new(SMatrix::<f64, LEDS, LEDS>::zeros());
     let mut right = SVector::<f64, LEDS>::zeros();

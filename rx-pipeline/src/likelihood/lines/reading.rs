@@ -12,9 +12,9 @@ use crate::symbols::REPEAT_CORRELATION;
 use link::panel::{LEDS, SoftPanel};
 
 impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
-    /// The two symbols of a frame of which one leaves so much `noise`: those found as if all lines were exposed at once, or what explains
-    /// the frame better where they are not.
-    // Not inlined: the stack of those who read panels otherwise stays as it is.
+    /// The two symbols of a frame that leaves `noise` as one symbol: by a change that all lines saw at once, or line by line if that
+    /// explains the frame better.
+    // Not inlined: it would grow the stack of all reading code.
     #[inline(never)]
     pub(in crate::likelihood) fn explained(
         &mut self,
@@ -27,7 +27,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let Experience { levels, line_delay, .. } = self.experience;
         let rows = self.model.rows(crop);
         let are_at_once = line_delay.is_at_once(&rows);
-        // Symbols differ: where the second is the first again, no change caught it, and what changed was another row.
+        // Successive symbols differ: if the second equals the first, no change happened, and another row changed.
         let is_change = |beginning: &[f32; LEDS]| !is_repeated(beginning, before);
         let at_once = at_once.filter(|two| {
             let explain = two.explain(&levels, before, noise);
@@ -46,7 +46,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         };
         let (mut delay, mut by_lines) = (line_delay, find(&line_delay)?);
         if delay.known().is_some() && by_lines.is_none() && at_once.is_none() {
-            // What is known may be wrong.
+            // The known delay may be wrong.
             delay = LineDelay::UNKNOWN;
             by_lines = find(&delay)?;
         }
@@ -67,7 +67,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         Some(two.detection())
     }
 
-    /// The reading that leaves so much `noise`; if it shows one symbol above a line and another below, with the two told apart.
+    /// The reading that leaves `noise`; with two separate symbols if it shows one above a line and another below.
     #[inline(never)]
     pub(in crate::likelihood) fn split(&mut self, detection: Detection, crop: &Crop, before: &SoftPanel, noise: f32) -> Detection {
         let rows = self.model.rows(crop);
@@ -78,7 +78,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         };
         let of = |is_ended: bool| {
             SoftPanel(core::array::from_fn(|led| {
-                // A row that the change itself has caught says nothing.
+                // A row caught by the change itself is ambiguous.
                 let is_caught = !is_clear && split.is_beside(led, &rows);
                 if split.ended.led(led) == is_ended && !is_caught {
                     detection.soft.0[led]

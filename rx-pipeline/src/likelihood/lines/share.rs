@@ -1,4 +1,4 @@
-//! α that grows from line to line, and two symbols that share an exposure so.
+//! α that grows from line to line, and two symbols that share an exposure in this way.
 
 use super::super::mixture::{LEFT, PARABOLA, SHARE, STEP_MAX};
 use super::split::agreement_nats;
@@ -12,35 +12,35 @@ use crate::likelihood::mixture::{Guess, Shares, TwoSymbols, within_range};
 use crate::likelihood::model::Model;
 use link::panel::{LEDS, SoftPanel};
 
-/// Values of α in the panel's middle that are tried with each (count).
+/// Values of α in the panel's middle for each slope (count).
 const MIDDLES: usize = 32;
-/// Half the width of the parabola by which the slope is improved (share of it).
+/// Half the width of the parabola that refines the slope (share of it).
 const LINE_STEP: f32 = 0.05;
 /// The most that one step changes the slope (share of it).
 const SLOPE_STEP_MAX: f32 = 0.4;
-/// How sure an LED must be read to tell whether it is the symbol's before (nats).
+/// Minimum certainty of an LED for its comparison with the symbol before (nats).
 const TELLING_NATS: f32 = 4.0;
 
-/// α of each LED: that of one in the panel's middle, and by how much it grows from one image pixel to the one below it.
+/// α of each LED: its value in the panel's middle, and its growth from one image pixel to the one below.
 #[derive(Clone, Copy)]
 pub(super) struct LineShare {
     middle: f32,
     pub slope: f32,
     rows: Rows,
-    /// What is known of the slope.
+    /// The known delay, a prior of the slope.
     delay: LineDelay,
-    /// 1 over the variance that the frame alone leaves the slope.
+    /// 1 over the variance of the slope by the frame alone.
     pub precision: f32,
 }
 
 impl LineShare {
-    /// By how much α differs between the panel's ends and its middle.
+    /// The difference of α between the panel's ends and its middle.
     fn spread(&self) -> f32 {
         self.slope.abs() * self.rows.half
     }
 
-    /// The α that explains best by how much each LED's light has changed, if something is `known` of it: that of those whose state is the
-    /// same in both symbols not at all, that of the others by their α.
+    /// The α that best explains the change of each `known` LED's light: LEDs of the same state in both symbols do not change, and the
+    /// others change by their α.
     fn first(changed: &[f32; LEDS], known: u64, rows: &Rows, delay: &LineDelay) -> Option<Self> {
         let mut best: Option<(f32, Self)> = None;
         for slope in delay.slopes(rows) {
@@ -94,7 +94,7 @@ impl Shares for LineShare {
         shares.clone().any(|share| share >= *SHARE.start()) && shares.any(|share| share <= *SHARE.end())
     }
 
-    /// Moves the slope to the lowest point of the parabola through the loss beside it, weighed against what is known.
+    /// Moves the slope to the minimum of a parabola through the loss beside it, with the known delay as a prior.
     fn improve<const PIXELS: usize>(model: &mut Model<PIXELS>, estimate: &mut Estimate, guess: &mut Guess<Self>) {
         let at = guess.share;
         let unit = PARABOLA.max(LINE_STEP * at.spread()) / at.rows.half;
@@ -115,7 +115,7 @@ impl Shares for LineShare {
             let step = 0.5 * unit * (left - right) / all;
             let most = STEP_MAX.max(at.spread() * SLOPE_STEP_MAX) / at.rows.half;
             let slope = at.slope + step.clamp(-most, most);
-            // The camera does not turn round.
+            // The direction of reading does not change.
             if slope * at.slope > 0.0 {
                 guess.share.slope = slope;
             }
@@ -127,9 +127,9 @@ impl Shares for LineShare {
 }
 
 impl TwoSymbols<LineShare> {
-    /// Whether they [explain](Self::explain) the frame, or at least do so no worse than one symbol, which leaves `noise`, while the first
-    /// is the symbol `before` in the rows that the change did not catch: where it catches a row or two, that is all there is to tell it
-    /// by.
+    /// Whether the two symbols [explain](Self::explain) the frame. It also suffices if they leave no more `noise` than one symbol, and the
+    /// first agrees with the symbol `before` in the rows that the change did not catch: if it catches a row or two, there is no other
+    /// evidence.
     pub fn explain_by_rows(&self, levels: &LevelPrior, before: &SoftPanel, noise: f32) -> bool {
         let is_telling = |led: usize| self.share.of(led) < *SHARE.start() && self.ending[led].abs() > TELLING_NATS;
         let telling = (0..LEDS).fold(0u64, |leds, led| leds | u64::from(is_telling(led)) << led);
@@ -138,19 +138,19 @@ impl TwoSymbols<LineShare> {
         self.explain(levels, &self.where_seen(before), noise) || self.share.is_of_two() && self.noise <= noise && is_before
     }
 
-    /// Whether they explain it clearly better than if all lines are exposed at once.
+    /// Whether they explain it clearly better than two symbols that all lines saw change at once.
     pub fn explain_better_than(&self, at_once: &TwoSymbols) -> bool {
         self.noise < LEFT * at_once.noise
     }
 
-    /// What is known of the symbol before, of the LEDs of which the frame shows it.
+    /// The soft values of the symbol before, for the LEDs that show it in the frame.
     fn where_seen(&self, before: &SoftPanel) -> SoftPanel {
         SoftPanel(core::array::from_fn(|led| {
             if self.share.of(led) <= *SHARE.end() { before.0[led] } else { 0 }
         }))
     }
 
-    /// The reading: of each LED that of the symbol which was shown for longer.
+    /// The reading: each LED's bit is that of the symbol that was shown longer there.
     pub fn detection(&self) -> Detection {
         let longer: [f32; LEDS] = core::array::from_fn(|led| {
             if self.share.of(led) < 0.5 {
@@ -172,8 +172,8 @@ impl TwoSymbols<LineShare> {
 }
 
 impl<const PIXELS: usize> Model<PIXELS> {
-    /// The symbol of which `before` is known, and the one after it, where lines are read out one after another, as `delay` has it.
-    // Not inlined: the stack of those who never call it stays as it is.
+    /// The symbol with soft values `before`, and the one after it, if lines are read out one after another by `delay`.
+    // Not inlined: it would grow the stack of callers that never need it.
     #[inline(never)]
     pub(super) fn two_symbols_by_lines(
         &mut self,

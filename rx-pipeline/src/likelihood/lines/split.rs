@@ -1,21 +1,21 @@
-//! Two symbols in a frame in which every LED is as good as On or Off: the one above a line, the other below.
+//! Two symbols in a frame in which every LED is close to On or Off: one above a line, the other below.
 
 use super::super::level_prior::NOISIER;
 use super::{LineDelay, Rows};
 use super::{SPLIT, SPLIT_KNOWN};
 use link::panel::{LEDS, PanelFrame, SoftPanel};
 
-/// By how much α differs so where nothing but a clean edge was seen.
+/// The difference of α between a panel's middle and its ends, for a clean edge alone.
 const STEP_ROWS: f32 = 7.0;
-/// A change that nearly has a clean edge may have caught LEDs that are so near to it (share of half the panel): a row.
+/// A change with a nearly clean edge may have caught LEDs this close to it (share of half the panel): a row.
 const BESIDE: f32 = 0.25;
-/// Places of an edge that are looked at, one less (count).
+/// Intervals between tried places of an edge (count).
 const EDGES: usize = 16;
-/// How much likelier an LED that agrees is its symbol's than one by chance (nats): wrong in one of 50.
+/// Log-likelihood ratio of an LED that agrees, same symbol against chance (nats): wrong in one of 50.
 const SAME_NATS: f32 = 0.67;
-/// How much less likely one that does not (nats).
+/// The same, with opposite sign, of an LED that does not agree (nats).
 const OTHER_NATS: f32 = 3.2;
-/// LEDs that differ from the symbol before in the rest of the reading, at least (count).
+/// LEDs beyond the edge that differ from the symbol before, at least (count).
 const DIFFER: u32 = 2;
 
 /// Read from above, and from below.
@@ -26,9 +26,9 @@ const SIGNS: [f32; 2] = [1.0, -1.0];
 pub(super) struct Split {
     /// LEDs of the symbol that ended.
     pub ended: PanelFrame,
-    /// How far below the panel's middle the one begins and the other ends, in image pixels.
+    /// The distance of the edge below the panel's middle, in image pixels.
     edge: f32,
-    /// How steeply α goes from one to the other, at least, in shares an image pixel.
+    /// The least slope of α at the edge, in shares an image pixel.
     slope: f32,
 }
 
@@ -38,7 +38,7 @@ impl Split {
         0.5 - self.slope * self.edge
     }
 
-    /// By how much it grows from one column of LEDs to the next, and from one row to the next.
+    /// The growth of α from one column of LEDs to the next, and from one row to the next.
     pub fn growth(&self, rows: &Rows) -> [f32; 2] {
         rows.growth(self.slope)
     }
@@ -49,14 +49,14 @@ impl Split {
     }
 }
 
-/// Tells whether a reading's `bits` are those of the symbol `before` above a line, or below it where the camera reads upwards, and of
-/// another symbol elsewhere.
+/// Finds the line that splits a reading: its `bits` above the line, or below it if the camera reads upwards, are those of the symbol
+/// `before`, and the others of another symbol.
 ///
-/// As long as it is not known from where the camera reads, one mistake begets another: were few rows of the last frame the end of a symbol,
-/// and nobody saw that, then these few differ in the next frame, as if that began another symbol. What the last frame's rows had in common
-/// with the symbol before it tells which it is, unless the change itself has caught a row: then more `noise` is left of that frame than of
-/// this one. Where a film begins nothing tells, and a camera is taken to read from above, as nearly all do: one that reads from below and
-/// whose every second frame shows a change has to be told.
+/// Until the direction of reading is known, one mistake leads to the next. If few rows of the last frame were the end of a symbol, and this
+/// went unnoticed, these few differ in the next frame, as if that began another symbol. The evidence in the last frame decides between
+/// both, unless the change itself caught a row: then that frame has more `noise` than this one. A film's first frame gives no evidence, and
+/// the camera counts as reading from above, as nearly all do. For a camera that reads from below and whose every second frame shows a
+/// change, the delay must be configured.
 pub(super) fn split(bits: PanelFrame, before: &SoftPanel, noise: f32, delay: &mut LineDelay, rows: &Rows) -> Option<Split> {
     let is_second = *before != SoftPanel::ERASED;
     let was_second = core::mem::replace(&mut delay.is_second, is_second);
@@ -85,7 +85,7 @@ pub(super) fn split(bits: PanelFrame, before: &SoftPanel, noise: f32, delay: &mu
         delay.hints = [0.0; 2];
         return None;
     }
-    // What was known of the other way was wrong.
+    // The delay known so far has the wrong direction.
     *delay = LineDelay {
         noise,
         is_second,
@@ -100,8 +100,8 @@ pub(super) fn split(bits: PanelFrame, before: &SoftPanel, noise: f32, delay: &mu
     Some(split)
 }
 
-/// The likeliest edge of a camera that reads from above (`sign` 1) or from below (-1), and what speaks for it, in nats; none where hardly
-/// an LED beyond it differs from the symbol before.
+/// The likeliest edge of a camera that reads from above (`sign` 1) or from below (-1), and its evidence in nats; `None` if fewer than
+/// [`DIFFER`] LEDs beyond it differ from the symbol before.
 fn edge(agreement: (u64, u64), sign: f32, rows: &Rows) -> Option<(f32, Split)> {
     let mut found: Option<(f32, Split)> = None;
     let slope = sign * STEP_ROWS / rows.half;
@@ -118,15 +118,15 @@ fn edge(agreement: (u64, u64), sign: f32, rows: &Rows) -> Option<(f32, Split)> {
     found
 }
 
-/// By how much likelier LEDs are the symbol's before if they are those of a part of the panel, than if they are by chance; these LEDs; and
-/// how many of the rest differ from it.
+/// The evidence, in nats, that one part of the panel shows the symbol before rather than agreeing by chance; the LEDs of that part; and the
+/// number of the others that differ from it.
 fn evidence((agree, seen): (u64, u64), is_ended: impl Fn(usize) -> bool) -> (f32, PanelFrame, u32) {
     let ended = (0..LEDS).fold(0u64, |ended, led| ended | u64::from(is_ended(led)) << led);
     let differ = (!agree & seen & !ended).count_ones();
     (agreement_nats(agree, seen & ended), PanelFrame::from_bits(ended), differ)
 }
 
-/// By how much likelier it is that LEDs of a mask `agree` as they do if they show the same symbol than if they do not, in nats.
+/// The log-likelihood ratio of same symbol against chance if the `known` LEDs agree by the mask `agree`, in nats.
 pub(super) fn agreement_nats(agree: u64, known: u64) -> f32 {
     let [same, other] = [agree, !agree].map(|leds| (leds & known).count_ones() as f32);
     SAME_NATS * same - OTHER_NATS * other

@@ -4,7 +4,7 @@ use crate::likelihood::tests::{NEXT, acquainted};
 use crate::synthetic::Scene;
 use link::panel::{PanelFrame, SoftPanel};
 
-/// What is read of a frame in which the next symbol's share is `share` in the panel's middle, and grows by `growth` from line to line.
+/// The reading of a frame in which the next symbol's share is `share` in the panel's middle, and grows by `growth` from line to line.
 fn read_by_lines(detector: &mut MaximumLikelihood<16384>, share: f32, growth: f32) -> Option<Mixture> {
     let scene = Scene {
         next: (NEXT, share),
@@ -17,7 +17,7 @@ fn read_by_lines(detector: &mut MaximumLikelihood<16384>, share: f32, growth: f3
     found.unwrap().mixed
 }
 
-/// LEDs that a symbol's soft values tell of, and how many of them wrongly.
+/// The LEDs with non-zero soft values, and how many of them are wrong.
 fn told(soft: &SoftPanel, bits: u64) -> [u32; 2] {
     let sure = (0..64).filter(|&led| soft.0[led].unsigned_abs() > 8);
     let sure = sure.fold(0u64, |sure, led| sure | 1 << led);
@@ -30,7 +30,7 @@ fn rows_that_were_caught_at_different_moments_are_read() {
     for growth in [0.01, 0.03, -0.03, 0.1, 1.0, -1.0] {
         for share in [0.35, 0.6] {
             let mut detector = acquainted(1.0);
-            // Where a film begins, it is not told from where the camera reads.
+            // At the start of a film the direction of reading is unknown.
             assert_eq!(read_by_lines(&mut detector, 0.0, 0.0), None);
             let mixture = read_by_lines(&mut detector, share, growth).expect("two symbols");
             let [ended, wrongly] = told(&mixture.ending, Scene::PLAIN.bits);

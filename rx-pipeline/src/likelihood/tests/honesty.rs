@@ -1,11 +1,11 @@
-//! What is said of the camera is true as often as it should be.
+//! The stated uncertainty of the learnt camera agrees with its actual errors.
 
 use super::*;
 
-/// Cameras (count), and the frames that each is learnt from.
+/// Cameras (count), and frames per camera.
 const CAMERAS: u64 = 120;
 const FRAMES: u64 = 10;
-/// Of intervals of 95 %, so large a share holds the truth.
+/// Accepted share of 95 % intervals that hold the truth.
 const COVERED: core::ops::RangeInclusive<f64> = 0.90..=0.99;
 
 #[test]
@@ -39,7 +39,7 @@ fn the_blur_is_as_sure_as_stated() {
     assert!(COVERED.contains(&share), "{share}");
 }
 
-/// Larger pixels change spots and curve: what explains them is not the camera's.
+/// Larger pixels change spots and curve, so that these are not the camera's.
 #[test]
 fn larger_pixels_say_nothing_of_blur_and_curve() {
     let mut detector = detector();

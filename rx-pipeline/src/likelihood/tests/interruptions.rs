@@ -1,10 +1,10 @@
-//! Frames that do not show the panel, and exposures that jump: bits are right again soon after.
+//! Frames that do not show the panel, and exposures that jump: the receiver reads right bits again soon after.
 
 use super::*;
 
 /// Frames before, and after each interruption (count).
 const FRAMES: u64 = 12;
-/// Bits are right again after so many (frames).
+/// Frames until bits are right again (frames).
 const SOON: u64 = 3;
 /// Interruptions, one after another (count).
 const INTERRUPTIONS: u32 = 2;
@@ -23,12 +23,12 @@ const SCENES: [Scene; 2] = [
         ..Scene::PLAIN
     },
 ];
-/// Exponents of the curve, and exposures so short that a panel is read after two stops more and after two less.
+/// Exponents of the curve, and exposures that keep a panel readable two stops up and two stops down.
 const ENCODINGS: [(f32, f32); 2] = [(2.2, 0.8), (1.0, 0.35)];
 
 type Change<'a> = &'a dyn Fn(Scene) -> Scene;
 
-/// The wrong bits of frames of a scene, but for those soon after each interruption by frames that are changed so.
+/// The wrong bits of frames of a scene, except soon after each interruption by frames changed in these ways.
 fn wrong_bits_after(scene: &Scene, seed: u64, interruption: &[Change<'_>]) -> u32 {
     let camera = Camera {
         encoding: Encoding::Gamma(scene.gamma),
@@ -55,7 +55,7 @@ fn wrong_bits_after(scene: &Scene, seed: u64, interruption: &[Change<'_>]) -> u3
     wrong
 }
 
-/// All scenes by all encodings, each with a seed.
+/// All scenes with all encodings, each with a seed.
 fn scenes() -> impl Iterator<Item = (u64, Scene)> {
     let by_encoding = |scene: Scene| ENCODINGS.map(|(gamma, exposure)| Scene { gamma, exposure, ..scene });
     (1..).zip(SCENES.into_iter().flat_map(by_encoding))
@@ -122,7 +122,7 @@ fn after_exposures_jump_bits_are_right_again() {
     }
 }
 
-/// At night nothing tells a wiper from LEDs that are all Off, which is no symbol.
+/// At night a covered panel looks like LEDs that are all Off, which is no symbol.
 #[test]
 fn a_covered_panel_is_not_read_and_teaches_nothing() {
     for (seed, scene) in scenes().filter(|(_, scene)| scene.gamma > 1.0) {

@@ -10,31 +10,31 @@ use crate::spots::{LatticeModel, Observation};
 use heapless::Vec;
 use link::panel::{LEDS, SIDE};
 
-/// Lines looked at beyond the lattice on each side (count). More: letters of a sign farther apart are seen, and more of what is like an
-/// LED by chance.
+/// Lines to search beyond the lattice on each side (count). More: more distant letters of a sign are found, and more chance likenesses of
+/// an LED.
 const LINES: i32 = 4;
-/// A place shows one more LED if it differs from the others by less (share of the step from Off to On). Higher: more by chance.
+/// A place counts as a further LED if it differs from the usual one by less (share of the step from Off to On). Higher: more by chance.
 const JUST_LIKE: f32 = 0.3;
-/// But it has at least that of what they have (share).
+/// And if its curvature is at least this part of the usual one (share).
 const LEAST_SHARE: f32 = 0.5;
-/// LEDs that are On stand out if they have more (share of the step from Off to On): else those that are Off do, as on a white board or in
-/// spots that have grown together.
+/// On LEDs are the reference if their curvature exceeds this (share of the step from Off to On). Otherwise Off LEDs are, as on a white
+/// board or in merged spots.
 const STANDS_OUT: f32 = 0.28;
-/// LEDs in the other state that look just like those that stand out, at most (count): with more, the light tells nothing.
+/// LEDs in the other state that look like the reference, at most (count): with more, the light is ambiguous.
 const MOST_MISTAKEN: usize = 2;
-/// More LEDs in the line next to the lattice, and in all lines beyond what there is between them, at most (count). Panels before
+/// Further LEDs in the line next to the lattice, and in all lines beyond the number between them, at most (count). Panels before
 /// photographs have next to none. Lower: more panels before clutter wait for other frames.
 const MOST: (u32, u32) = (1, 5);
-/// Half a line off, where nothing of the lattice is (pitches).
+/// Offsets of half a line, where the lattice has no places (pitches).
 const BETWEEN: [[f32; 2]; 3] = [[0.5, 0.0], [0.0, 0.5], [0.5, 0.5]];
 
-/// How many more LEDs there are beyond the lattice, if it goes on; `None` if it ends as a panel does.
+/// The number of further LEDs beyond the lattice, if it continues; `None` if it ends as a panel does.
 pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) -> Option<u32> {
     let (mut on, mut off) = (Vec::<f32, LEDS>::new(), Vec::<f32, LEDS>::new());
     for led in 0..LEDS {
         let group = if spots.state[led] > 0.5 { &mut on } else { &mut off };
         let at = [(led % SIDE) as f32, (led / SIDE) as f32];
-        // There are no more than that.
+        // The capacity holds all LEDs.
         let _full = group.push(curvature(spots, at, |at| Some(light_at(observation, at)?.0)));
     }
     let (of_on, of_off) = (median_of(&mut on)?, median_of(&mut off)?);
@@ -52,7 +52,7 @@ pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) ->
             let beyond = place.map(|line| (-line).max(line - (side - 1)));
             let beyond = beyond[0].max(beyond[1]);
             let at = [0, 1].map(|axis| place[axis] as f32 + offset[axis]);
-            // Without what the LEDs spill over.
+            // Without the light spilled by the LEDs.
             if beyond > 0 && is_like(curvature(spots, at, |at| Some(unexplained(observation, spots, at)))) {
                 all += 1;
                 next += u32::from(beyond == 1);
@@ -61,12 +61,12 @@ pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) ->
         (next, all)
     };
     let (next, all) = count([0.0; 2]);
-    // Other lights lie between the lattice's lines as often as on them.
+    // Other lights lie as often between the lattice's lines as on them.
     let by_chance = || BETWEEN.map(|offset| count(offset).1).into_iter().fold(0, u32::max);
     (next > MOST.0 || all > MOST.1 && all > MOST.1 + by_chance()).then_some(all)
 }
 
-/// The lesser of the second differences of a light along the row and along the column; 0 where the frame ends.
+/// The lesser of the second differences of a light along the row and along the column; 0 at the frame's edge.
 fn curvature(spots: &LatticeModel, at: [f32; 2], light: impl Fn([f32; 2]) -> Option<f32>) -> f32 {
     second_differences(spots, at, light).map_or(0.0, |[across, down]| across.min(down))
 }

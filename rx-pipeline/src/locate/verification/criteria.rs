@@ -11,67 +11,65 @@ use link::framing::SYNC;
 use link::orientation::Orientation;
 use link::panel::LEDS;
 
-// Where there are two values, the first is for the change between two frames, the second for a single frame, which holds all the clutter.
+// Of two values, the first is for the change between two frames, the second for a single frame, which holds all the clutter.
 
-/// What may be left unexplained (multiple of the camera's noise): what stands behind the panel counts too in a
-/// single frame, but its noise is better known. Higher: more that is no panel passes.
+/// The allowed residual from noise (multiple of the camera's noise): a single frame shows the background behind the panel too, but its
+/// noise is better known. Higher: more false positives.
 const EXCUSED_NOISE: [f32; 2] = [1.15, 1.0];
-/// What may be left unexplained beside (share of the signal's energy). Higher: more that is no panel passes; lower:
-/// panels seen askew do not.
+/// The allowed residual beside (share of the signal's energy). Higher: more false positives; lower: panels seen askew are lost.
 const EXCUSED_SIGNAL: [f32; 2] = [0.07, 0.07];
-/// The same in the change between two frames, and within a board, where LEDs are of two brightnesses and none between: discs under a
-/// sharp lens, sharpening, codecs and white make spots that are not quite Gaussian. More in proportion, the more distinct they are.
+/// The same for LEDs of two clear brightnesses in the change between two frames and within a board: discs under a sharp lens, sharpening,
+/// codecs and white make spots that are not quite Gaussian. It grows in proportion to the distinctness.
 const EXCUSED_IF_DISTINCT: f32 = 0.17;
-/// But no more than that.
+/// The limit of that.
 const EXCUSED_MOST: f32 = 0.3;
-/// What a lattice in the change between two frames may leave, if it is then seen there again and again (multiple of what is excused).
-/// Higher: lenses and codecs of other kinds are excused, and more that is no panel is remembered.
+/// The greatest residual of a lattice in the change between two frames that later sightings may confirm (multiple of the allowed one).
+/// Higher: lenses and codecs of other kinds pass, and more false positives are remembered.
 const MOST_MISFIT: f32 = 2.5;
-/// LEDs are distinct if the step from Off to On is greater (multiple of the standard deviation among LEDs of one state). 64
-/// brightnesses spread evenly, cut in two halves, have 3.5. Higher: panels of unequal LEDs wait for other frames.
+/// LEDs are distinct if the step from Off to On is greater (multiple of the standard deviation among LEDs of one state). 64 evenly spread
+/// brightnesses, cut in two halves, have 3.5. Higher: panels of unequal LEDs wait for other frames.
 pub(super) const DISTINCT: f32 = 7.5;
-/// What the spots explain, at least (energy ratio): LEDs seen this clearly are no accident. Higher: faint panels
-/// wait for other frames.
+/// The energy that the spots explain, at least (ratio to noise): such clear LEDs are no accident. Higher: faint panels wait for other
+/// frames.
 const LEAST_EXPLAINED: [f32; 2] = [700.0, 4000.0];
-/// The same for the dimmest outer line of LEDs (energy ratio): below, the lattice may as well be a line off.
+/// The same for the dimmest outer line of LEDs (ratio to noise): below, the lattice may be off by a line.
 const LEAST_EDGE: f32 = 25.0;
 /// LEDs that are On, or have changed (count). Scrambled bits have 32 ± 4.
 const LIT: RangeInclusive<u32> = 8..=56;
 /// Neighbours in rows and columns that differ (count). In random bits 56 ± 5 of 112 do; in pictures, which are
 /// smooth, far fewer.
 const DIFFERENT: RangeInclusive<u32> = 40..=84;
-/// How much a single frame's bits repeat, at most (squared deviations of random ones): 1 of 10 000 panels does more. Higher: windows,
-/// text and lattices of a third of a panel's pitch pass; lower: more panels wait for other frames.
+/// Maximum repetition of a single frame's bits (squared deviations of random ones): 1 of 10 000 panels exceeds it. Higher: windows, text
+/// and lattices of a third of a panel's pitch pass; lower: more panels wait for other frames.
 const MOST_REPETITION: u32 = 19;
-/// Outer lines without an LED that stands out in a single frame, being On or, on a bright board, Off, at most (count): 1 of 10 000
-/// panels has more, and so has a lattice that is larger than the panel. Higher: such lattices pass.
+/// Outer lines of a single frame in which no LED stands out (as On or, on a bright board, as Off), at most (count). 1 of 10 000 panels has
+/// more, and so has a lattice that is larger than the panel. Higher: such lattices pass.
 const MOST_DARK_EDGES: usize = 1;
-/// Columns and rows after which bits may repeat, at most (count).
+/// The greatest period of a repetition, in columns and rows (count).
 const FARTHEST_REPEAT: u32 = 4;
-/// Off LEDs darker than the ground by more are none, without a board and with one (share of the step from Off to On).
+/// The darkest Off LEDs relative to the ground, without a board and with one (share of the step from Off to On).
 const DARKEST_OFF: [f32; 2] = [-0.3, -1.0];
 /// Pitch along rows over pitch along columns (ratio): seen from up to 40° aside.
 const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
-/// Before the fit the counts of On LEDs and of differing neighbours may be this far out of range, and a lattice this much narrower or
-/// wider (ratio): so much the fit changes. Higher: slower; lower: panels are missed whose pose is not yet right.
+/// Tolerance before the fit on the counts of On LEDs and of differing neighbours, and on the aspect (ratio), because the fit changes them.
+/// Higher: slower; lower: panels whose pose is not yet right are missed.
 const SLACK: (u32, u32, f32) = (4, 8, 1.1);
-/// The least pitch (px): LEDs closer together run into each other under any blur that is looked for, and any smooth
-/// patch looks like them.
+/// The least pitch (px): closer LEDs merge under any supported blur, and any smooth patch looks like them.
 pub const LEAST_PITCH_PX: f32 = 2.0;
-/// Rows and columns are no further from right angles (cosine).
+/// The greatest deviation of rows and columns from right angles (cosine).
 const MOST_SHEAR: f32 = 0.2;
-/// A spot's width over the pitch (ratio): small discs under a sharp lens are the narrowest, LEDs that run into each other
-/// the widest. Wider: more that is no panel passes.
+/// A spot's width over the pitch (ratio): small discs under a sharp lens are the narrowest, merged LEDs the widest. Wider: more false
+/// positives.
 const SPOT_OVER_PITCH: RangeInclusive<f32> = 0.08..=0.85;
 
-/// What a lattice that passes is like.
+/// The results for a lattice that passes.
 pub(super) struct Passed {
     pub signal_to_noise: f32,
-    /// What is left unexplained over what may be (ratio of variances): above 1 only in the change between two frames.
+    /// Residual over allowed residual (ratio of variances): above 1 only in the change between two frames.
     pub misfit: f32,
 }
 
-/// All that needs nothing but the fit, with `noise` the variance of a pixel.
+/// Checks all criteria that depend only on the fit, with `noise` the variance of a pixel.
 pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope, settings: &SearchSettings) -> Result<Passed, LocateError> {
     let Fit { spots, slope } = fitted;
     unsaturated(slope, settings.max_saturated_percent)?;
@@ -92,8 +90,8 @@ pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope, settings: &SearchS
     Ok(Passed { signal_to_noise, misfit })
 }
 
-/// What can be told of a pose before the fit: whether its pattern and shape are not too far from a panel's. LEDs that are on in `states`, or
-/// have changed, are not 0.
+/// Checks a pose before the fit: its pattern and shape must be near a panel's. The entries of `states` are not 0 for LEDs that are On or
+/// have changed.
 pub(super) fn foresee(lattice: &Lattice, states: &[i8; LEDS]) -> Result<(), LocateError> {
     let pattern = states
         .iter()
@@ -116,13 +114,13 @@ fn unsaturated(slope: &Slope, max_percent: u8) -> Result<(), LocateError> {
     Ok(())
 }
 
-/// What is left over what may be.
+/// Residual over allowed residual.
 fn explained_down_to_noise(fitted: &Fit, noise: f32, scope: Scope) -> Result<f32, LocateError> {
     let Fit { spots, slope } = fitted;
     let pixels = slope.pixels as f32;
     let signal = (slope.total - noise * pixels).max(0.0);
     let mode = usize::from(scope.is_single());
-    // Spots that overlap can stand in for each other: the closer they are the less may be left.
+    // Overlapping spots can replace each other: the closer they are, the less is allowed.
     let apart = spots.apart();
     let distinctness = distinctness(fitted);
     let excused = if scope != Scope::Ground && distinctness > DISTINCT {
@@ -155,7 +153,7 @@ fn clear(slope: &Slope, noise: f32, scope: Scope) -> Result<f32, LocateError> {
     Ok(libm::sqrtf(explained))
 }
 
-/// Whether a pattern may be a message's, by how many LEDs are On and how many neighbours differ.
+/// Whether a pattern may be a message's, by its numbers of On LEDs and of differing neighbours.
 pub(crate) fn is_random(pattern: u64) -> bool {
     are_random(counts(pattern))
 }
@@ -164,7 +162,7 @@ fn are_random((lit, different): (u32, u32)) -> bool {
     LIT.contains(&lit) && DIFFERENT.contains(&different)
 }
 
-/// LEDs that are On, and neighbours that differ.
+/// On LEDs, and differing neighbours.
 fn counts(pattern: u64) -> (u32, u32) {
     (pattern.count_ones(), neighbours_that_differ(pattern))
 }
@@ -173,7 +171,7 @@ fn random(spots: &LatticeModel, scope: Scope) -> Result<(), LocateError> {
     let states = spots.state.iter().enumerate();
     let pattern = states.fold(0u64, |bits, (led, &state)| bits | u64::from(state != 0.0) << led);
     let (lit, different) = counts(pattern);
-    // What begins each block is the same each time, and far from random.
+    // A block always starts with the same pattern, which is far from random.
     let is_sync = || {
         let mut seen = Orientation::ALL.into_iter().map(|orientation| SYNC.seen(orientation).bits());
         seen.any(|sync| [pattern, !pattern].contains(&sync))
@@ -192,8 +190,8 @@ fn empty_edges(pattern: u64) -> usize {
     lines.iter().filter(|&line| pattern & line == 0).count()
 }
 
-/// How much a pattern is like itself a few columns and rows on: the square of what like places are more than unlike ones, over all that are
-/// compared. In random bits it is 1 at most on average.
+/// The similarity of a pattern to itself a few columns and rows on: the squared surplus of equal over unequal pairs, divided by the number
+/// of pairs; the maximum over all shifts. In random bits it averages at most 1 per shift.
 fn repetition(pattern: u64) -> u32 {
     let steps =
         (0..=FARTHEST_REPEAT).flat_map(|down| (-(FARTHEST_REPEAT as i32)..=FARTHEST_REPEAT as i32).map(move |across| (across, down)));
@@ -202,7 +200,7 @@ fn repetition(pattern: u64) -> u32 {
         .map(|(across, down)| {
             let columns = across.unsigned_abs();
             let within = column_mask(columns);
-            // Places whose counterpart is `columns` to the right and `down` rows below; or to the left.
+            // Pairs `columns` to the right and `down` rows below; or to the left.
             let (there, here) = if across >= 0 {
                 (pattern >> (8 * down + columns), pattern)
             } else {
@@ -218,7 +216,7 @@ fn repetition(pattern: u64) -> u32 {
         .unwrap_or(0)
 }
 
-/// All but the last so many columns.
+/// All columns except the last `columns`.
 fn column_mask(columns: u32) -> u64 {
     0x0101_0101_0101_0101 * (0xff >> columns)
 }
@@ -233,7 +231,7 @@ fn all_edges_seen(spots: &LatticeModel, slope: &Slope, noise: f32) -> Result<(),
     Ok(())
 }
 
-/// Whether the lattice is that of a panel that is read from before it, and not from too far.
+/// Checks that a panel of this lattice faces the camera and is near enough.
 fn seen_from_before(lattice: &Lattice) -> Result<(), LocateError> {
     let [across, down] = lattice.pitch();
     let pitch_px = across.min(down);
@@ -243,7 +241,7 @@ fn seen_from_before(lattice: &Lattice) -> Result<(), LocateError> {
     possible(lattice, 1.0)
 }
 
-/// Whether a lattice is that of a panel that is read from before it; `slack` times narrower or wider ones pass, too.
+/// Checks that a panel of this lattice faces the camera; aspects `slack` times beyond the range pass, too.
 fn possible(lattice: &Lattice, slack: f32) -> Result<(), LocateError> {
     let [across, down] = lattice.pitch();
     let aspect = across / down;
@@ -257,7 +255,7 @@ fn possible(lattice: &Lattice, slack: f32) -> Result<(), LocateError> {
     Ok(())
 }
 
-/// Whether spots are as wide as LEDs can be at their pitch, under whatever blur.
+/// Checks that spots have a possible width of LEDs at their pitch, under any blur.
 fn as_wide_as_leds(spots: &LatticeModel) -> Result<(), LocateError> {
     let [across, down] = spots.lattice.pitch();
     let narrowest_px = SPOT_OVER_PITCH.start() * across.min(down);

@@ -1,4 +1,4 @@
-//! Which lines are the panel's? The light at single places of the lattice, and a line beyond it.
+//! The light at single places of the lattice and of a line beyond it, which shows the panel's lines.
 //!
 //! An On LED is brighter than the points halfway to its neighbours, along rows and along columns. If the board is brighter than Off LEDs,
 //! these are darker than those points. Edges, a board's end and gradients are curved along one direction at most.
@@ -11,29 +11,29 @@ use crate::spots::REACH_FITTED;
 use heapless::Vec;
 use link::panel::{LEDS, SIDE};
 
-/// What a lattice holds more than those a line beside it, at least (count: 2 for an LED that is On, 3 if it is just
-/// like one, 1 for one that is Off and shows): else their fits are compared. Higher: slower, and lines that one LED shows are doubted.
+/// The least lead of the best lattice over those off by a line (count: 2 for an On LED, 3 for a typical one, 1 for a visible Off LED); with
+/// less, their fits are compared. Higher: slower, and lines shown by one LED are doubted.
 const LEAST_LINES_LEAD: i32 = 3;
-/// A place is just like an LED that stands out if it differs from these by less (share of what they have). Higher: a hot
-/// pixel or a corner may make a line; lower: lines that one LED shows are doubted.
+/// A place is a typical LED if it differs from 1 by less (share). Higher: a hot pixel or a corner may make a line; lower: lines shown by
+/// one LED are doubted.
 const JUST_LIKE: f32 = 0.3;
-/// An LED of a line that is dimmer than the others shows more than these, being Off, usually do, at least by this (share of an LED
-/// that is On). Higher: panels with a dim outer line are a line off; lower: noise makes lines.
+/// The least excess of an LED of a dim line over the usual Off LED (share of an On LED). Higher: panels with a dim outer line are off by a
+/// line; lower: noise makes lines.
 const LEAST_DIM: f32 = 0.25;
-/// LEDs that are Off show if their places stand out by more (share of an LED that is On).
+/// Off LEDs are visible if their places stand out by more (share of an On LED).
 pub(super) const LEAST_OFF: f32 = 0.1;
 /// The same (multiple of their median deviation, for eight of them together).
 const SEEN: f32 = 4.0;
-/// A place looks like an LED that is Off if it differs from what these usually show by less (share of it).
+/// A place looks like an Off LED if it differs from the usual one by less (share of it).
 const OFF_WITHIN: f32 = 0.5;
 
 /// Places along a side: the lattice's, and one more at either end.
 const PLACES: usize = SIDE + 2;
 
-/// How much each place looks like an LED that stands out, being On or, on a bright board, Off: about 1 where one is.
+/// The likeness of each place to an LED that stands out, as On or, on a bright board, as Off: about 1 at such an LED.
 pub(super) struct LedLikeness {
     place: [[f32; PLACES]; PLACES],
-    /// What an LED in the other state has.
+    /// The level of an LED in the other state.
     other: f32,
 }
 
@@ -74,8 +74,8 @@ impl LedLikeness {
             .sum()
     }
 
-    /// By how many columns and rows a lattice has to move to hold the most LEDs: one that stands out counts as much as two others, where
-    /// these show, or as one of a dim line, and as three if nothing else looks so. All that hold nearly as many, the best first.
+    /// Shifts of the lattice, in columns and rows, that make it hold the most LEDs, the best first; all within [`LEAST_LINES_LEAD`] of the
+    /// best. An LED that stands out counts 2, or 3 if it is typical. A visible LED of the other state, or one of a dim line, counts 1.
     pub fn best_lines(&self) -> Vec<(i32, i32), 9> {
         let others = self.others();
         let dimmest = self.dimmest();
@@ -93,21 +93,21 @@ impl LedLikeness {
             from(row).flat_map(|row| from(column).map(move |column| worth(column, row))).sum()
         };
         let mut lines: Vec<(i32, i32), 9> = (0..9).map(|i| (i % 3 - 1, i / 3 - 1)).collect();
-        // Where lattices hold as many, that which is there comes first.
+        // Among equals, the smallest shift comes first.
         lines.sort_unstable_by_key(|&(column, row)| (-held((column, row)), column.abs() + row.abs()));
         let most = lines.first().map_or(0, |&best| held(best));
         lines.retain(|&lines| held(lines) > most - LEAST_LINES_LEAD);
         lines
     }
 
-    /// What the LEDs within the lattice that do not stand out usually show; `None` where that is next to nothing.
+    /// The usual level of the LEDs within the lattice that do not stand out; `None` if it is negligible.
     fn others(&self) -> Option<f32> {
         let Usual { middle, deviation, count } = self.usual()?;
         let spread = deviation / libm::sqrtf(count.min(SIDE) as f32);
         (middle.abs() > (SEEN * spread).max(LEAST_OFF)).then_some(middle)
     }
 
-    /// What an LED of a dim line shows at least: more than any other that does not stand out.
+    /// The least level of an LED of a dim line: above all others that do not stand out.
     fn dimmest(&self) -> f32 {
         self.usual().map_or(f32::INFINITY, |usual| {
             usual.middle.max(0.0) + (SEEN * usual.deviation).max(LEAST_DIM)
@@ -120,7 +120,7 @@ impl LedLikeness {
         for row in 1..=SIDE {
             for column in 1..=SIDE {
                 if !self.stands_out(column, row) {
-                    // There are no more than that.
+                    // The capacity holds all LEDs.
                     let _full = seen.push(self.place[row][column]);
                 }
             }
@@ -135,7 +135,7 @@ impl LedLikeness {
     }
 }
 
-/// What some places show: the median, and the median deviation from it.
+/// The level of some places: the median, and the median deviation from it.
 struct Usual {
     middle: f32,
     deviation: f32,
@@ -147,7 +147,7 @@ pub(super) fn median_of(values: &mut [f32]) -> Option<f32> {
     (middle > 0).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }
 
-/// The lesser of the second differences along the row and the column of what the model leaves at a place, over that of a spot so high.
+/// The lesser of the second differences of the residual along the row and the column, relative to a spot of that height.
 fn curvature(observation: Observation<'_, '_>, spots: &LatticeModel, column: f32, row: f32, height: f32) -> f32 {
     let left = |at| Some(unexplained(observation, spots, at));
     let [across, down] = second_differences(spots, [column, row], left).unwrap_or_default();
@@ -158,7 +158,7 @@ fn curvature(observation: Observation<'_, '_>, spots: &LatticeModel, column: f32
     (across / a).min(down / b)
 }
 
-/// The second differences of a light over half a pitch, along the row and along the column; none where it is not known.
+/// The second differences of a light over half a pitch, along the row and along the column; `None` if the light is unknown.
 pub(super) fn second_differences(
     spots: &LatticeModel,
     [column, row]: [f32; 2],
@@ -171,7 +171,7 @@ pub(super) fn second_differences(
     Some([across, down])
 }
 
-/// The light at a position less the model's.
+/// The light at a position minus the model's.
 pub(super) fn unexplained(observation: Observation<'_, '_>, spots: &LatticeModel, at: [f32; 2]) -> f32 {
     let Some((light, white)) = light_at(observation, at) else {
         return 0.0;

@@ -1,14 +1,14 @@
-//! Is it the right line? A comparison with the lattices that start a row or a column beside it.
+//! Comparison with the lattices that start a row or a column beside a lattice.
 
 use crate::fit;
 use crate::spots::{LatticeModel, Observation, Residuals, Window};
 
-/// Steps of the fits that are compared: of the lattice itself, and of one a line beside it (count).
+/// Steps of the compared fits: of the lattice itself, and of one beside it (count).
 const STEPS_COMPARED: [usize; 2] = [2, 3];
-/// Lattices a line beside that are fitted: those that look best before (count).
+/// Lattices beside it that are fitted: the most promising ones (count).
 const LIKELIEST: usize = 2;
 
-/// How a lattice fits, and how the best one counted from a neighbouring line does.
+/// The fit of a lattice, and the best fit of one counted from a neighbouring line.
 pub(super) struct Lines {
     pub here: f32,
     pub total: f32,

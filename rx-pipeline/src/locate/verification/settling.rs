@@ -1,4 +1,4 @@
-//! From an approximate pose to the lattice that the pixels show, on the right lines.
+//! Refinement of an approximate pose to the lattice in the pixels, on the right lines.
 
 use super::led_likeness::LEAST_OFF;
 use super::led_likeness::LedLikeness;
@@ -9,40 +9,38 @@ use crate::fit::{self, Fit};
 use crate::spots::{LatticeModel, Observation, Outline, Residuals, Slope, Window};
 use link::panel::SIDE;
 
-/// Steps of the first fit, at most (count). Higher, as of the next: slower, and worse starts are mended.
+/// Steps of the first fit, at most (count). Higher, here and below: slower, and worse starts are corrected.
 const STEPS: usize = 20;
-/// Steps of the fit of a lattice that has moved by a line, at most (count).
+/// Steps of the fit of a lattice moved by a line, at most (count).
 const STEPS_MOVED: usize = 12;
-/// Steps of the fits of lattices that are compared, at most (count). Higher: slower.
+/// Steps of the fits that are compared, at most (count). Higher: slower.
 const STEPS_COMPARED: usize = 4;
-/// Lines by which a single frame's lattice is moved to where LEDs are On, at most (count).
+/// Moves of a single frame's lattice to the lines with LEDs, at most (count).
 const LINES_MOVED: usize = 2;
-/// What a lattice one line off leaves then, at least (ratio of variances). Higher: more panels with a dark outer line wait
-/// for other frames.
+/// The least residual of a lattice off by a line, relative to the best (ratio of variances). Higher: more panels with a dark outer line
+/// wait for other frames.
 const LINES_CLEARLY_WORSE: f32 = 1.6;
-/// Lattices that are compared by their fits, at most (count).
+/// Lattices whose fits are compared, at most (count).
 const LINES_COMPARED: usize = 4;
-/// A fit that leaves no more than noise is trusted at once where the signal is greater (energy ratio, per pixel).
+/// A fit down to the noise is accepted at once if the signal is greater than this (energy ratio, per pixel).
 const CLEAR: f32 = 8.0;
-/// A single frame of which a fit leaves more is not compared with lattices a line beside (share of the signal).
+/// In a single frame, a fit with a greater residual is not compared with neighbouring lines (share of the signal).
 const HALF_EXPLAINED: f32 = 0.5;
-/// What a lattice leaves from which on it is no panel's, not even a line off (share of the signal). Higher: slower.
+/// The residual above which a lattice is rejected even off by a line (share of the signal). Higher: slower.
 const NO_LINE_LEFT: f32 = 0.9;
-/// What a lattice on a board leaves at most, even if it is a line off along rows and along columns (share of the signal): after the first
-/// fit, and after the second. Higher: slower.
+/// The greatest residual of a lattice on a board, even if it is off by a line along rows and along columns (share of the signal): after the
+/// first fit, and after the second. Higher: slower.
 const MOST_LEFT_A_LINE_OFF: [f32; 2] = [0.5, 0.3];
-/// A lattice one line off leaves this much less when it is taken for the right one, and as much more when it is
-/// ruled out (energy ratio).
+/// The gain that justifies a move by a line, and the loss that rules one out (energy ratio).
 const WORTH_A_MOVE: f32 = 40.0;
-/// In a single frame a lattice one line off has to leave more, or the frame does not tell them apart (share of the
-/// signal).
+/// In a single frame, the least difference to a lattice off by a line; with less, the frame is ambiguous (share of the signal).
 const CLEARLY_WORSE: f32 = 0.01;
 
-/// What is fitted, and where.
+/// A fit in progress.
 pub(super) struct Settling<'r, 'a, 'f, const N: usize> {
     pub residuals: &'r mut Residuals<N>,
     pub observation: Observation<'a, 'f>,
-    /// Whether perspective may show.
+    /// Whether perspective may be visible.
     pub is_near: bool,
 }
 
@@ -63,8 +61,8 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
         })
     }
 
-    /// The fit, or that of the lattice counted from a neighbouring line if this is the right one; an error if the pixels do not tell them
-    /// apart.
+    /// The fit, or that of the lattice counted from a neighbouring line if that is the right one; an error if the pixels do not decide
+    /// between them.
     pub fn on_its_line(&mut self, scope: Scope, start: LatticeModel, noise: f32) -> Result<Fit, LocateError> {
         let fitted = self.fit(self.observation, start, scope.rim(), STEPS)?;
         let Slope {
@@ -81,7 +79,7 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
         let wide = self.window(&fitted.spots, WIDE)?;
         let lines = Lines::of(self.residuals, self.observation, wide, &fitted.spots).ok_or(LocateError::NoLattice)?;
         let doubt = lines.here - lines.best_beside;
-        // What is behind the panel, or noise, may make up for a line.
+        // The background of the panel, or noise, may compensate for a line.
         let enough = if scope.is_single() {
             CLEARLY_WORSE * lines.total
         } else {
@@ -101,7 +99,7 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
         fit::levenberg_marquardt(self.residuals, self.observation, window, moved, STEPS_MOVED).ok_or(LocateError::NoLattice)
     }
 
-    /// The fit within the lattice's own outline, counted from the lines that its LEDs show; and what was looked at.
+    /// The fit within the lattice's own outline, on the lines of its LEDs; and the observation within that outline.
     pub fn within_a_board(&mut self, start: LatticeModel) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
         let leaves_more = |fit: &Fit, share: f32| fit.slope.squares > share * fit.slope.total;
         let (first, _) = self.within(start, STEPS)?;
@@ -129,8 +127,8 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
         }
     }
 
-    /// The best fit of lattices that many columns and rows off what has settled, if it is by far the best: LEDs do not tell them apart, but
-    /// what is around them may.
+    /// The best fit among lattices shifted by those columns and rows, if it is the best by far: their LEDs do not decide between them, but
+    /// their surroundings may.
     fn best_of(&mut self, lines: &[(i32, i32)], settled: (Fit, Observation<'a, 'f>)) -> Result<(Fit, Observation<'a, 'f>), LocateError> {
         let variance = |fit: &Fit| fit.residual_grey() * fit.residual_grey() + ROUNDING;
         let spots = settled.0.spots;
@@ -168,7 +166,7 @@ impl<'a, 'f, const N: usize> Settling<'_, 'a, 'f, N> {
     }
 }
 
-/// Whether an LED is On in each of the four outer lines, or those that are Off show too: else what looks like a line may lie on either
+/// Whether each of the four outer lines has an On LED, or Off LEDs are visible too; otherwise the lattice may be off by a line on either
 /// side.
 fn ends_show(spots: &LatticeModel) -> bool {
     let lit = |column: usize, row: usize| spots.state[row * SIDE + column] > 0.5;

@@ -1,4 +1,4 @@
-//! What is wrong is said, beside what is seen, and goes again.
+//! Faults are reported beside readings, and cleared.
 
 use super::*;
 
@@ -18,7 +18,7 @@ fn what_is_wrong_with_the_camera_is_said_and_mended() {
         assert!(bench.text().starts_with(said), "{}", bench.text());
         assert_eq!(application.fault(), Some(Fault::Camera(fault)));
         application.no_frame(&mut bench);
-        // It is there, and its frames are not; then they come too.
+        // First the camera answers without frames; then they come too.
         bench.fault = None;
         application.no_frame(&mut bench);
         assert_eq!(application.fault(), Some(Fault::NoFrames));
@@ -26,13 +26,13 @@ fn what_is_wrong_with_the_camera_is_said_and_mended() {
         let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"back");
         run(&mut application, &mut bench, &mut scene, 400);
         assert_eq!(application.message(), b"back");
-        // Said once each, however often it was tried.
+        // Reported once each, however often it was tried.
         assert_eq!(bench.text().matches(said).count(), 1);
         assert_eq!(bench.text().matches("fault: none any more\r\n").count(), 1);
     }
 }
 
-/// A panel that is followed and read, and what it stands before.
+/// A panel that is followed and read, and its scene.
 fn reading() -> (Application<Follower>, Bench, Scene) {
     let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"ice on the bridge");
@@ -43,7 +43,7 @@ fn reading() -> (Application<Follower>, Bench, Scene) {
     (application, bench, scene)
 }
 
-/// An exposure that cannot be written is a fault, and the panel is followed all the same; the next one that is written ends it.
+/// A failed write of the exposure is a fault, but the panel is still followed; the next successful write clears the fault.
 #[test]
 fn a_panel_is_followed_while_the_exposure_cannot_be_written() {
     let (mut application, mut bench, mut scene) = reading();
@@ -67,7 +67,7 @@ fn a_panel_is_followed_while_the_exposure_cannot_be_written() {
     });
     bench.is_deaf = false;
     bench.output.clear();
-    // As long as a computer has asked, there is no text.
+    // While a computer asks, there is no text.
     for _ in 0..160 {
         run(&mut application, &mut bench, &mut scene, 1);
     }
@@ -76,7 +76,7 @@ fn a_panel_is_followed_while_the_exposure_cannot_be_written() {
     assert_eq!(application.counters().lost, 0);
 }
 
-/// The same where light is as before by then: what may be half written is written again.
+/// The same if the light is as before by then: an exposure that may be half written is written again.
 #[test]
 fn an_exposure_that_failed_is_written_again() {
     let (mut application, mut bench, mut scene) = reading();
@@ -93,7 +93,7 @@ fn an_exposure_that_failed_is_written_again() {
     assert_eq!(application.fault(), None);
 }
 
-/// Frames that are all cut short are another fault than none at all; either ends with the next whole frame.
+/// Frames that are all cut short are another fault than no frames; the next whole frame clears either.
 #[test]
 fn frames_that_are_never_whole_are_told_from_none() {
     let (mut application, mut bench, mut scene) = reading();
@@ -115,11 +115,11 @@ fn frames_that_are_never_whole_are_told_from_none() {
     ];
     let places = said.map(|said| text.find(said).unwrap());
     assert!(places.is_sorted(), "{text}");
-    // None of the frames that were missing passed by.
+    // None of the missing frames was dropped.
     assert_eq!(application.counters().passed_by, 0);
 }
 
-/// A camera that streams and cannot be set up: its frames are read, and it is tried again.
+/// A camera that streams but cannot be set up: its frames are read, and the setup is retried.
 #[test]
 fn a_camera_that_streams_is_set_up_as_soon_as_it_can_be() {
     let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());

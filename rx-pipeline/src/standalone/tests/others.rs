@@ -1,15 +1,15 @@
-//! What blinks and is no panel: the floating-point receiver finds it, too, and gives it up.
+//! Blinking objects that are not panels: the floating-point receiver finds them, too, and gives them up.
 
 use super::*;
 use crate::frame::Frame;
 use std::println;
 
 const FRAMES: u64 = 600;
-/// A proof takes 30 symbols, 45 frames, from one time that it is found to the next another 132 and some more to find it.
+/// A proof takes 30 symbols, 45 frames; from one find to the next it takes another 132 and some more for the search.
 const MOST_FOLLOWED: u32 = 45 * 4;
 const EXPOSURE: Exposure = Exposure { lines: 40, gain_log2: 0 };
 
-/// The frames in which it says that it follows something. A naive one takes what it finds for a panel.
+/// The number of frames in which it reports that it follows something. A naive one accepts anything that it finds.
 fn followed(is_naive: bool, scene: &mut Scene) -> u32 {
     let rate = SYMBOL_MILLIHERTZ as f32 * Mode::QVGA.period_us() as f32 * 1e-9;
     let mut receiver = follower(Mode::QVGA);
@@ -32,7 +32,7 @@ fn shows(bits: impl Fn(u64) -> u64) -> Scene {
     scene
 }
 
-/// An edge that goes over lamps, one column of them at a time; and a sign of which eight lamps keep going, one after another.
+/// An edge that passes over lamps, one column at a time; and a sign of which eight lamps are lit, one after another.
 #[test]
 fn what_blinks_otherwise_than_panels_do_is_given_up() {
     for (what, bits) in [
@@ -48,7 +48,7 @@ fn what_blinks_otherwise_than_panels_do_is_given_up() {
     }
 }
 
-/// A panel goes on being one, message after message.
+/// A panel stays accepted, message after message.
 #[test]
 fn a_panel_goes_on_being_followed() {
     let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"ice on the bridge");

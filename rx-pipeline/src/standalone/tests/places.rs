@@ -1,12 +1,12 @@
-//! A camera that is knocked: the panel is elsewhere in the frame from one frame to the next.
+//! A camera that is knocked: the panel jumps within the frame.
 
 use super::*;
 use std::println;
 
-/// A message that takes longer to show than a panel that was lost is followed still.
+/// A message that takes longer to show than a lost panel is still followed.
 const LONG: &[u8] = b"the camera is knocked while this message is shown, the first time or the second: whoever looks on sees it whole";
 
-/// A message in progress, the panel by so many pixels elsewhere in the frames to come.
+/// A message in progress, with the panel shifted by `by` pixels from now on.
 fn knocked(mut application: Application<impl Follow>, mut scene: Scene, long: &[u8], by: [f32; 2]) {
     let mut bench = Bench::default();
     let mode = scene.mode;
@@ -75,7 +75,7 @@ fn a_panel_is_found_again_in_integers_after_the_camera_was_knocked() {
     }
 }
 
-/// As many as the aim of 48 bytes in four seconds twice over, whatever part of a symbol the first exposure meets.
+/// 48 bytes within four seconds, twice over, at any phase of the first exposure.
 #[test]
 fn a_long_message_is_there_within_four_seconds() {
     for phase in [0.0, 0.2, 0.5, 0.8] {

@@ -1,4 +1,4 @@
-//! What a computer asks does not keep frames from being read.
+//! A computer's requests do not stop the reading of frames.
 
 use super::*;
 use link::l2a_table::Interval;
@@ -8,7 +8,7 @@ fn put(bench: &mut Bench, sequence: u32, request: Request) {
     bench.input.extend(encode(Kind::Request, sequence, &request, &mut wire).unwrap());
 }
 
-/// The numbers of the requests that were answered.
+/// The sequence numbers of the answered requests.
 fn answered(bench: &mut Bench) -> Vec<u32> {
     let mut reader = FrameReader::<ANSWER_MAX>::new();
     let frames = std::mem::take(&mut bench.output);
@@ -18,7 +18,7 @@ fn answered(bench: &mut Bench) -> Vec<u32> {
         .collect()
 }
 
-/// However many requests wait, one is answered each time, in their order, and none is lost.
+/// Of any number of waiting requests, one is answered each time, in order, and none is lost.
 #[test]
 fn one_request_is_answered_at_a_time() {
     let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
@@ -33,7 +33,7 @@ fn one_request_is_answered_at_a_time() {
     assert!(answered(&mut bench).is_empty());
 }
 
-/// Requests without end, as fast as the line is: between two frames one answer is all that is sent.
+/// Endless requests at the full speed of the line: one answer at most is sent between two frames.
 #[test]
 fn frames_are_read_beside_requests_without_end() {
     let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
@@ -44,7 +44,7 @@ fn frames_are_read_beside_requests_without_end() {
         for _ in 0..16 {
             put(&mut bench, sequence, Request::Status);
         }
-        // What there is no room for is lost.
+        // Bytes beyond the capacity are lost.
         bench.input.truncate(512);
         run(&mut application, &mut bench, &mut scene, 1);
         most = most.max(bench.output.len());
@@ -62,7 +62,7 @@ fn number(answer: Answer<'_>) -> u64 {
     }
 }
 
-/// All parts of a picture are of one frame as long as they are asked for, and half a second later there is a new one.
+/// All parts of a picture are of one frame while they are requested, and half a second later there is a new one.
 #[test]
 fn a_picture_is_kept_for_half_a_second() {
     let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
@@ -89,8 +89,8 @@ fn reading(application: &mut Application<impl Follow>, bench: &mut Bench) -> Opt
     })
 }
 
-/// What was read, by floating point and in integers alike: the LEDs, how sure that is, and how far away they are once they have told their
-/// size; and nothing any more once they have gone.
+/// Readings in floating point and in integers alike: LEDs, soft values, and the range once the panel has sent its size; and none after the
+/// panel has gone.
 #[test]
 fn readings_are_told_with_their_range() {
     let size = Geometry::new(30_000, Interval::ONE).unwrap();
@@ -106,7 +106,7 @@ fn tells_readings(application: &mut Application<impl Follow>, mode: Mode, symbol
     application.start(&mut bench);
     assert_eq!(reading(application, &mut bench), None);
     run(application, &mut bench, &mut scene, 600);
-    // The size is told between two repeats.
+    // The size is sent between two repeats.
     let told = (0..200).find_map(|_| {
         run(application, &mut bench, &mut scene, 1);
         reading(application, &mut bench).filter(|told| told.pitch_m.is_some() && !told.is_mixed)
