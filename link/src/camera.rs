@@ -1,6 +1,6 @@
 //! The description of a camera, for receivers and simulator.
 //!
-//! A receiver needs little of it, and learns the rest from the frames: blur, noise, and the panel's place.
+//! A receiver needs little of it, and learns the rest from the frames: blur, noise, and the panel's position.
 
 mod encoding;
 
@@ -9,11 +9,11 @@ use core::ops::RangeInclusive;
 pub use encoding::Encoding;
 use serde::{Deserialize, Serialize};
 
-/// The grey level of linear light 1: that of a grey card on which the exposure was metered (Do & Yoo 2020, Eq. 11).
+/// The grey level of linear light 1: that of a grey card metered for the exposure (Do & Yoo 2020, Eq. 11).
 pub const MIDDLE_GREY: f32 = 118.0;
 
-/// A camera, as far as a receiver uses it. Each value is a starting point, with a [default](Camera::default); the receiver learns from the
-/// frames.
+/// A camera, as far as a receiver uses it. Each value is a starting point, with a [default](Camera::default); the receiver refines it from
+/// the frames.
 ///
 /// ```
 /// use link::camera::{Camera, CameraError, Encoding};
@@ -54,23 +54,23 @@ impl Default for Camera {
 }
 
 impl Camera {
-    /// `blur_sigma_px` where nobody tells it.
+    /// The default of `blur_sigma_px`.
     pub const USUAL_BLUR_SIGMA_PX: f64 = 1.5;
-    /// `read_noise_e` where nobody tells it.
+    /// The default of `read_noise_e`.
     pub const USUAL_READ_NOISE_E: f64 = 3.0;
     /// The range of `black_grey`.
     pub const BLACK_GREY: RangeInclusive<f32> = 0.0..=64.0;
-    /// The range of `blur_sigma_px`: a sharper image hides between the pixels, a softer one runs the LEDs of any readable panel together.
+    /// The range of `blur_sigma_px`: a sharper image falls between the pixels, and a softer one merges the LEDs of any readable panel.
     pub const BLUR_SIGMA_PX: RangeInclusive<f32> = 0.3..=4.0;
     /// The range of `blur_aspect`.
     pub const BLUR_ASPECT: RangeInclusive<f32> = 0.5..=2.0;
-    /// The range of `read_noise_e`: the square of its end is still a number.
+    /// The range of `read_noise_e`: the square of its end is still finite.
     pub const READ_NOISE_E: RangeInclusive<f32> = 0.0..=1e6;
 
-    /// The camera, if all that is said of it is in its range.
+    /// The camera, if all its values are in range.
     ///
     /// # Errors
-    /// [`CameraError`] about the first value that is not.
+    /// [`CameraError`] for the first value out of its range.
     pub fn checked(self) -> Result<Self, CameraError> {
         let Self {
             encoding,
@@ -105,13 +105,13 @@ impl Camera {
         self.encoding.light((grey - self.black_grey) * white / (white - self.black_grey))
     }
 
-    /// The grey level of light, neither rounded nor cut at white; black for none.
+    /// The grey level of light, neither rounded nor clipped at white; black for none.
     pub fn grey(&self, light: f32) -> f32 {
         let white = f32::from(u8::MAX);
         self.black_grey + self.encoding.grey(light) * (white - self.black_grey) / white
     }
 
-    /// The nearest camera in range; what is not a number becomes the least.
+    /// The nearest camera in range; NaN becomes the minimum.
     pub fn clamped(self) -> Self {
         let clamped = |value: f32, range: RangeInclusive<f32>| value.max(*range.start()).min(*range.end());
         Self {
@@ -124,7 +124,7 @@ impl Camera {
     }
 }
 
-/// No camera that a receiver can read for is like this.
+/// A value that no readable camera has.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CameraError {
@@ -135,7 +135,7 @@ pub enum CameraError {
         Encoding::GAMMA.end()
     )]
     Gamma {
-        /// The exponent asked for.
+        /// The requested exponent.
         gamma: f32,
     },
     /// The level of no light.
@@ -145,7 +145,7 @@ pub enum CameraError {
         Camera::BLACK_GREY.end()
     )]
     Black {
-        /// The level asked for.
+        /// The requested level.
         black_grey: f32,
     },
     /// The blur along x over that along y.
@@ -155,7 +155,7 @@ pub enum CameraError {
         Camera::BLUR_ASPECT.end()
     )]
     BlurAspect {
-        /// The ratio asked for.
+        /// The requested ratio.
         blur_aspect: f32,
     },
     /// The lens blur.
@@ -165,7 +165,7 @@ pub enum CameraError {
         Camera::BLUR_SIGMA_PX.end()
     )]
     Blur {
-        /// The standard deviation asked for, in pixels.
+        /// The requested standard deviation, in pixels.
         blur_sigma_px: f32,
     },
     /// The read noise.
@@ -175,7 +175,7 @@ pub enum CameraError {
         Camera::READ_NOISE_E.end()
     )]
     ReadNoise {
-        /// The read noise asked for, in electrons.
+        /// The requested read noise, in electrons.
         read_noise_e: f32,
     },
 }

@@ -1,4 +1,4 @@
-//! The one 32-bit checksum of everything that is sent or stored: CRC-32C.
+//! The 32-bit checksum of all transmitted and stored data: CRC-32C.
 
 use crc::{CRC_32_ISCSI, Crc, Digest};
 
@@ -16,7 +16,7 @@ pub fn crc32c(parts: &[&[u8]]) -> u32 {
     digest.finalize()
 }
 
-/// A CRC-32C of bytes that come one by one.
+/// A CRC-32C of bytes that arrive one by one.
 pub(crate) fn digest() -> Digest<'static, u32> {
     CRC_32C.digest()
 }

@@ -1,6 +1,6 @@
-//! How an automatic camera exposes.
+//! A model of automatic exposure.
 
-/// An automatic exposure (Do & Yoo 2020, Table 1): as long as may be until the ISO speed can fall no more, then in inverse proportion to
+/// An automatic exposure (Do & Yoo 2020, Table 1): the longest time until the ISO speed is at its minimum, then in inverse proportion to
 /// the light.
 ///
 /// ```
@@ -21,7 +21,7 @@ pub struct AutoExposure {
 }
 
 impl AutoExposure {
-    /// The time, s, and the ISO speed whose product is `wanted_s`, or as near to it as the camera can come.
+    /// The time, s, and the ISO speed whose product is closest to `wanted_s`.
     pub fn time_and_iso(&self, wanted_s: f64) -> (f64, f64) {
         let iso = (wanted_s / self.longest_s).max(self.iso_min).min(self.iso_max);
         ((wanted_s / iso).min(self.longest_s), iso)

@@ -31,8 +31,8 @@ pub const INFO_BYTES_MAX: usize = 128;
 pub const CODEWORD_PANELS_MAX: usize = 24;
 /// Rounds of min-sum after which the decoder gives up.
 ///
-/// Fewer would save time only where decoding fails; more would find a few more code words in heavy noise, at a
-/// cost that a small processor feels.
+/// Fewer would save time only if decoding fails; more would find a few more code words in heavy noise, at a cost that matters on a small
+/// processor.
 pub const MAX_ITERATIONS: usize = 100;
 
 const BITS_MAX: usize = CODEWORD_PANELS_MAX * LEDS;
@@ -63,7 +63,7 @@ impl Code {
     /// All of them, in the order of their values.
     pub const ALL: [Self; 5] = [Self::Tc128, Self::Tc256, Self::Tc512, Self::Tm1280, Self::Tm1536];
 
-    /// The code of that value in the header, if there is one.
+    /// The code of that value in the header, if it exists.
     pub const fn from_value(value: u8) -> Option<Self> {
         match value {
             0 => Some(Self::Tc128),
@@ -85,7 +85,7 @@ impl Code {
         self.ldpc().n() / LEDS
     }
 
-    /// Parity panels of a code word, sent whatever the shortening: 1 to 8.
+    /// Parity panels of a code word, sent at any shortening: 1 to 8.
     pub const fn parity_panels(self) -> usize {
         self.panels() - self.info_bytes() / PANEL_BYTES
     }
@@ -113,8 +113,7 @@ impl core::fmt::Display for Code {
     }
 }
 
-/// One code word, of which the first `info_bytes` bytes carry message and the rest of the information is
-/// known to be 0.
+/// One code word. Its first `info_bytes` bytes carry message, and the rest of the information is known to be 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
     code: Code,
@@ -122,7 +121,7 @@ pub struct Block {
 }
 
 impl Block {
-    /// A block of `info_bytes` message bytes, at most what the code holds (a larger number means that).
+    /// A block of `info_bytes` message bytes, clamped to the code's capacity.
     pub const fn new(code: Code, info_bytes: usize) -> Self {
         let most = code.info_bytes();
         Self {
@@ -141,11 +140,9 @@ impl Block {
         self.info_panels() + self.code.parity_panels()
     }
 
-    /// Received bits (known ones included) below which decoding is not tried: the code's information and a
-    /// quarter of its parity.
+    /// Received bits (known ones included) below which decoding is not tried: the code's information and a quarter of its parity.
     ///
-    /// With fewer, the received bits leave too few parity checks over, and nearly any reading passes for a
-    /// code word.
+    /// With fewer, too few parity checks remain, and nearly any reading passes as a code word.
     pub const fn bits_needed(self) -> usize {
         let (n, k) = (self.code.ldpc().n(), self.code.ldpc().k());
         k + (n - k) / 4
@@ -169,8 +166,7 @@ impl Block {
         (0..self.panels()).map(move |panel| PanelFrame::from_bits(u64::from_le(words[self.place(panel)])))
     }
 
-    /// How the LEDs of `panels` that were seen at all (non-zero) compare with the panels that carry `info`:
-    /// `(different, seen)`.
+    /// Compares the LEDs of `panels` that were seen (non-zero) with the panels that carry `info`. Returns `(different, seen)`.
     pub fn compare(self, info: &[u8], panels: &[SoftPanel]) -> (u32, u32) {
         self.encode(info).zip(panels).fold((0, 0), |(different, seen), (truth, panel)| {
             let wrong = (panel.hard().bits() ^ truth.bits()) & panel.seen();
@@ -182,7 +178,7 @@ impl Block {
         self.info_bytes.div_ceil(PANEL_BYTES)
     }
 
-    /// The place in the whole code word of the `panel`-th panel that is sent.
+    /// The position of the `panel`-th sent panel in the whole code word.
     const fn place(self, panel: usize) -> usize {
         let skipped = self.code.info_bytes() / PANEL_BYTES - self.info_panels();
         if panel < self.info_panels() { panel } else { panel + skipped }
@@ -205,8 +201,7 @@ pub enum Undecodable {
     NoCodeword,
 }
 
-/// The min-sum decoder with its working area: 16 960 bytes, which the largest code word and its punctured
-/// bits need.
+/// The min-sum decoder with its working area: 16 960 bytes for the largest code word and its punctured bits.
 pub struct Decoder {
     llrs: [i8; BITS_MAX],
     working: [i8; LARGEST.decode_ms_working_len()],
@@ -230,8 +225,8 @@ impl Decoder {
     ///
     /// # Errors
     ///
-    /// [`Undecodable`] when too little was received, or too much of it is wrong. An answer may still be
-    /// wrong, rarely: the message's CRC decides.
+    /// [`Undecodable`] if too little was received, or too much of it is wrong. A result may still be wrong, rarely: the message's CRC
+    /// decides.
     pub fn decode(&mut self, block: Block, panels: &[SoftPanel]) -> Result<&[u8], Undecodable> {
         let (known, needed) = (self.load(block, panels), block.bits_needed());
         if known < needed {
@@ -250,7 +245,7 @@ impl Decoder {
         }
     }
 
-    /// Lays the received and the known bits out for the decoder; returns how many they are.
+    /// Loads the received and the known bits; returns their number.
     fn load(&mut self, block: Block, panels: &[SoftPanel]) -> usize {
         self.llrs.fill(0);
         for (index, panel) in panels.iter().take(block.panels()).enumerate() {
@@ -273,7 +268,7 @@ impl Default for Decoder {
     }
 }
 
-/// Adds what two readings of the same panel say; saturates at ±127.
+/// Adds the ratios of two readings of the same panel; saturates at ±127.
 pub fn combine(one: &mut SoftPanel, other: &SoftPanel) {
     for (llr, more) in one.0.iter_mut().zip(&other.0) {
         *llr = llr.saturating_add(*more).max(-Llr::MAX);
@@ -286,7 +281,7 @@ mod tests {
     use crate::scramble::split_mix64;
     use properties::prelude::*;
 
-    /// The readings of a block's panels with `errors` of all its LEDs, spread by `seed`, read wrongly.
+    /// The readings of a block's panels with `errors` wrong LEDs, spread by `seed`.
     fn read_with_errors(block: Block, info: &[u8], errors: usize, seed: u64) -> Vec<SoftPanel> {
         let mut panels: Vec<_> = block.encode(info).map(|panel| SoftPanel::certain(panel, 12)).collect();
         let leds = (LEDS * panels.len()) as u64;
@@ -342,7 +337,7 @@ mod tests {
         }
     }
 
-    /// Nearly normal: the sum of 12 uniform numbers (Irwin and Hall).
+    /// Approximately normal: the sum of 12 uniform numbers (Irwin and Hall).
     fn gaussian(seed: u64) -> f32 {
         let uniform = |n| split_mix64(split_mix64(seed).wrapping_add(n)) as f32 / u64::MAX as f32;
         (0..12).map(uniform).sum::<f32>() - 6.0

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::l2a_table::Interval;
 
-/// The bits that a diameter takes in a header.
+/// Bits of the diameter in a header.
 const DIAMETER_BITS: u32 = 20;
 
 /// The size of a panel: the width of an LED's shining disc, and the gap between two of them.
@@ -27,7 +27,7 @@ pub struct Geometry {
     interval: Interval,
 }
 
-/// No panel is of that size.
+/// A panel size out of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error(
     "a panel of LEDs {} m wide is outside 0.0001 to 1 m: give the width of one LED's shining disc",
@@ -39,10 +39,10 @@ pub struct GeometryError {
 }
 
 impl Geometry {
-    /// The LEDs that there may be, µm: from a tenth of a millimetre to a metre.
+    /// The range of diameters, µm: from a tenth of a millimetre to a metre.
     pub const LED_DIAMETER_UM: RangeInclusive<u32> = 100..=1_000_000;
 
-    /// A panel with LEDs of a diameter in µm, and of an interval: the gap between their edges over that, 0 to 16.
+    /// A panel with LEDs of a diameter in µm, and of an interval: the gap between their edges over the diameter, 0 to 16.
     ///
     /// # Errors
     /// [`GeometryError`] outside [`LED_DIAMETER_UM`](Self::LED_DIAMETER_UM).
@@ -63,7 +63,7 @@ impl Geometry {
         self.interval.to_num()
     }
 
-    /// The 36 bits that stand for it in a header: 20 of the diameter, then 16 of the interval.
+    /// Its 36 bits in a header: 20 of the diameter, then 16 of the interval.
     pub(crate) fn to_bits(self) -> u64 {
         u64::from(self.led_diameter_um) | u64::from(self.interval.to_bits()) << DIAMETER_BITS
     }

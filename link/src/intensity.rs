@@ -1,4 +1,4 @@
-//! The limit of a panel's luminous intensity, in any ambient light.
+//! The limit of a panel's luminous intensity, independent of the ambient light.
 
 use core::num::NonZeroU32;
 use core::ops::RangeInclusive;
@@ -9,7 +9,7 @@ use thiserror::Error;
 use crate::geometry::Geometry;
 use crate::panel::LEDS;
 
-/// The diameter of a panel's LEDs and, where there is one, a limit of the panel's mean luminous intensity, straight ahead.
+/// The diameter of a panel's LEDs and, optionally, a limit of the panel's mean luminous intensity, straight ahead.
 ///
 /// A disc of diameter D and luminance L has the intensity L·π/4·D² (ISO 80000-7: luminance is intensity over area), and each of the 64
 /// LEDs is On for half of the time:
@@ -34,7 +34,7 @@ pub struct IntensityLimit {
     led_diameter_um: u32,
 }
 
-/// The mean luminous intensity of a panel, cd, whose On LEDs have a luminance in cd/m² and a diameter in m: 8·π·D²·L. That of all LEDs On
+/// The mean luminous intensity, cd, of a panel whose On LEDs have a luminance in cd/m² and a diameter in m: 8·π·D²·L. With all LEDs On it
 /// is twice as much.
 ///
 /// ```
@@ -47,7 +47,7 @@ pub fn mean_cd(luminance_cd_m2: f64, led_diameter_m: f64) -> f64 {
     8.0 * core::f64::consts::PI * led_diameter_m * led_diameter_m * luminance_cd_m2
 }
 
-/// What no limit can be.
+/// Why there is no such limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum IntensityLimitError {
     /// The intensity, in thousandths of a candela, is outside [`IntensityLimit::MOST_MCD`].
@@ -65,8 +65,8 @@ pub enum IntensityLimitError {
 }
 
 impl IntensityLimit {
-    /// The limits that there may be, 1/1000 cd: to 1000 of the brightest head lamps. The greatest is none: on the wire and in flash memory
-    /// it stands for a diameter alone.
+    /// The range of limits, 1/1000 cd: up to 1000 of the brightest head lamps. The greatest value means no limit: on the wire and in flash
+    /// memory it stands for a diameter alone.
     pub const MOST_MCD: RangeInclusive<u32> = 1..=1_000_000_000;
 
     /// A limit in 1/1000 cd, or none, for LEDs of a diameter in µm.
@@ -91,7 +91,7 @@ impl IntensityLimit {
     /// A limit in cd, or none, for LEDs of a diameter in m, to the nearest 1/1000 cd and µm.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and for what is no number.
+    /// As [`new`](Self::new), and for NaN.
     pub fn from_cd(most_cd: Option<f64>, led_diameter_m: f64) -> Result<Self, IntensityLimitError> {
         Self::new(
             most_cd.map(|most_cd| (most_cd * 1e3 + 0.5) as u32),
@@ -99,7 +99,8 @@ impl IntensityLimit {
         )
     }
 
-    /// What two numbers say on the wire and in flash memory: the limit, 1/1000 cd, and the diameter, µm; both 0 that neither is known.
+    /// The limit encoded by two numbers on the wire and in flash memory: the limit, 1/1000 cd, and the diameter, µm; both 0 if neither is
+    /// known.
     ///
     /// ```
     /// use link::intensity::IntensityLimit;
@@ -119,7 +120,7 @@ impl IntensityLimit {
         Self::new(Some(most_mcd), led_diameter_um).map(Some)
     }
 
-    /// The two numbers that say this on the wire and in flash memory.
+    /// The two numbers that encode it on the wire and in flash memory.
     pub fn numbers(limit: Option<Self>) -> [u32; 2] {
         limit.map_or([0, 0], |limit| {
             let most_mcd = limit.most_mcd.map_or(*Self::MOST_MCD.end(), NonZeroU32::get);
@@ -127,7 +128,7 @@ impl IntensityLimit {
         })
     }
 
-    /// The most intensity, cd; none where it is not limited.
+    /// The greatest intensity, cd; `None` without a limit.
     pub fn most_cd(self) -> Option<f64> {
         self.most_mcd.map(|most_mcd| f64::from(most_mcd.get()) / 1e3)
     }
@@ -137,15 +138,15 @@ impl IntensityLimit {
         self.led_diameter_um
     }
 
-    /// The luminance of On LEDs at which the panel's mean intensity is this, cd/m², never rounded up; none where it is not limited.
+    /// The luminance of On LEDs at the limit of the panel's mean intensity, cd/m², never rounded up; `None` without a limit.
     pub fn luminance_cd_m2(self) -> Option<U32F32> {
-        // LEDS/2·π/4, rounded up in its last digit.
+        // LEDS/2·π/4, with its last digit rounded up.
         const AREAS_BILLIONTHS: u128 = 25_132_741_229;
         const _: () = assert!(LEDS == 64);
-        // From 1/1000 cd over µm² to cd/m² are 10⁹. 30 + 30 + 30 + 32 bits over 35 + 40.
+        // The factor from 1/1000 cd over µm² to cd/m² is 10⁹. 30 + 30 + 30 + 32 bits over 35 + 40.
         let area = AREAS_BILLIONTHS * u128::from(self.led_diameter_um).pow(2);
         let intensity = u128::from(self.most_mcd?.get()) * 1_000_000_000 * 1_000_000_000;
-        // Bit by bit, which takes 600 bytes less of a small processor's program than a division of 128 bits there.
+        // Bit by bit, which saves a small processor 600 bytes of program over a division of 128 bits.
         let [mut bits, mut rest, mut dividend] = [0u128, 0, intensity << U32F32::FRAC_NBITS];
         for _ in 0..u128::BITS {
             rest = rest << 1 | dividend >> (u128::BITS - 1);

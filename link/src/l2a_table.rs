@@ -55,15 +55,15 @@ pub const INTERVAL_MAX: f32 = 15.0;
 ///
 /// It keeps the interpolation between them finer than 2⁻¹⁵ of their distance.
 pub const AXIS_STEP_MIN_LOG2: f32 = 1.0 / 512.0;
-/// How far [`L2aTable::l2a`] is from bilinear interpolation in true logarithms at most.
+/// The greatest deviation of [`L2aTable::l2a`] from bilinear interpolation in exact logarithms.
 ///
-/// Half a step of its type, 6.1e-5; twice 2⁻¹⁶ of the range of 3.8 from the fractions' truncation, 1.2e-4; and twice what
-/// [`LOG2_ERROR_MAX`] at both ends is of the shortest distance, [`AXIS_STEP_MIN_LOG2`], of that range: 4.6e-4.
+/// Half a step of its type, 6.1e-5; twice 2⁻¹⁶ of the range of 3.8 from the fractions' truncation, 1.2e-4; and twice the effect of
+/// [`LOG2_ERROR_MAX`] at both ends of the shortest distance, [`AXIS_STEP_MIN_LOG2`], on that range: 4.6e-4.
 pub const L2A_ERROR_MAX: f64 = 6.4e-4;
-/// How far [`log2`] is from the true logarithm at most.
+/// The greatest error of [`log2`].
 pub const LOG2_ERROR_MAX: f64 = 1.0 / (1 << 24) as f64;
 
-/// What of a table an error is about.
+/// The quantity of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// An illuminance, in lux.
@@ -75,7 +75,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The smallest and the largest that a table may hold.
+    /// The minimum and the maximum in a table.
     const fn range(self) -> (f32, f32) {
         match self {
             Self::IlluminanceLx => (ILLUMINANCE_MIN_LX, ILLUMINANCE_MAX_LX),
@@ -114,7 +114,7 @@ impl core::fmt::Display for Quantity {
     }
 }
 
-/// Why numbers are no table.
+/// Why numbers do not make a table.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum TableError {
     /// An axis is empty or too long.
@@ -124,15 +124,15 @@ pub enum TableError {
         quantity: Quantity,
         /// Its entries.
         count: usize,
-        /// The most possible.
+        /// The maximum.
         most: usize,
     },
-    /// There is not one L2A for each pair of an illuminance and an interval.
+    /// The number of L2A values is not the product of both axes' lengths.
     #[error(
         "the table has {count} values of L2A, {needed} are needed: one for each illuminance and interval, row by row of one illuminance"
     )]
     ValueCount {
-        /// Values given.
+        /// Number of values.
         count: usize,
         /// Illuminances × intervals.
         needed: usize,
@@ -140,9 +140,9 @@ pub enum TableError {
     /// An entry is out of its range, or not a number.
     #[error("{quantity} number {index} (from 0) of the table is {value}, it must be {least} to {most}")]
     OutOfRange {
-        /// What it is.
+        /// Its quantity.
         quantity: Quantity,
-        /// Its place in the slice given.
+        /// Its position in the argument.
         index: usize,
         /// Its value.
         value: f32,
@@ -159,7 +159,7 @@ pub enum TableError {
     NotAscending {
         /// The axis.
         quantity: Quantity,
-        /// The entry's place in the slice given.
+        /// The entry's position in the argument.
         index: usize,
         /// Its value.
         value: f32,
@@ -183,7 +183,7 @@ pub enum TableError {
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct L2aTable {
-    /// What is stored and sent, and looked up in place.
+    /// The stored and transmitted form, in which values are looked up.
     image: Image,
     log_illuminances: Vec<I6F26, ILLUMINANCES_MAX>,
     log_intervals: Vec<I6F26, INTERVALS_MAX>,
@@ -194,9 +194,8 @@ impl L2aTable {
     ///
     /// # Errors
     ///
-    /// [`TableError`], which names the first entry that is wrong: axes have 1 to [`ILLUMINANCES_MAX`] and
-    /// [`INTERVALS_MAX`] entries, strictly ascending, of 0.01 to 1 000 000 lx and 0.05 to 15; values are 0.2
-    /// to 4.
+    /// [`TableError`] for the first wrong entry: axes have 1 to [`ILLUMINANCES_MAX`] and [`INTERVALS_MAX`] entries, strictly ascending, of
+    /// 0.01 to 1 000 000 lx and 0.05 to 15; values are 0.2 to 4.
     pub fn new(illuminances_lx: &[f32], intervals: &[f32], l2a: &[f32]) -> Result<Self, TableError> {
         let illuminances: Vec<Illuminance, ILLUMINANCES_MAX> = quantised(Quantity::IlluminanceLx, illuminances_lx)?;
         let intervals: Vec<Interval, INTERVALS_MAX> = quantised(Quantity::Interval, intervals)?;
@@ -209,8 +208,8 @@ impl L2aTable {
         Self::of(image::of(&illuminances, &intervals, &values)).checked()
     }
 
-    /// The table that the firmware ships with: the ratios that lose least of the reach for cameras of which neither the exposure nor the
-    /// detector is known, computed by `vocc table regret` and checked in as `link/shipped_table.toml`, which says from what.
+    /// The table shipped with the firmware: the ratios of least loss of range for cameras of unknown exposure and detector, computed by
+    /// `vocc table regret` and checked in as `link/shipped_table.toml`, which records its inputs.
     pub fn shipped() -> Self {
         Self::of(image::of(
             &shipped_table::ILLUMINANCES_LX.map(Illuminance::saturating_from_num),
@@ -219,7 +218,7 @@ impl L2aTable {
         ))
     }
 
-    /// The table of an image whose axes have possible lengths.
+    /// The table of an image whose axes have valid lengths.
     fn of(image: Image) -> Self {
         let parts = Parts::of(&image);
         let (log_illuminances, log_intervals) = (
@@ -233,7 +232,7 @@ impl L2aTable {
         }
     }
 
-    /// The same table, if its numbers are possible.
+    /// The same table, if its numbers are valid.
     fn checked(self) -> Result<Self, TableError> {
         let parts = Parts::of(&self.image);
         check_axis(Quantity::IlluminanceLx, parts.illuminances(), &self.log_illuminances)?;
@@ -244,7 +243,7 @@ impl L2aTable {
         Ok(self)
     }
 
-    /// The L2A at that illuminance and interval; outside the axes, that of the nearest edge.
+    /// The L2A at that illuminance and interval; outside the axes, the value of the nearest edge.
     ///
     /// It lies within the four values around, is continuous, and is exact at the nodes.
     pub fn l2a(&self, illuminance_lx: Illuminance, interval: Interval) -> L2a {
@@ -252,7 +251,7 @@ impl L2aTable {
         let column = Segment::on(&self.log_intervals, log2(interval.into()));
         let parts = Parts::of(&self.image);
         let along = |row: usize| column.between(|column| parts.finer_value(row, column));
-        // Interpolated in finer steps than the result's, so that only the last rounding shows.
+        // Interpolated in finer steps than the result's, so that only the last rounding matters.
         L2a::from_bits(((row.between(along) + HALF) >> FINER) as u16)
     }
 
@@ -266,7 +265,7 @@ impl L2aTable {
         Parts::of(&self.image).intervals().collect()
     }
 
-    /// Its values, row by row: that at illuminance r and interval c is number r·(intervals) + c.
+    /// Its values, row by row: the value at illuminance r and interval c has the number r·(intervals) + c.
     pub fn values(&self) -> Vec<L2a, VALUES_MAX> {
         Parts::of(&self.image).values().collect()
     }
@@ -279,11 +278,11 @@ impl Default for L2aTable {
     }
 }
 
-/// Bits by which values are finer during interpolation.
+/// Extra fractional bits during interpolation.
 const FINER: u32 = 16;
 const HALF: i64 = 1 << (FINER - 1);
 
-/// Two neighbouring entries of an axis, and how far a value is from one to the other.
+/// Two neighbouring entries of an axis, and the position of a value between them.
 struct Segment {
     below: usize,
     above: usize,
@@ -321,7 +320,7 @@ impl Segment {
     }
 }
 
-/// log₂ of `value`, to [`LOG2_ERROR_MAX`]; of 0, what it is of the smallest positive value.
+/// log₂ of `value`, to [`LOG2_ERROR_MAX`]; 0 counts as the smallest positive value.
 ///
 /// By repeated squaring: the mantissa m in 1 to 2 is squared, and each time the square reaches 2 the next bit
 /// of the logarithm is 1.
@@ -427,7 +426,7 @@ mod tests {
         }
     }
 
-    /// An illuminance anywhere, evenly over the powers of two.
+    /// Any illuminance, uniform in its logarithm.
     fn any_illuminance() -> impl Strategy<Value = Illuminance> {
         (any::<u32>(), 0_u32..32).prop_map(|(bits, shift)| Illuminance::from_bits(bits >> shift))
     }

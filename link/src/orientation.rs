@@ -2,7 +2,7 @@
 
 use crate::panel::{LEDS, SIDE};
 
-/// How a panel is turned in a picture: one of the eight symmetries of the square.
+/// A panel's orientation in a picture: one of the eight symmetries of the square.
 ///
 /// ```
 /// use link::orientation::Orientation;
@@ -21,9 +21,9 @@ pub struct Orientation {
 }
 
 impl Orientation {
-    /// As it hangs.
+    /// Upright.
     pub const UPRIGHT: Self = Self::new(0, false);
-    /// The upright one, its three turns, and their mirror images.
+    /// Upright, the three rotations, and their mirror images.
     pub const ALL: [Self; 8] = [
         Self::UPRIGHT,
         Self::new(1, false),
@@ -43,7 +43,7 @@ impl Orientation {
         }
     }
 
-    /// Right angles, 0 to 3, by which it is turned clockwise.
+    /// Its clockwise rotation in right angles, 0 to 3.
     pub const fn quarter_turns(self) -> u8 {
         self.quarter_turns
     }
@@ -53,12 +53,12 @@ impl Orientation {
         self.is_mirrored
     }
 
-    /// By how much readings of such a picture are turned back: mirror images are reported as they are seen.
+    /// The rotation to undo in readings of such a picture: none for a mirror image, which is reported as seen.
     pub fn turn(self) -> Self {
         if self.is_mirrored { Self::default() } else { self }
     }
 
-    /// The place, 8·row + column of the picture, in which LED `led` (0 to 63) is seen.
+    /// The position, 8·row + column of the picture, of LED `led` (0 to 63).
     pub const fn place_of(self, led: usize) -> usize {
         let last = SIDE - 1;
         let (row, column) = (led % LEDS / SIDE, led % SIDE);
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn turns_are_clockwise_and_follow_the_mirror() {
-        // The picture's places of the panel's top left and top right LED.
+        // The positions in the picture of the panel's top left and top right LED.
         let top = |turns, is_mirrored| [0, 7].map(|led| Orientation::new(turns, is_mirrored).place_of(led));
         assert_eq!(top(1, false), [7, 63]);
         assert_eq!(top(2, false), [63, 56]);

@@ -21,7 +21,7 @@ pub const LEDS: usize = SIDE * SIDE;
 pub struct PanelFrame(u64);
 
 impl PanelFrame {
-    /// The panel whose LED `8·row + column` is On where that bit is set.
+    /// The panel whose LED `8·row + column` is On if that bit is set.
     pub const fn from_bits(bits: u64) -> Self {
         Self(bits)
     }
@@ -46,17 +46,17 @@ impl PanelFrame {
         core::array::from_fn(|led| if self.led(led) { 1.0 } else { 0.0 })
     }
 
-    /// How many LEDs are On.
+    /// The number of On LEDs.
     pub const fn count_on(self) -> u32 {
         self.0.count_ones()
     }
 
-    /// How many LEDs differ: the bit errors of one reading against the truth.
+    /// The number of LEDs that differ: the bit errors of a reading.
     pub const fn distance(self, other: Self) -> u32 {
         (self.0 ^ other.0).count_ones()
     }
 
-    /// What a picture shows of it, row by row, that has it in that orientation.
+    /// Its picture in that orientation, row by row.
     pub const fn seen(self, orientation: Orientation) -> Self {
         let (mut bits, mut led) = (0, 0);
         while led < LEDS {
@@ -66,7 +66,7 @@ impl PanelFrame {
         Self(bits)
     }
 
-    /// The panel of which a picture shows this, that has it in that orientation.
+    /// The panel whose picture in that orientation this is.
     pub const fn upright(self, orientation: Orientation) -> Self {
         let (mut bits, mut led) = (0, 0);
         while led < LEDS {
@@ -91,12 +91,12 @@ pub type Llr = i8;
 /// The natural-log likelihood ratio of one step of [`Llr`].
 pub const LLR_STEP: f32 = 0.25;
 
-/// What a receiver believes of the 64 LEDs of one symbol.
+/// A receiver's soft decisions on the 64 LEDs of one symbol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SoftPanel(pub [Llr; LEDS]);
 
 impl SoftPanel {
-    /// A panel of which nothing is known: an erasure.
+    /// A panel without any information: an erasure.
     pub const ERASED: Self = Self([0; LEDS]);
 
     /// The panel read with certainty `llr` (1 to 127) in each bit.
@@ -104,14 +104,14 @@ impl SoftPanel {
         Self(core::array::from_fn(|i| if panel.led(i) { llr } else { llr.saturating_neg() }))
     }
 
-    /// One bit an LED: set where anything is known of it (a non-zero ratio).
+    /// One bit per LED: set if it has a non-zero ratio.
     pub fn seen(&self) -> u64 {
         self.0.iter().enumerate().fold(0, |bits, (i, &llr)| bits | u64::from(llr != 0) << i)
     }
 
     /// The same reading with the LEDs of `mask` inverted: undoes an XOR with `mask` at the transmitter.
     ///
-    /// Values of −128, which no reading should hold, count as −127.
+    /// Values of −128, which no reading may hold, count as −127.
     pub fn flipped(&self, mask: u64) -> Self {
         Self(core::array::from_fn(|i| {
             let llr = self.0[i].max(-Llr::MAX);
@@ -119,16 +119,15 @@ impl SoftPanel {
         }))
     }
 
-    /// The reading of the panel itself, where this is of a picture that has it in that orientation.
+    /// The reading of the panel itself, if this is of a picture that shows it in that orientation.
     pub fn upright(&self, orientation: Orientation) -> Self {
         Self(core::array::from_fn(|led| self.0[orientation.place_of(led)]))
     }
 
-    /// How the reading agrees with `panel`: the sum of all ratios, each positive where it agrees, and the sum
-    /// of their squares.
+    /// The agreement of the reading with `panel`: the sum of all ratios, each positive if it agrees, and the sum of their squares.
     ///
-    /// For a reading that has nothing to do with `panel`, sum/√squares has mean 0 and variance 1, and exceeds
-    /// z with a probability of at most exp(−z²/2), whatever the magnitudes (Hoeffding 1963, Theorem 2).
+    /// For a reading that is unrelated to `panel`, sum/√squares has mean 0 and variance 1, and exceeds z with a probability of at most
+    /// exp(−z²/2), whatever the magnitudes (Hoeffding 1963, Theorem 2).
     pub fn correlation(&self, panel: PanelFrame) -> (i32, i32) {
         self.0.iter().enumerate().fold((0, 0), |(sum, squares), (i, &llr)| {
             let llr = i32::from(llr);
@@ -136,7 +135,7 @@ impl SoftPanel {
         })
     }
 
-    /// The likelier state of each LED; Off where nothing is known.
+    /// The likelier state of each LED; Off for a ratio of 0.
     pub fn hard(&self) -> PanelFrame {
         let on = self.0.iter().enumerate().filter(|&(_, &llr)| llr > 0);
         PanelFrame(on.fold(0, |bits, (i, _)| bits | 1 << i))

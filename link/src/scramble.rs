@@ -2,18 +2,16 @@
 //!
 //! Panel n of a segment is shown as its coded bits XOR [`word`]`(n)`. Two reasons:
 //!
-//! * **A new panel is seen to be new.** Camera and panel share no clock, so a receiver often photographs one
-//!   panel twice and must tell "the same panel again" from "the next one". Text with runs of equal bytes,
-//!   zero padding and the like would give equal panels in succession. After scrambling, two successive panels
-//!   differ in about 32 of their 64 LEDs whatever the data repeat: a panel that differs from the one before
-//!   in few LEDs is the same panel, read with errors.
-//! * **Balance.** Runs of zeros would be dark panels: flicker for an observer, and no contrast for a receiver
-//!   that learns its threshold from On and Off LEDs of the same frame.
+//! * **A new panel is recognisably new.** Camera and panel share no clock, so a receiver often photographs one panel twice and must
+//!   distinguish "the same panel again" from "the next one". Text with runs of equal bytes, zero padding and the like would give equal
+//!   panels in succession. After scrambling, two successive panels differ in about 32 of their 64 LEDs even if the data repeat: a panel
+//!   that differs from the one before in few LEDs is the same panel, read with errors.
+//! * **Balance.** Runs of zeros would be dark panels: flicker for an observer, and no contrast for a receiver that learns its threshold
+//!   from On and Off LEDs of the same frame.
 //!
-//! It is neither secret nor a protection: a message can be written that cancels the words.
+//! It is neither a secret nor a protection: a message can be written that cancels the words.
 
-/// The scrambling word of panel `panel` of a segment; 0 for the sync panel (panel 0), which is shown as it
-/// is.
+/// The scrambling word of panel `panel` of a segment; 0 for the sync panel (panel 0), which is not scrambled.
 pub const fn word(panel: usize) -> u64 {
     if panel == 0 { 0 } else { split_mix64(panel as u64) }
 }
@@ -28,7 +26,7 @@ pub const fn split_mix64(counter: u64) -> u64 {
     mix64(counter.wrapping_mul(GOLDEN))
 }
 
-/// By how much SplitMix64's state rises from one output to the next: the golden ratio in 2⁻⁶⁴.
+/// The increment of SplitMix64's state between outputs: the golden ratio in 2⁻⁶⁴.
 pub const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// The output of SplitMix64 in state `z`.

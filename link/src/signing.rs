@@ -7,11 +7,11 @@
 //! ```
 //!
 //! The counter rises with each signature of a key, also over restarts. A receiver remembers the greatest counter of each key. A message
-//! with a lower or equal one is genuine but old: a replayed film. The receiver cannot tell how old, and it cannot recognise the replay of a
-//! signature that it has never seen.
+//! with a lower or equal counter is genuine but old: a replay. The receiver cannot determine its age, and it cannot recognise the replay of
+//! a signature that it has never seen.
 //!
-//! The arithmetic is [ed25519-compact]'s, which needs neither a heap nor another crate, and whose signing takes the same time whatever the
-//! key. Public keys, and points in signatures, that are of small order or not in their one form are refused.
+//! The arithmetic is [ed25519-compact]'s, which needs neither a heap nor another crate, and signs in a time that does not depend on the
+//! key. Public keys, and points in signatures, are refused if they have small order or are not canonical.
 //!
 //! [ed25519-compact]: https://docs.rs/ed25519-compact
 //!
@@ -35,32 +35,32 @@ use ed25519_compact as ed25519;
 
 use crate::framing::{KeyId, MESSAGE_MAX, Signature};
 
-/// Bytes of a seed, from which a secret key follows, and of a public key.
+/// Bytes of a seed, which determines a secret key, and of a public key.
 pub const KEY_BYTES: usize = 32;
 
-/// Bytes of a secret key as it is kept to sign with: the seed, and the public key that follows from it.
+/// Bytes of a stored secret key: the seed, and its public key.
 pub const SECRET_BYTES: usize = 2 * KEY_BYTES;
 
-/// What begins the signed bytes: a signature made for something else is none of a message.
+/// The prefix of the signed bytes, so that a signature for another purpose does not fit a message.
 const CONTEXT: &[u8; 14] = b"vocc message 1";
 const PREFIX_BYTES: usize = CONTEXT.len() + 4 + 2;
 
-/// Why bytes are no key.
+/// Why bytes are not a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyError {
-    /// A seed of zeros, as memory is that nobody has filled.
+    /// A seed of zeros, like uninitialised memory.
     #[error("the secret key is all zeros: make one of random bytes")]
     Zeros,
-    /// A public key that is no point of the curve, or that anyone could sign for.
+    /// A public key that is not on the curve, or for which anyone could sign.
     #[error("the public key is none of Ed25519, or a weak one: take it from whoever owns the key anew")]
     Public,
 }
 
-/// A key that signs. Dropped, it is wiped from memory.
+/// A signing key. It is wiped from memory on drop.
 pub struct SecretKey(ed25519::KeyPair);
 
 impl SecretKey {
-    /// The key of a seed, which should be random.
+    /// The key of a seed, which must be random.
     ///
     /// # Errors
     /// [`KeyError::Zeros`].
@@ -69,8 +69,8 @@ impl SecretKey {
         pair.map(Self).map_err(|_| KeyError::Zeros)
     }
 
-    /// The key of the bytes that [`Self::to_bytes`] gave, in no time. Bytes whose halves do not belong together make signatures that tell
-    /// the secret: keep them under a checksum.
+    /// The key of bytes from [`Self::to_bytes`], without any computation. Bytes whose halves do not match make signatures that reveal the
+    /// secret: protect them with a checksum.
     pub fn from_bytes(bytes: [u8; SECRET_BYTES]) -> Self {
         let sk = ed25519::SecretKey::new(bytes);
         Self(ed25519::KeyPair { pk: sk.public_key(), sk })
@@ -81,12 +81,12 @@ impl SecretKey {
         *self.0.sk
     }
 
-    /// The key by which its signatures are checked.
+    /// The key that verifies its signatures.
     pub fn public(&self) -> PublicKey {
         PublicKey(self.0.pk)
     }
 
-    /// Signs a message, of which no more than [`MESSAGE_MAX`] bytes count, with a counter that it has never signed with.
+    /// Signs a message, of which at most [`MESSAGE_MAX`] bytes count. The counter must never have been used before.
     pub fn sign(&self, message: &[u8], counter: u32) -> Signature {
         let mut signed = [0; PREFIX_BYTES + MESSAGE_MAX];
         let prefix = prefix(message, counter);
@@ -107,7 +107,7 @@ impl fmt::Debug for SecretKey {
     }
 }
 
-/// A key that checks signatures.
+/// A key that verifies signatures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PublicKey(ed25519::PublicKey);
 
@@ -127,7 +127,7 @@ impl PublicKey {
         *self.0
     }
 
-    /// What names it.
+    /// Its name.
     pub fn id(&self) -> KeyId {
         let [a, b, c, d, ..] = *self.0;
         KeyId([a, b, c, d])
@@ -138,7 +138,7 @@ impl PublicKey {
         self.verifies(&[&prefix(message, signature.counter), message], &signature.proof)
     }
 
-    /// Whether a proof is of the parts, one after another.
+    /// Whether a proof fits the parts, one after another.
     fn verifies(&self, parts: &[&[u8]], proof: &[u8; 64]) -> bool {
         let Ok(mut state) = self.0.verify_incremental(&ed25519::Signature::new(*proof)) else {
             return false;
@@ -148,7 +148,7 @@ impl PublicKey {
     }
 }
 
-/// What is signed before the message.
+/// The signed bytes before the message.
 fn prefix(message: &[u8], counter: u32) -> [u8; PREFIX_BYTES] {
     let length = message.len().min(MESSAGE_MAX) as u16;
     let mut prefix = [0; PREFIX_BYTES];
@@ -157,7 +157,7 @@ fn prefix(message: &[u8], counter: u32) -> [u8; PREFIX_BYTES] {
     prefix
 }
 
-/// A key that a receiver trusts, and the greatest counter that it has seen of it.
+/// A key that a receiver trusts, and its greatest counter so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TrustedKey {
     key: PublicKey,
@@ -165,7 +165,7 @@ pub struct TrustedKey {
 }
 
 impl TrustedKey {
-    /// A key of which signatures up to `last` were seen before.
+    /// A key whose signatures up to `last` were seen before.
     pub const fn new(key: PublicKey, last: Option<u32>) -> Self {
         Self { key, last }
     }
@@ -175,39 +175,39 @@ impl TrustedKey {
         self.key
     }
 
-    /// The greatest counter seen: to be kept where the receiver may be restarted.
+    /// The greatest counter seen: store it if the receiver may restart.
     pub const fn last(&self) -> Option<u32> {
         self.last
     }
 }
 
-/// Who says so.
+/// The authenticity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// A trusted key has signed the message, with a greater counter than ever before.
+    /// A trusted key has signed the message, with a greater counter than before.
     Proven {
         /// The key.
         signer: KeyId,
         /// The counter.
         counter: u32,
     },
-    /// No signature has come yet.
+    /// No signature yet.
     Unproven,
     /// The signature names a key that is not trusted: it may be genuine or not.
     Unknown {
         /// The name of the key.
         signer: KeyId,
-        /// The counter that it names.
+        /// The claimed counter.
         counter: u32,
     },
     /// The signature names a trusted key, which did not make it.
     Forged {
         /// The name of the key.
         signer: KeyId,
-        /// The counter that it names.
+        /// The claimed counter.
         counter: u32,
     },
-    /// A trusted key has signed the message, with a counter that is not greater than one seen before: it was shown before.
+    /// A trusted key has signed the message, with a counter that is not greater than an earlier one: it was shown before.
     Replayed {
         /// The key.
         signer: KeyId,
@@ -264,7 +264,7 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// Who says so, of a message and the signature that came with it; a proven one counts as seen from now on.
+/// Verifies a message by its signature; a proven one counts as seen from now on.
 pub fn verdict(trusted: &mut [TrustedKey], message: &[u8], signature: &Signature) -> Verdict {
     let (signer, counter) = (signature.key, signature.counter);
     let mut named = trusted.iter_mut().filter(|trusted| trusted.key.id() == signer).peekable();
@@ -351,7 +351,7 @@ mod tests {
     #[test]
     fn keys_that_are_none_are_refused() {
         assert_eq!(SecretKey::from_seed([0; 32]).unwrap_err(), KeyError::Zeros);
-        // The neutral element, for which anyone can sign, and what is no point.
+        // The neutral element, for which anyone can sign, and bytes that are not a point.
         let mut neutral = [0; 32];
         neutral[0] = 1;
         assert_eq!(PublicKey::from_bytes(neutral), Err(KeyError::Public));

@@ -20,28 +20,27 @@ pub struct SymbolRate {
     millihertz: u32,
 }
 
-/// No transmitter has this symbol rate.
+/// A symbol rate out of range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("{}", Outside(*.millihertz, SymbolRate::MIN.millihertz..=SymbolRate::MAX.millihertz))]
 pub struct SymbolRateError {
-    /// The rate asked for, in thousandths of a symbol a second.
+    /// The requested rate, in thousandths of a symbol a second.
     pub millihertz: u32,
 }
 
 impl SymbolRate {
-    /// 9 a second: the rate for a camera of 10 frames a second, and the slowest that a 16-bit counter behind a divider by 255 gives at 150
-    /// MHz.
+    /// 9 a second: the rate for a camera of 10 frames a second, and the slowest of a 16-bit counter behind a divider by 255 at 150 MHz.
     pub const MIN: Self = Self { millihertz: 9_000 };
-    /// 300 a second: a board then still has panels ready for the 0.4 s for which flash memory may stop its processor.
+    /// 300 a second: a board then still has panels ready for the 0.4 s for which a write to flash memory may stop its processor.
     pub const MAX: Self = Self { millihertz: 300_000 };
-    /// 90 a second, for a camera of 100 frames a second: the rate of a transmitter that is not configured.
+    /// 90 a second, for a camera of 100 frames a second: the default of a transmitter.
     pub const DEFAULT: Self = Self { millihertz: 90_000 };
 
-    /// The share of a camera's frames a second at which its symbols come.
+    /// The symbol rate relative to a camera's frame rate.
     ///
-    /// At the frame rate itself the exposures may begin within a change of symbols for seconds. A tenth below, the phase has gone round
-    /// after ten frames, every symbol has a whole exposure of its own up to 1/9 of the time between frames, and a tenth of the rate is
-    /// what this costs.
+    /// At the frame rate itself the exposures may start within a change of symbols for seconds. A tenth below, the phase has passed through
+    /// a whole cycle after ten frames, and every symbol has a whole exposure of its own up to 1/9 of the time between frames. The cost is a
+    /// tenth of the rate.
     pub const SHARE_OF_FRAMES: f64 = 0.9;
 
     /// A rate in thousandths of a symbol a second.
@@ -58,17 +57,17 @@ impl SymbolRate {
     /// A rate in symbols a second, rounded to thousandths.
     ///
     /// # Errors
-    /// [`SymbolRateError`] outside [`MIN`](Self::MIN) to [`MAX`](Self::MAX), and for what is no number.
+    /// [`SymbolRateError`] outside [`MIN`](Self::MIN) to [`MAX`](Self::MAX), and for NaN.
     pub fn from_hz(hz: f64) -> Result<Self, SymbolRateError> {
         Self::from_millihertz((hz * 1e3 + 0.5) as u32)
     }
 
-    /// The rate for a camera of `frames_hz` frames a second that exposes for `exposure_s`, s; where the sensor is read line by line, the
-    /// time in which the panel's lines are read is to be added.
+    /// The rate for a camera of `frames_hz` frames a second that exposes for `exposure_s`, s. For a rolling shutter, add the time in which
+    /// the panel's lines are read.
     ///
-    /// A symbol is to hold a whole exposure at any phase, so it lasts at least the time between frames and an exposure
-    /// (`docs/detectors.md`, "Symbols and clocks"), and no rate is above [`SHARE_OF_FRAMES`](Self::SHARE_OF_FRAMES) of the frames. Cameras
-    /// faster than a transmitter get [`MAX`](Self::MAX).
+    /// A symbol holds a whole exposure at any phase if it lasts at least the time between frames plus an exposure (`docs/detectors.md`,
+    /// "Symbols and clocks"), and no rate exceeds [`SHARE_OF_FRAMES`](Self::SHARE_OF_FRAMES) of the frame rate. Cameras faster than a
+    /// transmitter get [`MAX`](Self::MAX).
     ///
     /// ```
     /// use link::symbol_rate::SymbolRate;
@@ -79,7 +78,7 @@ impl SymbolRate {
     /// ```
     ///
     /// # Errors
-    /// [`SymbolRateError`] where the camera is too slow for [`MIN`](Self::MIN), and for what is no camera.
+    /// [`SymbolRateError`] if the camera is too slow for [`MIN`](Self::MIN), or if a value is invalid.
     pub fn for_camera(frames_hz: f64, exposure_s: f64) -> Result<Self, SymbolRateError> {
         let whole_exposures_hz = 1.0 / (1.0 / frames_hz + exposure_s);
         let hz = (Self::SHARE_OF_FRAMES * frames_hz).min(whole_exposures_hz);
@@ -109,7 +108,7 @@ impl fmt::Display for SymbolRate {
     }
 }
 
-/// What is said of a rate outside of a range, all in thousandths of a symbol a second.
+/// The text about a rate out of a range, all in thousandths of a symbol a second.
 pub(crate) struct Outside(pub u32, pub RangeInclusive<u32>);
 
 impl fmt::Display for Outside {

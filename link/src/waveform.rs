@@ -8,13 +8,12 @@
 //! ```
 //!
 //! An LED whose bit is 1 is On for the first quarter of each cycle, Off for half of it and On for the last quarter; one whose bit is 0 is
-//! the opposite. So each LED is On for half of each cycle whatever it says, and where a bit changes its runs of light and dark get shorter,
-//! never longer: next to nothing is left below the carrier. Had a cycle begun with a whole half of light, runs would be twice as long
-//! there.
+//! the opposite. So each LED is On for half of each cycle with either bit, and a change of bits makes its runs of light and dark shorter,
+//! never longer: hardly any power lies below the carrier. If a cycle began with a whole half of light, runs would be twice as long there.
 //!
-//! Bits are signs, ±1, and so is the wave w of a 1. Over an exposure the light of an LED is ½ + b·c/2 of what it would be if it were always
-//! On, where the *contrast* c is the mean of w over the exposure: 1 at most, 0 over whole cycles, and less than 0 where the camera looks at
-//! the middle of a cycle. It is the same for all LEDs that are exposed at the same time.
+//! Bits are signs, ±1, and so is the wave w of a 1. Over an exposure the light of an LED is ½ + b·c/2 of that of an LED that is always On.
+//! The *contrast* c is the mean of w over the exposure: 1 at most, 0 over whole cycles, and negative for exposures about the middle of a
+//! cycle. It is the same for all LEDs that are exposed at the same time.
 
 use core::num::NonZeroU32;
 use core::ops::RangeInclusive;
@@ -23,7 +22,7 @@ use thiserror::Error;
 
 use crate::symbol_rate::SymbolRate;
 
-/// How a symbol is shown: [`STILL`](Self::STILL), or by a carrier of a whole number of cycles a symbol.
+/// The waveform of a symbol: [`STILL`](Self::STILL), or a carrier of a whole number of cycles a symbol.
 ///
 /// ```
 /// use link::waveform::Waveform;
@@ -46,7 +45,7 @@ pub struct Waveform {
     cycles: u16,
 }
 
-/// No transmitter shows such a carrier.
+/// A carrier out of range.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum WaveformError {
     /// The number of cycles a symbol is out of range.
@@ -56,10 +55,10 @@ pub enum WaveformError {
         Waveform::MAX_CYCLES
     )]
     Cycles {
-        /// The cycles asked for.
+        /// The requested cycles.
         cycles: u32,
     },
-    /// At this symbol rate they are too slow or too fast.
+    /// At this symbol rate, the carrier is too slow or too fast.
     #[error(
         "{cycles} cycles a symbol at {symbols_hz} symbols a second are a carrier of {} Hz, outside {} to {} Hz: give other cycles or another \
          rate, or 0 cycles for still panels",
@@ -76,17 +75,16 @@ pub enum WaveformError {
 }
 
 impl Waveform {
-    /// Panels that stand still for a symbol: no carrier.
+    /// Still panels: no carrier.
     pub const STILL: Self = Self { cycles: 0 };
     /// The fewest cycles a symbol: with one, a change of bits would be as slow as the symbols.
     pub const MIN_CYCLES: u16 = 2;
     /// The most cycles a symbol: [`MAX_HZ`](Self::MAX_HZ) at the slowest of symbol rates.
     pub const MAX_CYCLES: u16 = 333;
-    /// The slowest carrier, Hz: its cycle is the 5 ms that IEEE Std 802.15.7 calls the longest period of a light that does not seem to
-    /// flicker.
+    /// The slowest carrier, Hz: its cycle is 5 ms, the longest period of a light that does not seem to flicker by IEEE Std 802.15.7.
     pub const MIN_HZ: f64 = 200.0;
-    /// The fastest carrier, Hz: above it IEEE Std 1789 limits no light, and exposures only see less of it. A quarter of a cycle, in which
-    /// the next state of the LEDs is shifted, is 83 µs: five times what eight shift registers take at 4 MHz.
+    /// The fastest carrier, Hz: above it IEEE Std 1789 limits no light, and exposures only see less contrast. The next state of the LEDs is
+    /// shifted within a quarter of a cycle, 83 µs: five times what eight shift registers take at 4 MHz.
     pub const MAX_HZ: f64 = 3000.0;
 
     /// A carrier of `cycles` cycles a symbol; 0: none.
@@ -105,7 +103,7 @@ impl Waveform {
         self.cycles
     }
 
-    /// The symbol rates at which a transmitter shows it, in thousandths of a symbol a second: the least and the most.
+    /// The range of symbol rates at which a transmitter can show it, in thousandths of a symbol a second: the least and the greatest.
     pub fn rates_millihertz(self) -> [u32; 2] {
         let [least, most] = [SymbolRate::MIN, SymbolRate::MAX].map(SymbolRate::millihertz);
         let Some(cycles) = NonZeroU32::new(self.cycles.into()) else {
@@ -116,7 +114,7 @@ impl Waveform {
         [least.max(slowest), most.min(fastest)]
     }
 
-    /// Whether panels stand still.
+    /// Whether panels are still.
     pub const fn is_still(self) -> bool {
         self.cycles == 0
     }
@@ -124,7 +122,7 @@ impl Waveform {
     /// The frequency of the carrier at `symbols_hz` symbols a second, Hz; 0: none.
     ///
     /// # Errors
-    /// [`WaveformError::Frequency`] where no board latches it: outside [`MIN_HZ`](Self::MIN_HZ) to [`MAX_HZ`](Self::MAX_HZ).
+    /// [`WaveformError::Frequency`] if no board can show it: outside [`MIN_HZ`](Self::MIN_HZ) to [`MAX_HZ`](Self::MAX_HZ).
     pub fn carrier_hz(self, symbols_hz: f64) -> Result<f64, WaveformError> {
         let hz = f64::from(self.cycles) * symbols_hz;
         if self.is_still() || (Self::MIN_HZ..=Self::MAX_HZ).contains(&hz) {
@@ -136,16 +134,16 @@ impl Waveform {
         })
     }
 
-    /// Whether an LED of this bit is On at a time, in symbols since any one began.
+    /// Whether an LED of this bit is On at a time, in symbols since the start of any symbol.
     pub fn is_on(self, bit: bool, at: f64) -> bool {
         let cycle = phase(f64::from(self.cycles) * at + 0.25);
         bit == (self.is_still() || cycle < 0.5)
     }
 
-    /// The contrast of an exposure from one time to another, in symbols since any one began: the mean of a 1's wave of −1 and 1.
+    /// The contrast of an exposure from one time to another, in symbols since the start of any symbol: the mean of a 1's wave of −1 and 1.
     ///
-    /// It is exact: the wave's integral is a triangle, of which two points are taken. Rounding adds 1e-16 of the times in cycles, over the
-    /// cycles between them. The contrast of a moment is that of the state which begins with it.
+    /// It is exact: the wave's integral is a triangle, evaluated at two points. Rounding adds 1e-16 of the times in cycles, over the cycles
+    /// between them. The contrast of a single time is that of the state that starts with it.
     pub fn contrast(self, from: f64, to: f64) -> f64 {
         if self.is_still() {
             return 1.0;
@@ -157,7 +155,7 @@ impl Waveform {
         ((Self::integral(to) - Self::integral(from)) / (to - from)).clamp(-1.0, 1.0)
     }
 
-    /// The integral of a 1's wave of −1 and 1 from the beginning of a cycle to `cycles` after it: from −¼ to ¼ cycle.
+    /// The integral of a 1's wave of −1 and 1 from the start of a cycle to `cycles` after it: from −¼ to ¼ cycle.
     ///
     /// ```
     /// use link::waveform::Waveform;
@@ -174,7 +172,7 @@ impl Waveform {
     }
 }
 
-/// How often symbols come, and how each is shown: what a transmitter keeps. A carrier in it is one that boards latch.
+/// A transmitter's symbol rate and waveform. A carrier in it is within the boards' range.
 ///
 /// ```
 /// use link::{symbol_rate::SymbolRate, waveform::{SymbolTiming, Waveform}};
@@ -210,7 +208,7 @@ impl SymbolTiming {
         })
     }
 
-    /// Panels that stand still, at `rate`.
+    /// Still panels at `rate`.
     pub const fn still(rate: SymbolRate) -> Self {
         Self {
             rate,
@@ -218,18 +216,18 @@ impl SymbolTiming {
         }
     }
 
-    /// How often symbols come.
+    /// The symbol rate.
     pub const fn rate(self) -> SymbolRate {
         self.rate
     }
 
-    /// How each is shown.
+    /// The waveform of each symbol.
     pub const fn waveform(self) -> Waveform {
         self.waveform
     }
 }
 
-/// The difference of a number, less than 2⁶³, from the greatest whole number that is not above it.
+/// The distance of a number below 2⁶³ from the greatest integer that is not above it.
 const fn phase(cycles: f64) -> f64 {
     let part = cycles - cycles as i64 as f64;
     if part < 0.0 { part + 1.0 } else { part }
@@ -306,7 +304,7 @@ mod tests {
         #[test]
         fn the_contrast_is_the_mean_of_the_states(cycles in 2u32..40, from in 0.0..3.0_f64, length in 0.0..2.0_f64) {
             let carrier = Waveform::new(cycles).expect("a carrier");
-            // Edges at odd quarters of cycles part the exposure.
+            // Edges at odd quarters of cycles divide the exposure.
             let edge = |half: f64| (0.25 + 0.5 * half) / f64::from(cycles);
             let first = (from * f64::from(cycles) - 0.25) * 2.0;
             let mut times = vec![from];

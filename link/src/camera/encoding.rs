@@ -1,4 +1,4 @@
-//! From light to grey levels and back.
+//! Conversion between light and grey levels.
 
 use core::ops::RangeInclusive;
 
@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::MIDDLE_GREY;
 
-/// The curve by which a camera makes grey levels of light.
+/// A camera's curve from light to grey levels.
 ///
-/// Light is relative: 1 at grey [`MIDDLE_GREY`], whatever the curve. In a file it is `"srgb"`, `"rec709"` or `{ gamma = 2.2 }`.
+/// Light is relative: 1 at grey [`MIDDLE_GREY`] for every curve. In a file it is `"srgb"`, `"rec709"` or `{ gamma = 2.2 }`.
 ///
 /// ```
 /// use link::camera::Encoding;
@@ -38,12 +38,12 @@ impl Default for Encoding {
 impl Encoding {
     /// Grey levels in proportion to light.
     pub const LINEAR: Self = Self::Gamma(1.0);
-    /// γ where nobody tells it, before it is rounded to f32.
+    /// The default γ, before it is rounded to f32.
     pub const USUAL_GAMMA: f64 = 2.2;
     /// The range of γ.
     pub const GAMMA: RangeInclusive<f32> = 1.0..=4.0;
 
-    /// The nearest γ in range; the least if it is not a number.
+    /// The nearest γ in range; NaN becomes the minimum.
     pub(super) fn clamped(self) -> Self {
         match self {
             Self::Gamma(gamma) => Self::Gamma(gamma.max(*Self::GAMMA.start()).min(*Self::GAMMA.end())),
@@ -52,8 +52,8 @@ impl Encoding {
     }
 }
 
-/// A gamma curve with a straight foot: c = slope·l up to `foot` (of c), and above it c = (1 + lift)·l^(1/exponent) − lift, where light
-/// l and level c are both 1 at white.
+/// A gamma curve with a straight foot: c = slope·l up to `foot` (a value of c), and above it c = (1 + lift)·l^(1/exponent) − lift. Light l
+/// and level c are both 1 at white.
 struct Footed<F> {
     slope: F,
     foot: F,
@@ -95,7 +95,7 @@ macro_rules! curves {
                 footed.$light(grey / 255.0) / footed.$light(MIDDLE / 255.0)
             }
 
-            /// The grey level of light, neither rounded nor cut at white; 0 below 0.
+            /// The grey level of light, neither rounded nor clipped at white; 0 below 0.
             pub fn $grey(self, light: $float) -> $float {
                 const MIDDLE: $float = MIDDLE_GREY as $float;
                 let light = light.max(0.0);

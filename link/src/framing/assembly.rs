@@ -9,10 +9,10 @@ use crate::panel::SoftPanel;
 /// Payload panels of the longest message: 1024 bytes at rate 1/2.
 const PAYLOAD_PANELS_MAX: usize = 256;
 
-/// The payload panels of one segment as they were read, upright and descrambled; lost ones erased.
+/// The payload panels of one segment as read, upright and descrambled; lost ones erased.
 pub type Payload = [SoftPanel; CODEWORD_PANELS_MAX];
 
-/// How LEDs were read, against what the decoded message says they were.
+/// A comparison of the LEDs as read with the decoded message.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BitCount {
     /// LEDs read wrongly.
@@ -21,7 +21,7 @@ pub struct BitCount {
     pub coded: u32,
 }
 
-/// What became of a segment that was added to a message.
+/// The result of adding a segment to a message.
 pub enum Added {
     /// It had been decoded before.
     Known,
@@ -35,18 +35,18 @@ pub enum Added {
     Corrupt {
         /// The CRC that the headers announced.
         announced: u32,
-        /// The CRC of the message as it was decoded.
+        /// The CRC of the decoded message.
         computed: u32,
     },
 }
 
-/// What became of the reading of a signature.
+/// The result of adding a reading of a signature.
 pub enum AddedSignature {
     /// The message is not whole yet, or the signature was read before.
     Unused,
     /// It is kept, and added to its next repeat.
     Kept(Undecodable),
-    /// It was decoded, and is not the one that its header announces.
+    /// It was decoded, but is not the one announced by its header.
     Corrupt,
     /// It is the signature of the message.
     Read(Signature),
@@ -54,17 +54,18 @@ pub enum AddedSignature {
 
 /// One message in progress.
 ///
-/// Its segments that did not decode are kept as sums of their log-likelihood ratios over the repeats; once it is whole, its signature is.
+/// Segments that did not decode are kept as sums of their log-likelihood ratios over the repeats; once the message is whole, so is its
+/// signature.
 pub struct Assembly {
     header: Option<Header>,
     soft: [SoftPanel; PAYLOAD_PANELS_MAX],
     message: [u8; MESSAGE_MAX],
-    /// One bit a segment: its ratios are in `soft`.
+    /// One bit per segment: its ratios are in `soft`.
     kept: u128,
-    /// One bit a segment: its bytes are in `message`.
+    /// One bit per segment: its bytes are in `message`.
     decoded: u128,
     complete: bool,
-    /// The last signature of which something was read, and whether all of it was.
+    /// The last signature with a reading, and whether it has decoded.
     signature: Option<(SignatureHeader, bool)>,
     first_stamp: u64,
     bits: BitCount,
@@ -85,12 +86,12 @@ impl Assembly {
         }
     }
 
-    /// Forgets everything.
+    /// Resets it.
     pub fn clear(&mut self) {
         self.header = None;
     }
 
-    /// Forgets everything and begins with the message of `header`, first seen at `first_stamp`.
+    /// Starts over with the message of `header`, first seen at `first_stamp`.
     pub fn begin(&mut self, header: Header, first_stamp: u64) {
         self.header = Some(header);
         (self.kept, self.decoded, self.complete, self.signature) = (0, 0, false, None);
@@ -102,7 +103,7 @@ impl Assembly {
         self.header.is_none()
     }
 
-    /// The header of the message in progress that a signature is of.
+    /// The header of the message in progress, if `signature` belongs to that message.
     pub fn signed_by(&self, signature: SignatureHeader) -> Option<Header> {
         self.header.filter(|&header| signature.is_of(header))
     }
@@ -112,7 +113,7 @@ impl Assembly {
         self.header.is_some() && self.complete
     }
 
-    /// Whether `header` is of the message in progress.
+    /// Whether `header` belongs to the message in progress.
     pub fn is_of(&self, header: Header) -> bool {
         self.header.is_some_and(|own| own.same_message(header))
     }
@@ -131,7 +132,7 @@ impl Assembly {
         self.bits
     }
 
-    /// The message's bytes; zeros where its segments are missing.
+    /// The message's bytes; zeros for missing segments.
     pub fn message(&self) -> &[u8] {
         let length = self.header.map_or(0, |header| usize::from(header.length));
         self.message.get(..length).unwrap_or(&self.message)
@@ -139,8 +140,7 @@ impl Assembly {
 
     /// Decodes a segment of the message in progress: alone first, then together with its earlier repeats.
     ///
-    /// Alone first, because an earlier repeat may have been read one panel off: its sum would spoil a good
-    /// reading.
+    /// Alone first, because an earlier repeat may have been read one panel off, and its sum would spoil a good reading.
     pub fn add(&mut self, header: Header, payload: &Payload, decoder: &mut Decoder) -> Added {
         let bit = 1_u128 << (header.segment & 0x7f);
         if self.decoded & bit != 0 {
@@ -190,7 +190,7 @@ impl Assembly {
             Ok(info) => info,
             Err(alone) => {
                 self.signature = Some((header, false));
-                // The message has no more use for its place.
+                // The message no longer needs this memory.
                 let sum = Self::sum(&mut self.soft, payload, known.is_some());
                 match if known.is_some() {
                     decoder.decode(SIGNATURE_BLOCK, sum)
@@ -206,7 +206,7 @@ impl Assembly {
         bytes.iter_mut().zip(info).for_each(|(to, &from)| *to = from);
         let signature = Signature::from_bytes(&bytes);
         let is_announced = signature.check() == header.check;
-        // What was summed is of no use any more, either way.
+        // The sum is no longer needed, either way.
         self.signature = is_announced.then_some((header, true));
         if is_announced {
             AddedSignature::Read(signature)
@@ -225,7 +225,7 @@ impl Assembly {
         }
     }
 
-    /// Puts a segment into its place in `soft`, added to what is `kept` there; returns the sum.
+    /// Stores a segment at its position in `soft`, added to the sum there if `kept`; returns the sum.
     fn keep<'a>(soft: &'a mut [SoftPanel], header: Header, payload: &Payload, kept: bool) -> &'a [SoftPanel] {
         let first = usize::from(header.segment) * Code::panels(header.code);
         let panels = header.block().panels().min(payload.len());
@@ -235,7 +235,7 @@ impl Assembly {
         Self::sum(place, payload, kept)
     }
 
-    /// Puts what was read into `place`, added to what is `kept` there; returns the sum.
+    /// Stores a reading in `place`, added to the sum there if `kept`; returns the sum.
     fn sum<'a>(place: &'a mut [SoftPanel], payload: &Payload, kept: bool) -> &'a [SoftPanel] {
         for (sum, panel) in place.iter_mut().zip(payload) {
             if kept { combine(sum, panel) } else { *sum = *panel }

@@ -8,10 +8,9 @@ const TM1280_LENGTH_MAX: usize = 64;
 impl Code {
     /// The code for a message of `length` bytes.
     ///
-    /// **The rule:** of the codes with which one repeat alone delivers at least 99.5 % of the messages when 2
-    /// % of the LEDs are read wrongly, without soft information, the one with the fewest panels; of equals,
-    /// the one that fails more seldom on a noisier channel. 2 % is where a receiver should be that has an L2A
-    /// near the best; beyond, repeats combine.
+    /// **The rule:** first take the codes with which one repeat alone delivers at least 99.5 % of the messages if 2 % of the LEDs are read
+    /// wrongly, without soft information. Of these, use the one with the fewest panels; of equals, the one that fails less often on a
+    /// noisier channel. 2 % is a typical error rate of a receiver at an L2A near the best; at higher rates, repeats combine.
     ///
     /// | bytes | TC128 | TC256 | TC512 | TM1280 | TM1536 |
     /// |---|---|---|---|---|---|
@@ -30,9 +29,9 @@ impl Code {
     /// messages a cell (fewer beyond 128 bytes), hard decisions, 2 % wrong:
     /// `cargo run --release -p vocc-link --example code_choice 1000 1 bsc 0.02`.
     ///
-    /// * TM1280 has the rate for long messages but not the strength, until its shortening to 64 bytes gives
-    ///   it that. At 72 bytes it misses the rule.
-    /// * At 17 to 32 bytes TC512 and TM1280 take as many panels; TC512 fails more seldom in more noise:
+    /// * TM1280 has the rate for long messages but not the strength, until its shortening to 64 bytes provides it. At 72 bytes it misses
+    ///   the rule.
+    /// * At 17 to 32 bytes TC512 and TM1280 take the same number of panels; TC512 fails less often in more noise:
     ///
     /// | bytes | TC128 | TC256 | TC512 | TM1280 | TM1536 |
     /// |---|---|---|---|---|---|
@@ -42,9 +41,9 @@ impl Code {
     /// | 128 | 103.8 (53.0) | 58.8 (11.5) | 44.5 (2.5) | 47.3 (100.0) | 40.0 (46.5) |
     /// | 256 | 247.7 (79.0) | 128.2 (27.0) | 89.8 (9.0) | 93.2 (100.0) | 90.5 (74.0) |
     ///
-    /// The same with soft decisions, 8 % of them with the wrong sign: `… code_choice 200 1 awgn 0.08`. There
-    /// a message of 128 bytes is through in the fewest panels with TM1536 too, although one repeat often does
-    /// not suffice; a receiver that must live with so much noise gains from TM1536 below 65 bytes already.
+    /// The same with soft decisions, 8 % of them with the wrong sign: `… code_choice 200 1 awgn 0.08`. Here too TM1536 delivers a message
+    /// of 128 bytes in the fewest panels, although one repeat often does not suffice; in so much noise, TM1536 is better below 65 bytes
+    /// already.
     ///
     /// ```
     /// use link::fec::Code;

@@ -1,4 +1,4 @@
-//! The header of a segment: 64 bits that say what the segment is part of.
+//! The header of a segment: 64 bits that identify the segment and its message.
 
 use super::{Layout, MESSAGE_MAX};
 use crate::checksum::crc32c;
@@ -7,24 +7,24 @@ use crate::geometry::{Geometry, GeometryError};
 use crate::panel::PanelFrame;
 use crc::{CRC_8_AUTOSAR, Crc, NoTable};
 
-/// The version of the format that this crate speaks.
+/// The format version of this crate.
 pub const VERSION: u8 = 1;
 /// Bytes of a header.
 pub const HEADER_BYTES: usize = 8;
 /// The code word of a header.
 pub const HEADER_BLOCK: Block = Block::new(Code::Tc128, HEADER_BYTES);
 
-/// The value that stands in the code's place in a beacon.
+/// The code field's value in a beacon.
 const BEACON: u8 = 7;
-/// The value that stands there where the panel says how large it is.
+/// The code field's value in a panel's size.
 const GEOMETRY: u8 = 6;
-/// The value that stands there where a signature follows.
+/// The code field's value before a signature.
 const SIGNATURE: u8 = 5;
 
-// Seven bytes a segment are not worth the 256 bytes of a table.
+// A table of 256 bytes is not justified for seven bytes a segment.
 const CRC_8: Crc<u8, NoTable> = Crc::<u8, NoTable>::new(&CRC_8_AUTOSAR);
 
-/// Which segment of which message a segment is.
+/// Identifies a segment and its message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     /// The code of the payload.
@@ -33,14 +33,14 @@ pub struct Header {
     pub length: u16,
     /// The segment's number: 0 to 127.
     pub segment: u8,
-    /// Toggles with each new message, so that the same text sent anew differs from a repeat.
+    /// Toggles with each new message, so that the same text sent again differs from a repeat.
     pub fresh: bool,
     /// [`message_crc`] of the whole message: its identity and its check in one.
     pub crc: u32,
 }
 
 impl Header {
-    /// How the message is cut into segments.
+    /// The layout of the message in segments.
     pub const fn layout(self) -> Layout {
         Layout::new(self.code, self.length as usize)
     }
@@ -61,10 +61,11 @@ impl Header {
     }
 }
 
-/// Which message a signature is of, and which signature it is.
+/// Identifies a signature and its message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SignatureHeader {
-    /// [`Signature::check`](super::Signature::check) of the signature: 10 bits that tell it from another, and a wrong reading of it.
+    /// [`Signature::check`](super::Signature::check) of the signature: 10 bits that distinguish it from another, and from a wrong reading
+    /// of it.
     pub check: u16,
     /// As in the headers of the message.
     pub fresh: bool,
@@ -73,13 +74,13 @@ pub struct SignatureHeader {
 }
 
 impl SignatureHeader {
-    /// Whether the signature is of the message that `header` belongs to.
+    /// Whether the signature belongs to the message of `header`.
     pub fn is_of(self, header: Header) -> bool {
         (self.fresh, self.crc) == (header.fresh, header.crc)
     }
 }
 
-/// What a header announces.
+/// The content that a header announces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Announcement {
     /// A segment of a message follows.
@@ -88,19 +89,19 @@ pub enum Announcement {
     Signature(SignatureHeader),
     /// The transmitter is idle; nothing follows.
     Beacon,
-    /// The transmitter's panel is of this size; nothing follows.
+    /// The size of the transmitter's panel; nothing follows.
     Geometry(Geometry),
 }
 
-/// Why 64 decoded bits are no header.
+/// Why 64 decoded bits are not a header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HeaderError {
     /// The CRC-8 does not match.
     #[error("the header's CRC-8 is {found:#04x} instead of {computed:#04x}: it was read wrongly, or was no header")]
     Checksum {
-        /// As it stands in the header.
+        /// The value in the header.
         found: u8,
-        /// As the rest of the header calls for.
+        /// The value for the rest of the header.
         computed: u8,
     },
     /// A format of another version.
@@ -112,15 +113,15 @@ pub enum HeaderError {
     /// A segment beyond the message's end.
     #[error("the header names segment {segment} of a message of {segments}: it was read wrongly")]
     Segment {
-        /// As it stands in the header.
+        /// The number in the header.
         segment: u8,
-        /// As the message's length and code call for.
+        /// The number of segments by the message's length and code.
         segments: usize,
     },
     /// A beacon whose other fields are not all zero.
     #[error("the header is a beacon with fields that are not zero: it was read wrongly, or the transmitter is newer")]
     Beacon,
-    /// A size that no panel can have.
+    /// A size that is out of range.
     #[error("the header tells a size that cannot be: {0}")]
     Geometry(GeometryError),
     /// A size with fields after it that are not all zero.
@@ -186,7 +187,7 @@ impl Announcement {
                 BEACON => Err(HeaderError::Beacon),
                 GEOMETRY if field(42, 14) != 0 => Err(HeaderError::MoreThanGeometry),
                 GEOMETRY => Geometry::from_bits(field(6, 36)).map(Self::Geometry).map_err(HeaderError::Geometry),
-                // The value that is left: a signature.
+                // The remaining value: a signature.
                 _ => match field(16, 7) as u8 {
                     0 => Ok(Self::Signature(SignatureHeader {
                         check: field(6, 10) as u16,
@@ -227,7 +228,7 @@ mod tests {
     use crate::l2a_table::Interval;
     use properties::prelude::*;
 
-    /// A header's bytes with other `fields` in bits 0 to 55 and the CRC-8 that belongs to them.
+    /// A header with other `fields` in bits 0 to 55 and the matching CRC-8.
     fn with_fields(fields: u64) -> [u8; HEADER_BYTES] {
         let mut bytes = fields.to_le_bytes();
         bytes[7] = CRC_8.checksum(&bytes[..7]);

@@ -8,7 +8,7 @@ pub const OVERHEAD_PANELS: usize = 3;
 
 /// The segments of a message of one length under one code.
 ///
-/// Every segment but the last is full. A segment is [`OVERHEAD_PANELS`] panels and those of its [`Block`].
+/// Every segment but the last is full. A segment has [`OVERHEAD_PANELS`] panels and those of its [`Block`].
 ///
 /// ```
 /// use link::{fec::Code, framing::Layout};
@@ -23,8 +23,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// The layout of a message of `length` bytes; lengths outside 1 to [`MESSAGE_MAX`] count as the nearest
-    /// of them.
+    /// The layout of a message of `length` bytes; a length outside 1 to [`MESSAGE_MAX`] is clamped.
     pub const fn new(code: Code, length: usize) -> Self {
         let length = if length < 1 { 1 } else { length };
         Self {
@@ -38,12 +37,12 @@ impl Layout {
         self.length.div_ceil(self.code.info_bytes())
     }
 
-    /// The code word of segment `segment`; the last one's is shortened to the bytes that are left.
+    /// The code word of segment `segment`; the last one's is shortened to the remaining bytes.
     pub const fn block(self, segment: usize) -> Block {
         Block::new(self.code, self.length.saturating_sub(self.first_byte(segment)))
     }
 
-    /// Where in the message segment `segment` begins.
+    /// The position of segment `segment` in the message.
     pub const fn first_byte(self, segment: usize) -> usize {
         segment.saturating_mul(self.code.info_bytes())
     }

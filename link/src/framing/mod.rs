@@ -18,8 +18,8 @@
 //!   └─────────┴──────────┴──────────┴──────────┴─────┴──────────┴──────────┴─────┘
 //! ```
 //!
-//! **Sync panel.** [`SYNC`], 32 of its LEDs On: 4 in each row and column, never more than 2 alike in
-//! succession. It serves as a pilot too, and shows which way up the panel is.
+//! **Sync panel.** [`SYNC`], 32 of its LEDs On: 4 in each row and column, never more than 2 alike in succession. It is a pilot too, and
+//! shows the panel's orientation.
 //!
 //! **Header.** 64 bits, as 8 bytes in little-endian order, coded by TC128 into 2 panels:
 //!
@@ -32,21 +32,20 @@
 //!    byte 0 and 1 (to bit 15)     byte 2            bytes 3 to 6                          byte 7
 //! ```
 //!
-//! * *version*: 1. The places of version and CRC-8 hold for every version to come.
+//! * *version*: 1. The positions of version and CRC-8 hold for all future versions.
 //! * *code*: the code of the payload, 0 to 4 as in [`Code`](crate::fec::Code); 7 is a **beacon**: sync and header alone, which an idle
 //!   transmitter shows, with all fields after it zero. 6 is a **size**: sync and header alone, too, which a transmitter that knows its
 //!   panel's size shows after the first of every 16 repeats: 20 bits (6 to 25) of an LED's diameter in µm, 16 bits (26 to 41) of the
 //!   interval in 1/4096, the gap between LEDs over their diameter, then zeros. Every second one is in complement. It costs 3 panels in 16
 //!   repeats; transmitters that do not know it show none. 5 is a **signature**, below.
 //! * *length* of the message in bytes, *segment* number from 0.
-//! * *fresh* toggles with each new message: the same text sent anew differs from a repeat.
-//! * *CRC-32C* (CRC-32/ISCSI) of the message's bytes and then its length as 2 bytes, little-endian: what
-//!   names the message, and what checks it.
+//! * *fresh* toggles with each new message: the same text sent again differs from a repeat.
+//! * *CRC-32C* (CRC-32/ISCSI) of the message's bytes and then its length as 2 bytes, little-endian: the message's identity and its check.
 //! * *CRC-8* (CRC-8/AUTOSAR) of bytes 0 to 6.
 //!
-//! **Payload.** A segment carries as many bytes of the message as its code has information, the last segment
-//! those that are left. They are coded and shortened as [`fec`](crate::fec) says: ⌈bytes/8⌉ panels of
-//! information, then 1, 2, 4, 4 or 8 panels of parity. There is nothing else in a panel.
+//! **Payload.** A segment carries as many bytes of the message as its code has information, the last segment the remaining ones. They are
+//! coded and shortened as [`fec`](crate::fec) defines: ⌈bytes/8⌉ panels of information, then 1, 2, 4, 4 or 8 panels of parity. There is
+//! nothing else in a panel.
 //!
 //! **Signature.** A transmitter that signs shows one after each repeat of its message. Sync, header, and 72 bytes under the code for that
 //! length: [`SIGNATURE_PANELS`] in all, with the polarity of the repeat.
@@ -59,26 +58,25 @@
 //!   payload:  key, 4 bytes │ counter, 4 bytes, little-endian │ Ed25519 signature (RFC 8032), 64 bytes
 //! ```
 //!
-//! * *check*: the low 10 bits of the CRC-32C of the payload; *scheme*: 0, others are for formats to come.
-//! * *fresh* and *CRC-32C* are those of the message, and name it.
+//! * *check*: the low 10 bits of the CRC-32C of the payload; *scheme*: 0, others are reserved for future formats.
+//! * *fresh* and *CRC-32C* are those of the message, and identify it.
 //! * *key*: the first 4 bytes of the public key; *counter* rises with each signature of a key.
 //!
-//! The message comes first: it is delivered when it is whole, and proven when its signature is. What is signed and who is trusted is
-//! the business of `link::signing`. Receivers of releases before signatures report a header that they do not know, and read the message.
+//! The message comes first: it is delivered once it is whole, and proven once its signature is. `link::signing` defines the signed bytes
+//! and the trusted keys. Receivers of releases before signatures report an unknown header, and read the message.
 //!
 //! **Bits to LEDs.** Byte r of the 8 of a panel is row r; its bit c, from the least significant, is column c.
 //!
 //! **Scrambling.** Panel n of a segment is XORed with [`scramble::word`](crate::scramble::word)`(n)`; the
 //! sync panel is not.
 //!
-//! **Polarity.** If segment + repeat is odd, the whole segment, sync included, is shown in complement. The receiver learns which from the
-//! sign of the sync panel's correlation.
+//! **Polarity.** If segment + repeat is odd, the whole segment, sync included, is shown in complement. The sign of the sync panel's
+//! correlation gives the polarity to the receiver.
 //!
 //! # Flicker
 //!
-//! Each repeat is the complement of the one before, so each LED is On in *exactly* half of the panels of any
-//! two repeats, and never stays the same for longer than one repeat, whatever the message. These two hold for
-//! all messages and are tested. What is typical, of English text over 40 repeats, by
+//! Each repeat is the complement of the one before, so each LED is On in *exactly* half of the panels of any two repeats, and never stays
+//! the same for longer than one repeat. These two hold for all messages and are tested. Typical values, of English text over 40 repeats, by
 //! `cargo run --release -p vocc-link --example flicker`:
 //!
 //! | bytes | code | panels a repeat | mean On | spread a panel (standard deviation) | LEDs On, least to most | longest run of one LED, panels |
@@ -89,7 +87,7 @@
 //! | 128 | TM1536 | 27 | 0.5000 | 0.0513 | 24 to 40 | 11 |
 //! | 1024 | TM1536 | 216 | 0.5000 | 0.0629 | 20 to 44 | 12 |
 //!
-//! What people see of this at each symbol rate is in `docs/flicker.md`.
+//! `docs/flicker.md` shows how visible this is at each symbol rate.
 //!
 //! # Sending and receiving
 //!
@@ -128,8 +126,8 @@ pub const MESSAGE_MAX: usize = 1024;
 /// #··##··#
 /// ```
 ///
-/// It agrees with its own rotations and mirror images, and with their complements, in at most 40 LEDs of 64:
-/// it shows which way up a picture has the panel, and whether in a mirror.
+/// It agrees with its own rotations and mirror images, and with their complements, in at most 40 LEDs of 64. So it shows a picture's
+/// orientation, mirrored or not.
 pub const SYNC: PanelFrame = PanelFrame::from_bits(0x9936_c96c_b24d_6693);
 
 /// Why a message cannot be sent.

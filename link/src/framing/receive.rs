@@ -1,4 +1,4 @@
-//! From panels, as a camera read them, to messages.
+//! Decodes panels, as read by a camera, to messages.
 
 use super::assembly::{Added, AddedSignature, Assembly, Payload};
 use super::header::{Announcement, HEADER_BLOCK, Header, HeaderError, SignatureHeader};
@@ -16,12 +16,12 @@ const SYNC_DEVIATIONS: i64 = 4;
 const EXPECTED_DEVIATIONS: i64 = 5;
 /// and the header alone.
 const EXPECTED_HEADER_DEVIATIONS: i64 = 3;
-/// Headers in a row that were neither read nor recognised, after which no more are expected.
+/// Headers in a row, neither read nor recognised, after which none are expected.
 const HEADERS_MISSED_MAX: u8 = 8;
-/// After a longer gap, in panels, the place within the message is no longer relied upon.
+/// The longest gap, in panels, after which the position in the message is still known.
 const GAP_MAX: i32 = 1024;
 
-/// The sync panel as a picture shows it in each [`Orientation`].
+/// The sync panel in a picture of each [`Orientation`].
 pub const SYNC_SEEN: [PanelFrame; 8] = {
     let mut seen = [SYNC; 8];
     let mut i = 0;
@@ -41,41 +41,40 @@ pub const SYNC_SEEN: [PanelFrame; 8] = {
 /// probability of at most 2·exp(−4²/2) = 6.7e-4 a panel, whatever their magnitudes, and 7.7e-5 for 64 readings of equal strength (16 or
 /// fewer of 64 differ).
 ///
-/// **Which way up.** Pictures may have the panel in any of eight [orientations](Orientation). It tries the one in which the sync panel
+/// **Orientation.** Pictures may show the panel in any of eight [orientations](Orientation). It tries the one in which the sync panel
 /// agrees best, and keeps it once a header decodes, until a header is missed. While all eight are tried, the probabilities above are eight
 /// times as great. A false header must also decode, match the CRC-8, the version and the ranges: of 10⁸ random panels 61 400 passed as sync
 /// and none led to a header (`cargo run --release -p vocc-link --example false_alarms 100000000`).
 ///
-/// **Expecting.** After a header all that follows is known: the next segment, its place, and every LED of its header. If that header is not
+/// **Expecting.** A header determines all that follows: the next segment, its position, and every LED of its header. If that header is not
 /// readable, the three panels are compared with the expected ones, and accepted if the correlation is at least 5 standard deviations over
-/// sync and header together, and 3 over the header alone. Random readings pass with a probability of at most exp(−5²/2) = 3.7e-6. A lost
-/// sync panel, or one lost header panel, so does not cost the segment. After 8 headers missed in a row no more are expected.
+/// sync and header together, and 3 over the header alone. Random readings pass with a probability of at most exp(−5²/2) = 3.7e-6. So a lost
+/// sync panel, or one lost header panel, does not cost the segment. After 8 headers missed in a row none are expected.
 ///
-/// # How it puts a message together
+/// # How it assembles a message
 ///
 /// A segment is decoded at the end of its payload: alone and, if that fails, summed with its earlier repeats. Lost panels count as unknown.
-/// A message is delivered when all its segments have decoded **and** the CRC-32 matches; never otherwise. If it does not match, everything
-/// is forgotten. A delivered message is not delivered again until another message or a beacon has come between. Where decoding errs, the
+/// A message is delivered once all its segments have decoded **and** the CRC-32 matches; never otherwise. If it does not match, everything
+/// is forgotten. A delivered message is not delivered again until another message or a beacon has come between. If decoding errs, the
 /// CRC-32 lets one wrong message in 2³² pass.
 ///
 /// **A signature** is decoded once the message before it is whole: alone, then summed with its earlier repeats. It is reported once, and
 /// again with another counter. If it belongs to no known message, it is ignored.
 ///
-/// **A header of another message** than that in progress replaces it when its segment decodes, or when it is
-/// seen twice with no header of the message in progress between. So a false header, which passes the CRC-8 by
-/// chance, costs at most the segment during which it turned up, and a new message loses nothing but, where
-/// its first segment does not decode by itself, that reading of it. A beacon, 50 bits of which are fixed,
-/// takes effect at once.
+/// **A header of another message** than that in progress replaces it once its segment decodes, or once it is seen twice without a header of
+/// the message in progress in between. So a false header, which passes the CRC-8 by chance, costs at most the segment during which it
+/// appeared. A new message loses at most the first reading of its first segment, if that does not decode by itself. A beacon, 50 bits of
+/// which are fixed, takes effect at once.
 ///
-/// **A symbol inserted or left out** by the receiver within a segment spoils that reading of the segment: it
-/// is not searched for. The sync of the next segment puts things right.
+/// **A symbol inserted or left out** by the receiver within a segment spoils that reading of the segment, because it is not searched for.
+/// The sync of the next segment restores the position.
 ///
 /// Joined at any panel, a clean message is delivered within one repeat and one segment.
 pub struct Deframer {
     decoder: Decoder,
     recent: [StampedPanel; OVERHEAD_PANELS],
     last_index: Option<u32>,
-    /// That of the last header that was read.
+    /// The orientation of the last decoded header.
     orientation: Option<Orientation>,
     track: Option<Track>,
     payload: Payload,
@@ -83,15 +82,14 @@ pub struct Deframer {
     rival: Option<Header>,
 }
 
-/// What a panel brought about. One push gives one event: the weightiest, where lost panels before it gave
-/// others.
+/// The effect of a panel. One push returns one event: the most important, if lost panels before it caused others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event<'a> {
-    /// Nothing to tell.
+    /// Nothing happened.
     Nothing,
-    /// Something was seen and not used.
+    /// Something was seen but not used.
     Rejected(Rejection),
-    /// A header with a correct CRC-8, of a format that is not this crate's [`super::VERSION`].
+    /// A header with a correct CRC-8 and another version than [`super::VERSION`].
     UnsupportedVersion(u8),
     /// A segment begins.
     Header {
@@ -99,26 +97,26 @@ pub enum Event<'a> {
         header: Header,
         /// Whether it is shown in complement.
         inverted: bool,
-        /// Whether the header could not be read, and was recognised as the one to be expected.
+        /// Whether the header was not readable but matches the expected one.
         expected: bool,
-        /// Whether the message is whole and begins anew where its signature would have been: it is not signed.
+        /// Whether the message is whole and starts again in place of its signature: it is not signed.
         unsigned: bool,
     },
     /// A segment has ended.
     Segment {
         /// Its header.
         header: Header,
-        /// What became of it.
+        /// Its outcome.
         outcome: SegmentOutcome,
-        /// How many segments of the message in progress are missing still.
+        /// Missing segments of the message in progress.
         missing: u8,
     },
-    /// The transmitter is there, and idle.
+    /// The transmitter is idle.
     Beacon {
         /// Whether it is shown in complement.
         inverted: bool,
     },
-    /// The panel says how large it is. What is known of a message is kept.
+    /// The panel's size. The message in progress is kept.
     Geometry(Geometry),
     /// A whole message, checked.
     Delivered(Delivery<'a>),
@@ -126,40 +124,40 @@ pub enum Event<'a> {
     Signed(Signed<'a>),
 }
 
-/// What became of a segment.
+/// The outcome of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SegmentOutcome {
     /// It was decoded.
     Decoded {
-        /// LEDs of this reading that were read wrongly.
+        /// Wrong LEDs in this reading.
         corrected_bits: u32,
-        /// LEDs of this reading that were read at all.
+        /// LEDs in this reading that were not erased.
         coded_bits: u32,
     },
     /// It had been decoded before.
     Known,
-    /// It was not decodable yet; kept for its repeats, unless it is of a message seen for the first time.
+    /// It did not decode yet; it is kept for its repeats, unless its message was seen for the first time.
     Failed(Undecodable),
 }
 
-/// Why something that looked like a segment was not used.
+/// Why an apparent segment was not used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Rejection {
-    /// A sync panel was followed by what is no code word.
+    /// A sync panel, but no code word after it.
     #[error("a sync panel was seen, but the header after it could not be decoded: {0}")]
     HeaderUndecodable(Undecodable),
-    /// A sync panel was followed by a code word that is no header.
+    /// A sync panel and a code word after it that is not a header.
     #[error("a sync panel was seen, but what followed it was not a valid header: {0}")]
     HeaderInvalid(HeaderError),
-    /// There was nothing like a header where the next one was to be expected.
+    /// No header at the expected place of the next one.
     #[error(
         "no header was seen where segment {segment} was to begin: its panels were lost, or the transmitter has turned to something else"
     )]
     HeaderMissed {
-        /// The segment that was expected.
+        /// The expected segment.
         segment: u8,
     },
-    /// There was nothing like a header where a signature was to be expected.
+    /// No header at the expected place of a signature.
     #[error(
         "no header was seen where the message's signature was to begin: its panels were lost, or the transmitter does not sign any more"
     )]
@@ -167,10 +165,10 @@ pub enum Rejection {
     /// A signature could not be decoded.
     #[error("the message's signature could not be decoded ({0}); waiting for it to be shown again")]
     SignatureUndecodable(Undecodable),
-    /// A signature was decoded, and is not the one that its header announces.
+    /// A signature that decoded but is not the one announced by its header.
     #[error("the message's signature is not the one that its header announces: it was decoded wrongly; waiting for it to be shown again")]
     SignatureCorrupt,
-    /// All segments were decoded, and they are not the message that their headers announce.
+    /// All segments decoded, but the message is not the one announced by their headers.
     #[error("the message's CRC-32 is {computed:#010x}, its headers announce {announced:#010x}: it was decoded wrongly and is dropped")]
     MessageCorrupt {
         /// The CRC in the headers.
@@ -180,31 +178,31 @@ pub enum Rejection {
     },
 }
 
-/// A message that was received whole.
+/// A whole message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Delivery<'a> {
     /// Its bytes: 1 to [`super::MESSAGE_MAX`].
     pub message: &'a [u8],
-    /// The stamp of the first panel of the first of its segments that was used.
+    /// The stamp of the first panel of the first segment that was used.
     pub first_stamp: u64,
-    /// The stamp of the panel with which it was delivered.
+    /// The stamp of the last panel before delivery.
     pub last_stamp: u64,
-    /// Payload LEDs that were read wrongly, in those readings of its segments with which they were decoded.
+    /// Wrong payload LEDs, in the readings of its segments that decoded.
     pub corrected_bits: u32,
-    /// Payload LEDs read in these readings: `corrected_bits / coded_bits` is the channel's bit error rate.
+    /// Payload LEDs in these readings: `corrected_bits / coded_bits` is the channel's bit error rate.
     pub coded_bits: u32,
 }
 
-/// A signature, and the message that it is of. Whether it is genuine is for `link::signing` to tell.
+/// A signature and its message. `link::signing` verifies it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signed<'a> {
     /// The message's bytes.
     pub message: &'a [u8],
-    /// Its signature, as it was read.
+    /// Its signature, as read.
     pub signature: Signature,
 }
 
-/// A panel as it was read, and its stamp; none where it was lost.
+/// A reading of a panel and its stamp; no stamp if it was lost.
 #[derive(Clone, Copy)]
 struct StampedPanel {
     panel: SoftPanel,
@@ -218,18 +216,18 @@ impl StampedPanel {
     };
 }
 
-/// Where in the transmission the last panel was.
+/// The position of the last panel in the transmission.
 #[derive(Clone, Copy)]
 struct Track {
     header: Header,
-    /// The signature that follows each repeat, once it was seen.
+    /// The signature after each repeat, once it was seen.
     signature: Option<SignatureHeader>,
-    /// Whether the panel belongs to the signature, not to the segment of `header`.
+    /// Whether the panel belongs to the signature rather than to the segment of `header`.
     at_signature: bool,
     inverted: bool,
     /// The panel's number within its segment; the sync panel is 0.
     position: usize,
-    /// Whether the segment's header was seen, and not only expected.
+    /// Whether the segment's header was read rather than expected.
     confirmed: bool,
     /// Headers missed in a row.
     missed: u8,
@@ -237,7 +235,7 @@ struct Track {
 }
 
 impl Track {
-    /// The place of the next panel.
+    /// The position of the next panel.
     fn next(self) -> Self {
         let position = self.position + 1;
         if position < OVERHEAD_PANELS + self.block().panels() {
@@ -266,12 +264,12 @@ impl Track {
         }
     }
 
-    /// The code word that the panel belongs to.
+    /// The code word of the panel.
     fn block(self) -> Block {
         if self.at_signature { SIGNATURE_BLOCK } else { self.header.block() }
     }
 
-    /// What its header announces.
+    /// The announcement of its header.
     fn announcement(self) -> Announcement {
         match self.signature.filter(|_| self.at_signature) {
             Some(signature) => Announcement::Signature(signature),
@@ -279,7 +277,7 @@ impl Track {
         }
     }
 
-    /// Whether the next segment's first panel, as it was to be expected, is that of the message begun anew.
+    /// Whether `header` starts a repeat of the message at the position after this one.
     fn begins_repeat(self, header: Header) -> bool {
         let is_here = self.ends_header() && !self.confirmed && self.missed == 0 && !self.at_signature;
         is_here && header.segment == 0 && self.header == header
@@ -300,7 +298,7 @@ impl Track {
     }
 }
 
-/// An event, but for the borrow of the message.
+/// An event without the borrow of the message.
 #[derive(Clone, Copy)]
 enum Outcome {
     Other(Event<'static>),
@@ -324,13 +322,13 @@ impl Outcome {
         }
     }
 
-    /// The weightier of the two; the first, where they weigh the same.
+    /// The more important of the two; the first, if they are equal.
     fn or(self, other: Self) -> Self {
         if other.weight() > self.weight() { other } else { self }
     }
 }
 
-/// What hunting found in the last three panels.
+/// The result of hunting in the last three panels.
 enum Found {
     Nothing,
     Announced { announcement: Announcement, inverted: bool },
@@ -338,7 +336,7 @@ enum Found {
 }
 
 impl Deframer {
-    /// A receiver that has seen nothing yet; `const`, so that it can be a static.
+    /// A receiver before its first panel; `const`, so that it can be a static.
     pub const fn new() -> Self {
         Self {
             decoder: Decoder::new(),
@@ -352,12 +350,11 @@ impl Deframer {
         }
     }
 
-    /// Takes the next panel.
+    /// Adds the next panel.
     ///
-    /// `index` is the receiver's running count of symbols, which may wrap around: indices left out are lost
-    /// panels; an index equal to the last or up to 1024 smaller is the same panel again, and is ignored; a
-    /// jump by more is a new beginning of the count, in either direction. `stamp` is any number, such as the
-    /// frame's: it comes back in the delivery.
+    /// `index` is the receiver's running count of symbols, which may wrap around. Skipped indices are lost panels. An index equal to the
+    /// last or up to 1024 smaller is the same panel again, and is ignored; a greater jump, in either direction, restarts the count. `stamp`
+    /// is any number, such as the frame's: the delivery returns it.
     pub fn push(&mut self, index: u32, stamp: u64, panel: &SoftPanel) -> Event<'_> {
         let ahead = self.last_index.map_or(1, |last| index.wrapping_sub(last).cast_signed());
         let lost = match ahead {
@@ -386,18 +383,18 @@ impl Deframer {
         }
     }
 
-    /// Which way up the panel is in the picture, from the first header on.
+    /// The panel's orientation in the picture, from the first header on.
     pub const fn orientation(&self) -> Option<Orientation> {
         self.orientation
     }
 
-    /// Forgets where in the transmission it is, but not what it has of the message.
+    /// Forgets its position in the transmission, but not the message in progress.
     fn lose_track(&mut self) {
         self.track = None;
         self.recent = [StampedPanel::LOST; OVERHEAD_PANELS];
     }
 
-    /// The next panel, read or lost.
+    /// Processes the next panel, read or lost.
     fn step(&mut self, panel: StampedPanel) -> Outcome {
         self.recent.rotate_left(1);
         self.recent[OVERHEAD_PANELS - 1] = panel;
@@ -431,7 +428,7 @@ impl Deframer {
         }
     }
 
-    /// If the first of the last three panels is a sync panel: which way up, and whether in complement.
+    /// If the first of the last three panels is a sync panel: its orientation, and whether it is in complement.
     fn sync(&self) -> Option<(Orientation, bool)> {
         let is_kept = self.track.is_some_and(|track| track.missed == 0);
         let tried = Orientation::ALL.into_iter().zip(SYNC_SEEN);
@@ -443,7 +440,7 @@ impl Deframer {
             .map(|(orientation, (sum, _))| (orientation, sum < 0))
     }
 
-    /// A header was read.
+    /// Handles a decoded header.
     fn begin(&mut self, announcement: Announcement, inverted: bool) -> Outcome {
         match announcement {
             Announcement::Beacon => {
@@ -453,7 +450,7 @@ impl Deframer {
                 Outcome::Other(Event::Beacon { inverted })
             }
             Announcement::Geometry(geometry) => {
-                // The next segment is later by these panels than was to be expected.
+                // These panels delay the next segment.
                 self.track = None;
                 Outcome::Other(Event::Geometry(geometry))
             }
@@ -465,7 +462,7 @@ impl Deframer {
         }
     }
 
-    /// Follows the signature of a message that is known; of another it is passed over, as a size is.
+    /// Follows the signature of the message in progress; ignores another one, like a size.
     fn begin_signature(&mut self, signature: SignatureHeader, inverted: bool) {
         let header = self.assembly.signed_by(signature);
         self.track = header.map(|header| Track {
@@ -517,7 +514,7 @@ impl Deframer {
         self.rival = None;
     }
 
-    /// No header was read here, for the reason given in `refused`: goes on with what was expected.
+    /// Continues with the expected segment after a header that was not read, for the reason in `refused`.
     fn follow(&mut self, refused: Event<'static>) -> Outcome {
         let Some(track) = self.track else {
             return Outcome::Other(refused);
@@ -556,7 +553,7 @@ impl Deframer {
         }
     }
 
-    /// Whether the last three panels look like the sync and header panels of `track`.
+    /// Whether the last three panels match the sync and header panels of `track`.
     fn is_as_expected(&self, track: Track) -> bool {
         let correlation = |n: usize, coded: PanelFrame| {
             let shown = PanelFrame::from_bits(coded.bits() ^ mask(n, track.inverted));
@@ -570,7 +567,7 @@ impl Deframer {
         exceeds(all.0, all.1, EXPECTED_DEVIATIONS) && exceeds(header.0, header.1, EXPECTED_HEADER_DEVIATIONS)
     }
 
-    /// The payload of `track`'s segment is there, as far as it was received.
+    /// Decodes the payload of `track`'s segment, as far as it was received.
     fn end_segment(&mut self, track: Track) -> Outcome {
         if let Announcement::Signature(signature) = track.announcement() {
             return match self.assembly.add_signature(signature, &self.payload, &mut self.decoder) {
@@ -632,7 +629,7 @@ impl Default for Deframer {
     }
 }
 
-/// What panel `n` of a segment differs in from its coded bits.
+/// The XOR mask of panel `n` of a segment.
 const fn mask(n: usize, inverted: bool) -> u64 {
     scramble::word(n) ^ if inverted { u64::MAX } else { 0 }
 }
@@ -641,7 +638,7 @@ fn add(one: (i32, i32), other: (i32, i32)) -> (i32, i32) {
     (one.0 + other.0, one.1 + other.1)
 }
 
-/// Whether a correlation is positive and at least `deviations` standard deviations of a random reading's.
+/// Whether a correlation is positive and at least `deviations` standard deviations of a random reading.
 fn exceeds(sum: i32, squares: i32, deviations: i64) -> bool {
     sum > 0 && i64::from(sum) * i64::from(sum) >= deviations * deviations * i64::from(squares)
 }

@@ -1,4 +1,4 @@
-//! The signature after a message on the panel: its bytes, and when it is shown.
+//! The signature after a message: its bytes, and the framer that shows it.
 
 use super::header::{Announcement, SignatureHeader};
 use super::transmit::coded;
@@ -15,7 +15,7 @@ pub const SIGNATURE_BLOCK: Block = Block::new(Code::for_length(SIGNATURE_BYTES),
 /// Panels that a signature adds to each repeat of its message.
 pub const SIGNATURE_PANELS: usize = OVERHEAD_PANELS + SIGNATURE_BLOCK.panels();
 
-/// What names a key: the first four bytes of the public one. Others may have the same; which of them has signed, only the signature tells.
+/// The name of a key: the first four bytes of the public key. Several keys may share it; the signature decides which of them has signed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct KeyId(pub [u8; 4]);
 
@@ -25,10 +25,10 @@ impl core::fmt::Display for KeyId {
     }
 }
 
-/// The signature of a message, as it stands on the panel: the key it claims, its counter, and the proof.
+/// The signature of a message in its transmitted form: the claimed key, its counter, and the proof.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signature {
-    /// The key by which it was made, if it is genuine.
+    /// The signing key, if the signature is genuine.
     pub key: KeyId,
     /// Rises with each signature that a key makes.
     pub counter: u32,
@@ -37,7 +37,7 @@ pub struct Signature {
 }
 
 impl Signature {
-    /// The bytes that are shown.
+    /// The transmitted bytes.
     pub fn to_bytes(&self) -> [u8; SIGNATURE_BYTES] {
         let mut bytes = [0; SIGNATURE_BYTES];
         let parts = self.key.0.into_iter().chain(self.counter.to_le_bytes()).chain(self.proof);
@@ -45,7 +45,7 @@ impl Signature {
         bytes
     }
 
-    /// The signature of the bytes that were shown.
+    /// The signature of transmitted bytes.
     pub fn from_bytes(bytes: &[u8; SIGNATURE_BYTES]) -> Self {
         let (mut key, mut counter, mut proof) = ([0; 4], [0; 4], [0; 64]);
         let places = key.iter_mut().chain(&mut counter).chain(&mut proof);
@@ -57,7 +57,7 @@ impl Signature {
         }
     }
 
-    /// The 10 bits by which its header names it.
+    /// The 10 bits that identify it in its header.
     pub fn check(&self) -> u16 {
         (crc32c(&[&self.to_bytes()]) & 0x3ff) as u16
     }
@@ -85,9 +85,9 @@ impl Signature {
 #[derive(Clone, Debug)]
 pub struct SignedFramer {
     framer: Framer,
-    /// None where the panels are not signed.
+    /// `None` if the panels are not signed.
     signature: Option<Signature>,
-    /// The panels of the signature that is being shown, the next one last.
+    /// The remaining panels of the current signature, the next one last.
     shown: heapless::Vec<PanelFrame, SIGNATURE_PANELS>,
 }
 
@@ -95,7 +95,7 @@ impl SignedFramer {
     /// The panels of a message, as of [`Framer::new`], and of its signature.
     ///
     /// # Errors
-    /// [`FramingError`] when the message is empty or too long.
+    /// [`FramingError`] if the message is empty or too long.
     pub fn new(message: &[u8], code: Code, fresh: bool, signature: Signature) -> Result<Self, FramingError> {
         Ok(Self {
             signature: Some(signature),
@@ -103,7 +103,7 @@ impl SignedFramer {
         })
     }
 
-    /// Signs the message anew from the next repeat on. A greater counter tells receivers that the message is not a film of an earlier one.
+    /// Replaces the signature from the next repeat on. A greater counter shows receivers that the message is not a replay.
     pub fn sign_anew(&mut self, signature: Signature) {
         self.signature = Some(signature);
     }
@@ -131,7 +131,7 @@ impl SignedFramer {
         self.framer.panels_per_repeat() + self.signature.map_or(0, |_| SIGNATURE_PANELS as u32)
     }
 
-    /// Whole repeats given out so far, each with its signature; begins again from 0 after 2³².
+    /// Whole repeats so far, each with its signature; wraps around after 2³².
     pub fn repeats(&self) -> u32 {
         let unfinished = u32::from(!self.shown.is_empty());
         self.framer.repeats().wrapping_sub(unfinished)

@@ -1,4 +1,4 @@
-//! From a message to the endless sequence of panels that shows it.
+//! Encodes a message to the endless sequence of panels that shows it.
 
 use super::header::{Announcement, Header, message_crc};
 use super::{FramingError, Layout, MESSAGE_MAX, OVERHEAD_PANELS, SYNC};
@@ -9,13 +9,12 @@ use crate::scramble;
 
 const SEGMENT_PANELS_MAX: usize = OVERHEAD_PANELS + CODEWORD_PANELS_MAX;
 
-/// A panel of known size shows its size after the first of this many repeats.
+/// The interval in repeats at which a panel of known size shows its size.
 const GEOMETRY_REPEATS: u32 = 16;
 
 /// The panels of one message, or of a beacon, repeated without end.
 ///
-/// It owns a copy of the message and codes one segment at a time, when that segment begins: 1 280 bytes in
-/// all.
+/// It owns a copy of the message and codes one segment at a time, at that segment's start: 1 280 bytes in total.
 ///
 /// ```
 /// use link::{fec::Code, framing::Framer};
@@ -30,25 +29,24 @@ const GEOMETRY_REPEATS: u32 = 16;
 pub struct Framer {
     message: [u8; MESSAGE_MAX],
     content: Announcement,
-    /// Whether the current segment is not of the content, but says how large the panel is.
+    /// Whether the current segment is the panel's size rather than content.
     tells_geometry: bool,
     segment: u8,
     repeats: u32,
-    /// The panels of the current segment as they are shown.
+    /// The transmitted panels of the current segment.
     shown: heapless::Vec<PanelFrame, SEGMENT_PANELS_MAX>,
-    /// How many of them have been given out.
+    /// The number of them that were returned.
     given: usize,
 }
 
 impl Framer {
     /// The panels of `message` (1 to [`MESSAGE_MAX`] bytes) under `code`, see [`Code::for_length`].
     ///
-    /// `fresh` is to be toggled with each new message; a receiver takes the same text with the same `fresh`
-    /// for a repeat.
+    /// Toggle `fresh` with each new message: a receiver treats the same text with the same `fresh` as a repeat.
     ///
     /// # Errors
     ///
-    /// [`FramingError`] when the message is empty or too long.
+    /// [`FramingError`] if the message is empty or too long.
     pub fn new(message: &[u8], code: Code, fresh: bool) -> Result<Self, FramingError> {
         if message.is_empty() {
             return Err(FramingError::Empty);
@@ -68,7 +66,7 @@ impl Framer {
         Ok(Self::of(Announcement::Segment(header), copy))
     }
 
-    /// What an idle transmitter shows: sync and header, no payload.
+    /// The panels of an idle transmitter: sync and header, no payload.
     pub fn beacon() -> Self {
         Self::of(Announcement::Beacon, [0; MESSAGE_MAX])
     }
@@ -128,12 +126,12 @@ impl Framer {
         }
     }
 
-    /// Whole repeats given out so far; begins again from 0 after 2³².
+    /// Whole repeats so far; wraps around after 2³².
     pub fn repeats(&self) -> u32 {
         self.repeats
     }
 
-    /// What the headers of its message name it by: `fresh` and the CRC-32C.
+    /// The identity of its message in headers: `fresh` and the CRC-32C.
     pub(super) fn message_name(&self) -> (bool, u32) {
         match self.content {
             Announcement::Segment(header) => (header.fresh, header.crc),
@@ -186,7 +184,7 @@ impl Framer {
     }
 }
 
-/// The panels that show sync, header and payload, scrambled: for odd numbers in complement.
+/// The panels of sync, header and payload, scrambled; in complement for odd numbers.
 pub(super) fn coded(content: Announcement, payload: impl Iterator<Item = PanelFrame>, number: u32) -> impl Iterator<Item = PanelFrame> {
     let polarity = polarity_mask(number);
     let panels = core::iter::once(SYNC).chain(content.to_panels()).chain(payload);
@@ -195,7 +193,7 @@ pub(super) fn coded(content: Announcement, payload: impl Iterator<Item = PanelFr
         .map(move |(n, panel)| PanelFrame::from_bits(panel.bits() ^ scramble::word(n) ^ polarity))
 }
 
-/// The complement of every LED for odd numbers, nothing for even ones.
+/// The complement of every LED for odd numbers, 0 for even ones.
 fn polarity_mask(number: u32) -> u64 {
     if number & 1 == 1 { u64::MAX } else { 0 }
 }
@@ -215,7 +213,7 @@ mod tests {
         (0..repeats * framer.panels_per_repeat()).map(|_| framer.next_panel()).collect()
     }
 
-    /// How long LED `led` stays the same at the longest.
+    /// The longest run of LED `led` in one state.
     fn longest_run(panels: &[PanelFrame], led: usize) -> usize {
         panels.chunk_by(|a, b| a.led(led) == b.led(led)).map(<[_]>::len).max().unwrap_or(0)
     }

@@ -1,10 +1,10 @@
-//! A table as bytes: what goes over the serial port and into the transmitter's flash.
+//! A table as bytes, for the serial port and the transmitter's flash.
 //!
-//! All numbers are little-endian and exactly those of the table, so a table and its image are one and the same:
+//! All numbers are little-endian and exactly those of the table, so a table and its image are equivalent:
 //!
 //! | bytes | what |
 //! |---|---|
-//! | 1 | [`FORMAT`] |
+//! | bytes | content |
 //! | 1 | n, illuminances: 1 to 16 |
 //! | 1 | m, intervals: 1 to 8 |
 //! | 1 | 0 |
@@ -34,7 +34,7 @@ pub(super) fn of(illuminances: &[Illuminance], intervals: &[Interval], values: &
     header.into_iter().chain(illuminances).chain(intervals).chain(values).collect()
 }
 
-/// The numbers in an image, where they stand.
+/// The numbers of an image, in place.
 pub(super) struct Parts<'a> {
     illuminances: &'a [[u8; 4]],
     intervals: &'a [[u8; 2]],
@@ -42,7 +42,7 @@ pub(super) struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// Those of an image that is as long as its axes need.
+    /// The parts of an image whose length matches its axes.
     pub fn of(image: &'a [u8]) -> Self {
         let (rows, columns) = match *image {
             [_, rows, columns, ..] => (usize::from(rows), usize::from(columns)),
@@ -70,23 +70,23 @@ impl<'a> Parts<'a> {
         self.values.iter().map(|&bytes| L2a::from_le_bytes(bytes))
     }
 
-    /// A value, [`FINER`] bits finer than it is stored.
+    /// A value with [`FINER`] extra fractional bits.
     pub fn finer_value(&self, row: usize, column: usize) -> i64 {
         let value = self.values.get(row * self.intervals.len() + column);
         i64::from(value.map_or(0, |&bytes| u16::from_le_bytes(bytes))) << FINER
     }
 }
 
-/// Why bytes are no table.
+/// Why bytes are not a table.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ImageError {
-    /// They begin with another format's number.
+    /// They start with the number of another format.
     #[error("the table's image has format {found}, {FORMAT} is known: update the older side")]
     Format {
-        /// The number found; 0 where there are no bytes at all.
+        /// The number found; 0 if there are no bytes.
         found: u8,
     },
-    /// There are more or fewer than the axes need.
+    /// Their number does not match the axes.
     #[error("the table's image has {found} bytes, its axes need {needed}: send it again")]
     Length {
         /// Bytes found.
@@ -94,7 +94,7 @@ pub enum ImageError {
         /// Bytes needed.
         needed: usize,
     },
-    /// They hold numbers that no table may hold.
+    /// They hold invalid numbers.
     #[error(transparent)]
     Table(#[from] TableError),
 }
@@ -117,7 +117,7 @@ impl L2aTable {
     ///
     /// # Errors
     ///
-    /// [`ImageError`] where they are not exactly the image of a table that [`L2aTable::new`] would take.
+    /// [`ImageError`] unless they are exactly the image of a table that [`L2aTable::new`] would accept.
     pub fn from_image(bytes: &[u8]) -> Result<Self, ImageError> {
         let &[format, rows, columns, reserved] = bytes.first_chunk().ok_or(ImageError::Length {
             found: bytes.len(),
@@ -137,7 +137,7 @@ impl L2aTable {
         Ok(Self::of(image).checked()?)
     }
 
-    /// CRC-32C of the image: which table it is.
+    /// CRC-32C of the image, which identifies the table.
     pub fn crc(&self) -> u32 {
         crc32c(&[&self.image])
     }
@@ -148,7 +148,7 @@ mod tests {
     use super::*;
     use properties::prelude::*;
 
-    /// The largest table there can be.
+    /// The largest possible table.
     fn largest() -> L2aTable {
         let illuminances: std::vec::Vec<f32> = (0..16).map(|n| 0.01 * 3.3_f32.powi(n)).collect();
         let intervals: std::vec::Vec<f32> = (1..=8).map(|n| 0.05 * n as f32).collect();

@@ -11,18 +11,18 @@ use serde::{Deserialize, Serialize};
 /// An answer; it carries the sequence number of its request.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Answer<'a> {
-    /// The request was not done, and nothing changed.
+    /// The request failed, and nothing changed.
     Refused(Refusal),
-    /// Who is here.
+    /// Identification.
     #[serde(borrow)]
     Hello(Hello<'a>),
-    /// How the transmitter is.
+    /// The transmitter's state.
     Status(Status),
     /// A part of the running table.
     Table(TablePart<'a>),
-    /// The bytes of the new table that have arrived.
+    /// The received part of the new table.
     Staged {
-        /// Bytes from its beginning without a gap.
+        /// Bytes from its start without a gap.
         received: u16,
     },
     /// This table is stored and in use.
@@ -30,39 +30,40 @@ pub enum Answer<'a> {
         /// CRC-32C of its image.
         crc: u32,
     },
-    /// What was measured of the panel.
+    /// The measured values of the panel.
     Calibration(Measured),
-    /// It is done.
+    /// The request succeeded.
     Done,
-    /// How often the panel changes.
+    /// The symbol rate.
     SymbolRate {
         /// Thousandths of a symbol a second.
         millihertz: u32,
     },
-    /// How bright the panel may be; both numbers 0: as bright as it can.
+    /// The limit of the panel's luminous intensity; both numbers 0: no limit.
     IntensityLimit {
-        /// The most luminous intensity, 1/1000 cd.
+        /// The greatest luminous intensity, 1/1000 cd.
         most_mcd: u32,
         /// The diameter of an LED, µm.
         led_diameter_um: u32,
     },
-    /// How often the panel changes, and how each symbol is shown.
+    /// The symbol rate and the carrier.
     Carrier {
         /// Thousandths of a symbol a second.
         millihertz: u32,
-        /// Cycles of the carrier a symbol; 0: panels stand still.
+        /// Cycles of the carrier a symbol; 0: still panels.
         cycles: u16,
     },
-    /// Which key signs messages.
+    /// The key that signs messages.
     Key {
-        /// Its name, [`KeyId`](crate::framing::KeyId), as a number whose most significant byte is the first; none: messages are not signed.
+        /// Its name, [`KeyId`](crate::framing::KeyId), as a number whose most significant byte is the first; `None`: messages are not
+        /// signed.
         id: Option<u32>,
         /// The counter of its next signature, or, after a restart, a greater one; 0 without a key.
         counter: u32,
     },
 }
 
-/// Who a transmitter is.
+/// The identity of a transmitter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Hello<'a> {
     /// [`SCHEMA`](super::SCHEMA) of its messages.
@@ -71,9 +72,9 @@ pub struct Hello<'a> {
     pub firmware: &'a str,
     /// Name of its board, up to 32 bytes.
     pub board: &'a str,
-    /// Most bytes of a table that it takes in one frame.
+    /// Greatest number of bytes of a table in one frame.
     pub chunk_max: u16,
-    /// Most bytes of a message that it takes.
+    /// Greatest number of bytes of a message.
     pub message_max: u16,
 }
 
@@ -84,39 +85,39 @@ pub struct TablePart<'a> {
     pub length: u16,
     /// CRC-32C of the whole image.
     pub crc: u32,
-    /// Where in the image the part begins.
+    /// The part's position in the image.
     pub offset: u16,
     /// Its bytes; none at the end.
     pub bytes: &'a [u8],
 }
 
-/// Why a transmitter did not do what was asked.
+/// Why a transmitter refused a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, thiserror::Error)]
 pub enum Refusal {
-    /// The request is of another version of the protocol; the answer's frame names its own.
+    /// The request has another version of the protocol; the answer's frame holds the transmitter's.
     #[error("the transmitter speaks protocol {speaks}: use a program that does, or update it")]
     Version {
-        /// The version it speaks.
+        /// The transmitter's version.
         speaks: u8,
     },
-    /// The request is whole, and no message of this version.
+    /// The request is whole but unknown in this version.
     #[error("the transmitter does not know this request: update the older side")]
     Unknown,
-    /// A table of that length there cannot be.
+    /// No table has that length.
     #[error("a table of {length} bytes is impossible, the most is {most}")]
     TableLength {
-        /// The length announced.
+        /// The announced length.
         length: u16,
-        /// The most possible.
+        /// The maximum.
         most: u16,
     },
-    /// No table was announced, or it was dropped or taken since.
+    /// No table was announced, or it was dropped or committed since.
     #[error("no table is being written: begin again")]
     NotBegun,
-    /// A part does not join on to those before it, or reaches beyond the table's end.
+    /// A part does not continue the earlier ones, or reaches beyond the table's end.
     #[error("the transmitter expects the table from byte {expected} on: go on there")]
     Offset {
-        /// The first byte that is missing.
+        /// The first missing byte.
         expected: u16,
     },
     /// Parts of the table are missing.
@@ -127,18 +128,18 @@ pub enum Refusal {
         /// Bytes announced.
         length: u16,
     },
-    /// The table that came is not the one that was announced.
+    /// The received table is not the announced one.
     #[error("the table has CRC {found:08x}, {expected:08x} was announced: begin again")]
     TableCrc {
-        /// CRC-32C of what came.
+        /// CRC-32C of the received table.
         found: u32,
-        /// CRC-32C announced.
+        /// The announced CRC-32C.
         expected: u32,
     },
-    /// The numbers are no table.
+    /// The numbers do not make a table.
     #[error("the numbers are no table of L2A: check the file")]
     TableInvalid,
-    /// The flash memory did not take it.
+    /// Writing to flash memory failed.
     #[error("the transmitter's flash memory failed: the old values stay in use")]
     Store,
     /// A measured value is out of its range.
@@ -147,7 +148,7 @@ pub enum Refusal {
         Self::CALIBRATION.get(usize::from(*.value)).copied().unwrap_or("a measured value")
     )]
     Calibration {
-        /// Its place in [`Measured`], from 0.
+        /// Its position in [`Measured`], from 0.
         value: u8,
     },
     /// A message is empty or too long.
@@ -155,53 +156,53 @@ pub enum Refusal {
     MessageLength {
         /// Its length.
         length: u16,
-        /// The most possible.
+        /// The maximum.
         most: u16,
     },
     /// The transmitter cannot show that symbol rate.
     #[error("{}", NoSymbolRate(*.millihertz, [*.least, *.most]))]
     SymbolRate {
-        /// The rate asked for, in thousandths of a symbol a second.
+        /// The requested rate, in thousandths of a symbol a second.
         millihertz: u32,
-        /// The least that it can show.
+        /// The least possible rate.
         least: u32,
-        /// The most that it can show.
+        /// The greatest possible rate.
         most: u32,
     },
-    /// There can be no such limit of the luminous intensity.
+    /// The limit of the luminous intensity is out of range.
     #[error(
         "an intensity limit of {} cd for LEDs of {} m is impossible: give 0.001 to 1000000 cd and 0.0001 to 1 m",
         f64::from(*.most_mcd) / 1e3, f64::from(*.led_diameter_um) / 1e6
     )]
     IntensityLimit {
-        /// The most intensity asked for, 1/1000 cd.
+        /// The requested intensity, 1/1000 cd.
         most_mcd: u32,
         /// The diameter of an LED, µm.
         led_diameter_um: u32,
     },
-    /// There can be no such carrier.
+    /// The carrier is out of range.
     #[error("{}", NoCarrier(*.millihertz, *.cycles))]
     Carrier {
-        /// The symbol rate asked for, in thousandths of a symbol a second.
+        /// The requested symbol rate, in thousandths of a symbol a second.
         millihertz: u32,
-        /// The cycles a symbol asked for.
+        /// The requested cycles a symbol.
         cycles: u16,
     },
-    /// These LEDs show no carrier.
+    /// The LEDs' driver cannot show a carrier.
     #[error("its LEDs show no carrier, for they are lit row by row and not latched all at once (MAX7219): give 0 cycles for still panels")]
     NoLatch,
-    /// This firmware does not sign.
+    /// This firmware cannot sign.
     #[error("its firmware signs no messages: flash one that was built with the feature `signing`")]
     NoSigning,
-    /// These bytes are no key.
+    /// The bytes are not a key.
     #[error("a key's seed has 32 bytes, not all of them zero: make one with `vocc keys new`")]
     Seed,
-    /// The counter of the key's signatures is at its end.
+    /// The counter of the key's signatures is exhausted.
     #[error("its key has no counter left to sign with, and nothing was changed: give it a new key (`vocc device key`)")]
     NoCounter,
 }
 
-/// What is said of a carrier that a transmitter refuses: thousandths of a symbol a second, and cycles a symbol.
+/// The text about a refused carrier: thousandths of a symbol a second, and cycles a symbol.
 struct NoCarrier(u32, u16);
 
 impl fmt::Display for NoCarrier {
@@ -210,7 +211,7 @@ impl fmt::Display for NoCarrier {
         let symbols_hz = f64::from(millihertz) / 1e3;
         match Waveform::new(cycles.into()).and_then(|waveform| waveform.carrier_hz(symbols_hz)) {
             Err(error) => error.fmt(formatter),
-            // Its firmware has another range.
+            // The transmitter's firmware has another range.
             Ok(carrier_hz) => write!(
                 formatter,
                 "{cycles} cycles a symbol at {symbols_hz} symbols a second are a carrier of {carrier_hz} Hz, which it cannot show: give other \
@@ -220,7 +221,7 @@ impl fmt::Display for NoCarrier {
     }
 }
 
-/// What is said of a symbol rate that a transmitter refuses.
+/// The text about a refused symbol rate.
 struct NoSymbolRate(u32, [u32; 2]);
 
 impl fmt::Display for NoSymbolRate {

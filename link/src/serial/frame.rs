@@ -1,4 +1,4 @@
-//! Bodies to frames to bytes on the wire, and back.
+//! Encodes bodies as frames and as bytes on the wire, and decodes them.
 
 use core::fmt;
 
@@ -19,12 +19,12 @@ pub const REQUEST_FRAME_MAX: usize = FRAME_OVERHEAD + 9 + MESSAGE_MAX;
 /// Bytes of the longest answer's frame: [`Answer::Table`] with [`CHUNK_MAX`] bytes.
 pub const ANSWER_FRAME_MAX: usize = FRAME_OVERHEAD + 14 + CHUNK_MAX;
 
-/// Bytes on the wire of a frame of `length`, at most: COBS adds one in 254, and a 0 stands before and behind.
+/// Bytes on the wire of a frame of `length`, at most: COBS adds one in 254, and a 0 precedes and follows it.
 pub const fn wire_length(length: usize) -> usize {
     length + 1 + length / 254 + 2
 }
 
-/// The direction of a frame, so that an echo of a request is no answer.
+/// The direction of a frame, so that an echo of a request does not count as an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// From the computer to the transmitter.
@@ -33,21 +33,20 @@ pub enum Kind {
     Answer = 2,
 }
 
-/// Why a message was not encoded.
+/// A message that does not fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the frame does not fit into {room} bytes: give wire_length of its length")]
 pub struct EncodeError {
-    /// The bytes there were.
+    /// The available bytes.
     pub room: usize,
 }
 
-/// Writes a [`Request`] or an [`Answer`] as a frame, ready for the wire, into `out`; returns its part that was
-/// written.
+/// Writes a [`Request`] or an [`Answer`] as a frame, ready for the wire, into `out`; returns the written part.
 ///
 /// # Errors
 ///
-/// [`EncodeError`] when `out` is too short; [`wire_length`] of [`REQUEST_FRAME_MAX`] or [`ANSWER_FRAME_MAX`]
-/// always suffices for messages within their limits.
+/// [`EncodeError`] if `out` is too short; [`wire_length`] of [`REQUEST_FRAME_MAX`] or [`ANSWER_FRAME_MAX`] always suffices for messages
+/// within their limits.
 pub fn encode<'a>(kind: Kind, sequence: u32, message: &impl Serialize, out: &'a mut [u8]) -> Result<&'a [u8], EncodeError> {
     encode_version(VERSION, kind, sequence, message, out)
 }
@@ -78,7 +77,7 @@ fn encode_version<'a>(
     Ok(whole)
 }
 
-/// A frame on its way into the wire's buffer: every byte is counted into the CRC and encoded at once.
+/// A frame on its way to the wire's buffer: each byte is added to the CRC and encoded at once.
 struct OutgoingFrame<'a> {
     encoder: CobsEncoder<'a>,
     digest: crc::Digest<'static, u32>,
@@ -103,29 +102,29 @@ impl Flavor for OutgoingFrame<'_> {
     }
 }
 
-/// Why bytes between two zeros are no frame.
+/// Why bytes between two zeros are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
-    /// Bytes are missing: its lengths do not add up.
+    /// Bytes are missing: its lengths do not match.
     #[error("a frame was cut short: send it again")]
     Truncated,
-    /// It is longer than any frame is.
+    /// It is longer than any frame.
     #[error("a frame has more than {most} bytes: send less at once")]
     TooLong {
-        /// The most that the reader takes.
+        /// The reader's limit.
         most: usize,
     },
-    /// Its bytes are not those that were sent.
+    /// Its bytes were corrupted.
     #[error("a frame has CRC {found:08x} and should have {expected:08x}: send it again")]
     Crc {
         /// The CRC at its end.
         found: u32,
-        /// That of its bytes.
+        /// The CRC of its bytes.
         expected: u32,
     },
 }
 
-/// A frame that arrived as it was sent.
+/// An intact frame.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
     version: u8,
@@ -134,24 +133,24 @@ pub struct Frame<'a> {
     body: &'a [u8],
 }
 
-/// Why the body of a frame is not understood.
+/// Why the body of a frame cannot be decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BodyError {
-    /// It goes the other way.
+    /// It has the other direction.
     #[error("the frame goes the other way: this is an echo, or two computers are connected")]
     OtherKind,
-    /// It is of another version.
+    /// It has another version.
     #[error("the frame is of protocol {version}, {VERSION} is spoken here: update the older side")]
     Version {
         /// The version of the frame.
         version: u8,
     },
-    /// It is no message of this version.
+    /// It is not a message of this version.
     #[error("the frame holds no message of protocol {VERSION}: update the older side")]
     Malformed,
 }
 
-/// Without its body: it may hold a key.
+/// Without its body, which may hold a key.
 impl fmt::Debug for Frame<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
@@ -165,7 +164,7 @@ impl fmt::Debug for Frame<'_> {
 }
 
 impl<'a> Frame<'a> {
-    /// The frame of these bytes, COBS undone.
+    /// Parses bytes after COBS decoding.
     fn parse(bytes: &'a [u8]) -> Result<Self, FrameError> {
         let (content, crc) = bytes.split_last_chunk().ok_or(FrameError::Truncated)?;
         let (&[version, kind, s0, s1, s2, s3], body) = content.split_first_chunk().ok_or(FrameError::Truncated)?;
@@ -183,7 +182,7 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// The version of the protocol that its sender speaks.
+    /// The sender's version of the protocol.
     pub const fn version(&self) -> u8 {
         self.version
     }
@@ -193,7 +192,7 @@ impl<'a> Frame<'a> {
         self.sequence
     }
 
-    /// Whether it goes that way, whatever its version.
+    /// Whether it has that direction, in any version.
     pub const fn is(&self, kind: Kind) -> bool {
         self.kind == kind as u8
     }
@@ -202,7 +201,7 @@ impl<'a> Frame<'a> {
     ///
     /// # Errors
     ///
-    /// [`BodyError`] when it goes the other way, is of another version or no request.
+    /// [`BodyError`] if it has the other direction or another version, or is not a request.
     pub fn request(&self) -> Result<Request<'a>, BodyError> {
         self.message(Kind::Request)
     }
@@ -211,16 +210,16 @@ impl<'a> Frame<'a> {
     ///
     /// # Errors
     ///
-    /// [`BodyError`] when it goes the other way, is of another version or no answer.
+    /// [`BodyError`] if it has the other direction or another version, or is not an answer.
     pub fn answer(&self) -> Result<Answer<'a>, BodyError> {
         self.message(Kind::Answer)
     }
 
-    /// The message in it, of any protocol that has its messages carried in these frames.
+    /// The message in it, of any protocol that uses these frames.
     ///
     /// # Errors
     ///
-    /// [`BodyError`] when it goes the other way, is of another version or no such message.
+    /// [`BodyError`] if it has the other direction or another version, or is not such a message.
     pub fn message<T: Deserialize<'a>>(&self, kind: Kind) -> Result<T, BodyError> {
         if !self.is(kind) {
             return Err(BodyError::OtherKind);
@@ -238,16 +237,16 @@ impl<'a> Frame<'a> {
 /// Finds frames in a stream of bytes, one byte at a time, in a buffer of `MOST` bytes:
 /// [`REQUEST_FRAME_MAX`] or [`ANSWER_FRAME_MAX`].
 ///
-/// After garbage of any kind it finds the next frame at the next 0.
+/// After any garbage it finds the next frame at the next 0.
 pub struct FrameReader<const MOST: usize> {
     decoder: DecoderState,
     buffer: [u8; MOST],
-    /// Bytes of the frame so far, those beyond the buffer counted too.
+    /// Bytes of the frame so far, including those beyond the buffer.
     length: usize,
 }
 
 impl<const MOST: usize> FrameReader<MOST> {
-    /// A reader that has seen nothing; `const`, so that it can be a static.
+    /// A reader before its first byte; `const`, so that it can be a static.
     pub const fn new() -> Self {
         Self {
             decoder: DecoderState::Idle,
@@ -256,7 +255,7 @@ impl<const MOST: usize> FrameReader<MOST> {
         }
     }
 
-    /// Takes one byte: the end of a frame, of garbage, or, mostly, of nothing.
+    /// Adds one byte. Returns a frame or an error at its end, and mostly `None`.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame<'_>, FrameError>> {
         match self.decoder.feed(byte) {
             Ok(DecodeResult::NoData) => None,
@@ -282,7 +281,7 @@ impl<const MOST: usize> FrameReader<MOST> {
     }
 }
 
-/// Without what was received: it may hold a key.
+/// Without the received bytes, which may hold a key.
 impl<const MOST: usize> fmt::Debug for FrameReader<MOST> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "FrameReader({} of {MOST} bytes)", self.length)
@@ -313,7 +312,7 @@ mod tests {
         low_current_share: U1F31::MAX,
     };
 
-    /// What a reader makes of these bytes: the sequence numbers of frames, and errors.
+    /// The results of a reader on these bytes: the sequence numbers of frames, and errors.
     fn read<const MOST: usize>(bytes: &[u8]) -> Vec<Result<u32, FrameError>> {
         let mut reader = FrameReader::<MOST>::new();
         let mut found = Vec::new();
@@ -414,7 +413,7 @@ mod tests {
             place: prop::sample::Index, change in 1_u8..=255, way in 0..3, bytes in prop::collection::vec(any::<u8>(), 1..128),
         ) {
             let mut wire = sent(Kind::Request, &Request::WriteTable { offset: 0, bytes: &bytes });
-            // The zeros at the ends are no part of it.
+            // The zeros at the ends do not belong to the frame.
             let place = 1 + place.index(wire.len() - 2);
             match way {
                 0 => wire[place] ^= change,

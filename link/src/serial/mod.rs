@@ -58,13 +58,12 @@ pub use frame::{
 pub use request::{Request, Seed};
 pub use status::{Counters, Faults, Light, Limit, Status};
 
-/// The version of the protocol. The places of version, kind, sequence number and CRC in a frame hold for every
-/// version to come.
+/// The version of the protocol. The positions of version, kind, sequence number and CRC in a frame hold for all future versions.
 pub const VERSION: u8 = 1;
-/// The most bytes of a table in one frame.
+/// The greatest number of bytes of a table in one frame.
 pub const CHUNK_MAX: usize = 128;
 
-/// Which messages every program knows: the CRC-32C of the layout that `docs/serial.md` shows of them. Two programs with the same number
-/// understand each other; messages that were added later are not counted, and a transmitter that does not know one refuses it as
-/// [unknown](Refusal::Unknown). A test holds the layout to the types, and this number to the layout.
+/// Identifies the messages that every program knows: the CRC-32C of their layout in `docs/serial.md`. Two programs with the same number
+/// understand each other. Messages added later are not included, and a transmitter that does not know one refuses it as
+/// [unknown](Refusal::Unknown). A test compares the layout with the types, and this number with the layout.
 pub const SCHEMA: u32 = 0x423a_6da7;

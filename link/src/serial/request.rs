@@ -6,7 +6,7 @@ use super::Measured;
 use postcard_schema::Schema;
 use serde::{Deserialize, Serialize};
 
-/// The seed of a key that signs. It is not printed.
+/// The seed of a signing key. It is not printed.
 #[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Seed<'a>(#[serde(borrow)] pub &'a [u8]);
 
@@ -16,62 +16,59 @@ impl fmt::Debug for Seed<'_> {
     }
 }
 
-/// A request. Doing twice what it asks for is the same as doing it once.
+/// A request. All requests are idempotent.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, Schema)]
 pub enum Request<'a> {
-    /// Who is there? Answered by [`Answer::Hello`](super::Answer::Hello).
+    /// Identification. Answered by [`Answer::Hello`](super::Answer::Hello).
     Hello,
     /// Answered by [`Answer::Status`](super::Answer::Status).
     Status,
     /// A part of the running table's image. Answered by [`Answer::Table`](super::Answer::Table).
     ReadTable {
-        /// The first byte wanted.
+        /// The first byte of the part.
         offset: u16,
     },
-    /// A new table is to come, and what came of another is dropped. Answered by
-    /// [`Answer::Staged`](super::Answer::Staged).
+    /// Announces a new table, and drops the received part of another. Answered by [`Answer::Staged`](super::Answer::Staged).
     BeginTable {
         /// Bytes of its image: up to [`IMAGE_MAX`](crate::l2a_table::image::IMAGE_MAX).
         length: u16,
         /// CRC-32C of its image.
         crc: u32,
     },
-    /// A part of it: the next one, or one that came already. Answered by
-    /// [`Answer::Staged`](super::Answer::Staged).
+    /// A part of it: the next one, or a received one again. Answered by [`Answer::Staged`](super::Answer::Staged).
     WriteTable {
-        /// Where in the image it begins.
+        /// The part's position in the image.
         offset: u16,
         /// Its bytes: up to [`CHUNK_MAX`](super::CHUNK_MAX).
         bytes: &'a [u8],
     },
-    /// Take the new table: check it, store it, use it. Answered by
-    /// [`Answer::Committed`](super::Answer::Committed).
+    /// Checks, stores and uses the new table. Answered by [`Answer::Committed`](super::Answer::Committed).
     CommitTable {
         /// CRC-32C of its image.
         crc: u32,
     },
-    /// Drop what came of a new table; the running one stays. Answered by [`Answer::Done`](super::Answer::Done).
+    /// Drops the received part of a new table; the running one stays. Answered by [`Answer::Done`](super::Answer::Done).
     RollBackTable,
     /// Answered by [`Answer::Calibration`](super::Answer::Calibration).
     ReadCalibration,
-    /// Check, store and use these measured values. Answered by [`Answer::Done`](super::Answer::Done).
+    /// Checks, stores and uses these measured values. Answered by [`Answer::Done`](super::Answer::Done).
     WriteCalibration(Measured),
-    /// Show this message from the next symbol on. Answered by [`Answer::Done`](super::Answer::Done).
+    /// Shows this message from the next symbol on. Answered by [`Answer::Done`](super::Answer::Done).
     ///
     /// The sequence number of the frame identifies the message: the same number again counts as a request whose answer was lost.
     Send {
-        /// How often; none: until another message comes.
+        /// The number of repeats; `None`: until another message comes.
         repeats: Option<u32>,
         /// 1 to 1024 bytes.
         message: &'a [u8],
     },
-    /// Show beacons from the next symbol on. Answered by [`Answer::Done`](super::Answer::Done).
+    /// Shows beacons from the next symbol on. Answered by [`Answer::Done`](super::Answer::Done).
     StopSending,
-    /// Count from 0 again. Answered by [`Answer::Done`](super::Answer::Done).
+    /// Resets the counters. Answered by [`Answer::Done`](super::Answer::Done).
     ResetCounters,
     /// Answered by [`Answer::SymbolRate`](super::Answer::SymbolRate). Added later: an older transmitter refuses it as unknown.
     ReadSymbolRate,
-    /// Check, store and use this symbol rate, from the next change of symbols on. Answered by
+    /// Checks, stores and uses this symbol rate, from the next change of symbols on. Answered by
     /// [`Answer::SymbolRate`](super::Answer::SymbolRate). Added later: an older transmitter refuses it as unknown.
     WriteSymbolRate {
         /// Thousandths of a symbol a second, see [`SymbolRate`](crate::symbol_rate::SymbolRate).
@@ -79,37 +76,37 @@ pub enum Request<'a> {
     },
     /// Answered by [`Answer::IntensityLimit`](super::Answer::IntensityLimit). Added later: an older transmitter refuses it as unknown.
     ReadIntensityLimit,
-    /// Check, store and use this limit of the panel's luminous intensity; both numbers 0: none. Answered by
+    /// Checks, stores and uses this limit of the panel's luminous intensity; both numbers 0: none. Answered by
     /// [`Answer::IntensityLimit`](super::Answer::IntensityLimit). Added later: an older transmitter refuses it as unknown.
     WriteIntensityLimit {
-        /// The most intensity, 1/1000 cd, see [`IntensityLimit`](crate::intensity::IntensityLimit).
+        /// The greatest intensity, 1/1000 cd, see [`IntensityLimit`](crate::intensity::IntensityLimit).
         most_mcd: u32,
         /// The diameter of an LED, µm.
         led_diameter_um: u32,
     },
     /// Answered by [`Answer::Carrier`](super::Answer::Carrier). Added later: an older transmitter refuses it as unknown.
     ReadCarrier,
-    /// Check, store and use this symbol rate with this carrier. A change that a carrier has part in stops the clock for about 35 µs: the
-    /// symbol on show loses at most half a cycle, or, where it stands still, begins again. Answered by
+    /// Checks, stores and uses this symbol rate with this carrier. A change from or to a carrier stops the clock for about 35 µs: the
+    /// current symbol loses at most half a cycle, or, if it is still, starts again. Answered by
     /// [`Answer::Carrier`](super::Answer::Carrier). Added later: an older transmitter refuses it as unknown.
     WriteCarrier {
         /// Thousandths of a symbol a second, see [`SymbolRate`](crate::symbol_rate::SymbolRate).
         millihertz: u32,
-        /// Cycles of the carrier a symbol, see [`Waveform`](crate::waveform::Waveform); 0: panels that stand still.
+        /// Cycles of the carrier a symbol, see [`Waveform`](crate::waveform::Waveform); 0: still panels.
         cycles: u16,
     },
-    /// Which key signs? Answered by [`Answer::Key`](super::Answer::Key). Added later: an older transmitter refuses it as unknown.
+    /// The signing key. Answered by [`Answer::Key`](super::Answer::Key). Added later: an older transmitter refuses it as unknown.
     ReadKey,
-    /// Check, store and use this key: messages sent from now on are signed. Every trace of the key before it is erased. No request reads it
-    /// back. Answered by [`Answer::Key`](super::Answer::Key). Added later: an older transmitter refuses it as unknown.
+    /// Checks, stores and uses this key: messages sent from now on are signed. Every trace of the key before it is erased. No request reads
+    /// it back. Answered by [`Answer::Key`](super::Answer::Key). Added later: an older transmitter refuses it as unknown.
     WriteKey {
         /// 32 bytes, not all zero.
         #[serde(borrow)]
         seed: Seed<'a>,
-        /// The counter of its first signature; a key that is there already keeps its own where that is greater.
+        /// The counter of its first signature; if the key is already stored, the greater of both counters.
         counter: u32,
     },
-    /// Erase every trace of the key: messages sent from now on are not signed. Answered by [`Answer::Key`](super::Answer::Key). Added
+    /// Erases every trace of the key: messages sent from now on are not signed. Answered by [`Answer::Key`](super::Answer::Key). Added
     /// later: an older transmitter refuses it as unknown.
     EraseKey,
 }

@@ -9,34 +9,34 @@ use serde::{Deserialize, Serialize};
 /// The state of a transmitter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Status {
-    /// Seconds since it started.
+    /// Seconds since the start.
     pub uptime_s: u32,
-    /// What it knows of the light.
+    /// The state of the light measurement.
     pub light: Light,
-    /// The ambient illuminance in use, lx; none before the first reading.
+    /// The ambient illuminance in use, lx; `None` before the first reading.
     pub illuminance_lx: Option<Illuminance>,
-    /// The L2A wanted; 0 while dark before the first reading.
+    /// The L2A of the table; 0 while the panel is dark before the first reading.
     pub l2a: L2a,
     /// Luminance of an On LED, cd/m².
     pub luminance_cd_m2: U32F32,
-    /// The same as a share of full luminance; the greatest number of its type stands for 1.
+    /// The same as a share of full luminance; the greatest number of its type means 1.
     pub duty: U0F32,
-    /// Why the luminance is not the wanted one; none when it is.
+    /// Why the luminance differs from the table's; `None` if it does not.
     pub limited: Option<Limit>,
-    /// What is wrong.
+    /// The current faults.
     pub faults: Faults,
     /// CRC-32C of the running table's image.
     pub table_crc: u32,
-    /// Whether a message is being shown, not a beacon.
+    /// Whether it shows a message rather than a beacon.
     pub sending: bool,
-    /// What was counted.
+    /// The counters.
     pub counters: Counters,
 }
 
-/// What is counted from the start, or from a reset of the counters; each stays at its greatest value.
+/// Counters since the start or since their reset; each saturates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub struct Counters {
-    /// Frames that arrived whole.
+    /// Whole frames.
     pub frames: u32,
     /// Garbage between two zeros: frames cut short, too long or with a wrong CRC.
     pub bad_frames: u32,
@@ -46,40 +46,40 @@ pub struct Counters {
     pub symbols: u32,
     /// Symbols lost on the way to the LEDs.
     pub lost_symbols: u32,
-    /// Readings of the light sensor, saturated ones among them.
+    /// Readings of the light sensor, including saturated ones.
     pub readings: u32,
-    /// Readings that did not come.
+    /// Readings that failed.
     pub missed_readings: u32,
 }
 
-/// What a transmitter knows of the light around it.
+/// The state of a transmitter's light measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema)]
 pub enum Light {
-    /// Nothing yet: it has just started, and is dark.
+    /// No reading yet: it has just started, and is dark.
     Unknown,
-    /// The sensor reads.
+    /// The sensor delivers readings.
     Measured,
-    /// The sensor does not read just now: the last reading still counts.
+    /// The sensor has stopped for a moment: the last reading still counts.
     Held,
     /// Too bright for the sensor, in two of its ranges.
     Daylight,
-    /// Nothing any more: the luminance is a safe one.
+    /// The reading has expired: the luminance is a safe default.
     Lost,
 }
 
-/// What kept a panel from the wanted luminance.
+/// The cause of a deviation from the table's luminance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema)]
 pub enum Limit {
-    /// It is above the most that the panel may have, full luminance or that of its intensity limit: the panel is at that, its L2A too low.
+    /// The table's luminance exceeds the panel's maximum, full luminance or that of its intensity limit: the panel is at the maximum, its
+    /// L2A too low.
     Top,
-    /// It is below the shortest pulse: the panel is at that pulse, its L2A too high but not above 4.
+    /// The table's luminance is below the shortest pulse: the panel is at that pulse, its L2A too high but not above 4.
     Floor,
-    /// It is so far below the shortest pulse that even this would be above an L2A of 4, or this is above the intensity limit: the panel is
-    /// dark.
+    /// The shortest pulse would exceed an L2A of 4 or the intensity limit: the panel is dark.
     Off,
 }
 
-/// What is wrong with a transmitter: a set. Bits that this version does not know are kept.
+/// The faults of a transmitter, a set. Bits that this version does not know are kept.
 ///
 /// ```
 /// use link::serial::Faults;
@@ -97,17 +97,17 @@ bitflags! {
     impl Faults: u16 {
         /// The light sensor does not answer.
         const SENSOR_MISSING = 1 << 0;
-        /// The light sensor answers the same, whatever its range.
+        /// The light sensor returns the same value in all its ranges.
         const SENSOR_STUCK = 1 << 1;
         /// The light sensor is saturated, and no other range confirms it.
         const SENSOR_SATURATED = 1 << 2;
-        /// Nobody asks the light sensor any more.
+        /// The light sensor is no longer polled.
         const SENSOR_SILENT = 1 << 3;
-        /// The LEDs did not take the last panel or duty.
+        /// The LEDs did not accept the last panel or duty.
         const LEDS = 1 << 4;
-        /// The flash memory failed, or what it held was damaged.
+        /// The flash memory failed, or its content was damaged.
         const STORE = 1 << 5;
-        /// No table was ever stored: the one it shipped with is in use.
+        /// No table was ever stored: the shipped one is in use.
         const NO_TABLE = 1 << 6;
         /// No calibration was ever stored: the board's typical values are in use.
         const NO_CALIBRATION = 1 << 7;
@@ -118,7 +118,7 @@ bitflags! {
     }
 }
 
-/// The status that takes the most bytes.
+/// The status with the most bytes.
 #[cfg(test)]
 pub fn greatest() -> Status {
     Status {
