@@ -1,21 +1,21 @@
-//! The air between: what it takes of the light and what it adds.
+//! The air between camera and panel: its attenuation, and the light that it adds.
 //!
-//! Air of the extinction β lets the part τ = exp(−β·d) of the light through (Beer–Lambert). Lit air adds the veil
-//! (1 − τ)·L of the horizon's luminance L (Koschmieder 1924), where the scene says that it shines.
+//! Air of the extinction β transmits the part τ = exp(−β·d) of the light (Beer–Lambert). If the scene has airlight, the air adds the veil
+//! (1 − τ)·L of the horizon's luminance L (Koschmieder 1924).
 //!
-//! The background stands where the farthest panel stands, so that a panel is seen through no more air than what is behind
-//! it, and an LED as bright as the background is not seen at any distance. The light meter sees the background as the
-//! camera does: dimmed and veiled. Air that does not shine is too clear for the meter to tell; there
-//! `ambient.background_reflectance` is that of the background as it arrives, which Do & Yoo 2020 expose for at all distances.
+//! The background is as far away as the farthest panel, so that a panel is seen through no more air than the background behind it, and an
+//! LED as bright as the background is invisible at any distance. The light meter sees the background as the camera does: attenuated and
+//! veiled. Without airlight the meter ignores the air: then `ambient.background_reflectance` is that of the background at the camera, for
+//! which Do & Yoo 2020 expose at all distances.
 
 use crate::scene::Scene;
 
-/// What air does to light: `transmission`·light + `veil`.
+/// The effect of air on light: `transmission`·light + `veil`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Air {
-    /// The part of the light that arrives.
+    /// The transmitted part of the light.
     pub transmission: f64,
-    /// What the air adds, in the unit of the light.
+    /// The light that the air adds, in the unit of the light.
     pub veil: f64,
 }
 
@@ -47,7 +47,7 @@ impl Air {
         Self::over(scene, distances.fold(0.0, f64::max))
     }
 
-    /// What arrives of `light`.
+    /// The light at the camera.
     ///
     /// ```
     /// use sim::{air::Air, scene::Scene};
@@ -62,7 +62,7 @@ impl Air {
     }
 }
 
-/// The luminance of the horizon: as said, or that of a white diffuser in the ambient light.
+/// The luminance of the horizon: the scene's, or that of a white diffuser in the ambient light.
 fn horizon_cd_m2(scene: &Scene) -> f64 {
     scene
         .atmosphere

@@ -1,8 +1,8 @@
-//! What each effect costs, measured: the time of a frame with it over that of one without it.
+//! The measured cost of each effect: the time of a frame with it relative to that of one without it.
 //!
-//! A frame is what a Monte Carlo draws and reads out: the part of the sensor that panels light. Everything else is as the plan has
-//! it, so that costs are those of including one effect more, or of one that is included, in this scene. They do not add up: an
-//! effect may make another dearer, or cheaper, as a blur lets LEDs be drawn by a few chords that else are drawn pixel by pixel.
+//! A frame is the part of the sensor lit by panels, drawn and read out, as in a Monte Carlo study. Everything else follows the plan, so
+//! that costs are those of one more effect, or of one that is included, in this scene. They do not add up, because an effect may make
+//! another more or less expensive: with a blur, for example, LEDs are drawn by a few chords rather than pixel by pixel.
 
 use std::time::Duration;
 
@@ -14,21 +14,21 @@ use crate::renderer::canvas::Canvas;
 use crate::renderer::{PanelExposure, Renderer};
 use crate::timing::{Clock, Work, by_turns};
 
-/// What including one effect costs.
+/// The cost of one effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     /// The effect's name.
     pub effect: &'static str,
-    /// Nanoseconds a frame; negative where a frame without it takes longer.
+    /// Nanoseconds a frame; negative if a frame without it takes longer.
     pub ns: f64,
-    /// The same in frames as they are planned.
+    /// The same in frames of the plan.
     pub frames: f64,
 }
 
-/// The time that each effect is measured for: the less, the more they are.
+/// The total measuring time for each effect: with less, costs vary more.
 pub const BUDGET: Duration = Duration::from_millis(30);
 
-/// Frames that are drawn by turns, each with bits and a sub-pixel place of its own.
+/// Frames in a cycle, each with its own bits and sub-pixel position.
 const FRAMES: u64 = 16;
 
 /// The costs of all effects in the renderer's scene, each measured for about `budget`, in the order of the plan.
@@ -59,7 +59,7 @@ pub fn measure(renderer: &Renderer, budget: Duration, clock: Clock) -> Vec<Cost>
     decisions.map(|decision| cost(decision.effect, decision.included)).collect()
 }
 
-/// Frames of a renderer, one after another, the first of which is drawn already: with it, what is made once is made.
+/// Frames of a renderer, one after another. The first is already drawn, so that one-time work is done.
 fn warm(renderer: &Renderer) -> Work<'_> {
     let mut canvas = Canvas::new(renderer.lit_region());
     let mut grey = vec![0; canvas.values().len()];
@@ -75,7 +75,7 @@ fn warm(renderer: &Renderer) -> Work<'_> {
     Box::new(work)
 }
 
-/// What all panels show in a frame.
+/// The panels' exposures in a frame.
 fn shown(renderer: &Renderer, frame: u64) -> Vec<PanelExposure> {
     let mut random = stream(1, frame, Purpose::Bits);
     let shift_px = [frame as f64 / FRAMES as f64; 2];
@@ -89,7 +89,7 @@ fn shown(renderer: &Renderer, frame: u64) -> Vec<PanelExposure> {
         .collect()
 }
 
-/// The median; 0 of nothing.
+/// The median; 0 if there are no values.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -131,7 +131,7 @@ mod tests {
                 let was = planned.contains(&decision.effect);
                 assert_eq!(decision.included != was, decision.effect == name, "{name}");
             }
-            // Twice is as it was.
+            // Toggling twice restores the plan.
             let again = toggled.toggled(name);
             assert!(again.plan().included().eq(planned.iter().copied()), "{name}");
         }
@@ -145,7 +145,7 @@ mod tests {
             renderer.draw(&renderer.moment(1, 0), &shown(renderer, 0), &mut canvas);
             canvas.values().iter().fold(0.0f32, |most, &value| most.max(value))
         });
-        // Sharp, an LED is as bright as it is; blurred, less than half of that.
+        // An LED has its full brightness without blur, and less than half of that with blur.
         assert!(greys[1] > 2.0 * greys[0], "{greys:?}");
     }
 }

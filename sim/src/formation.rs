@@ -1,7 +1,6 @@
-//! The image formation that a plan asks for: what included effects hand to the renderer.
+//! The image formation of a plan: the parts of the included effects, for the renderer.
 //!
-//! Every effect that is included writes its part here once, before the first frame. An effect that is left out writes
-//! nothing, and nothing is done for it.
+//! Every included effect writes its part here once, before the first frame. An effect that is left out writes nothing and costs nothing.
 
 use link::panel::LEDS;
 use link::waveform::Waveform;
@@ -15,12 +14,12 @@ use crate::disc::spread::Shape;
 
 /// A change of the light of each LED, frame by frame.
 pub trait LedStage: Send + Sync {
-    /// Changes each LED's own light over its exposure, which begins `delay_s` after the moment: 1 where it is on.
+    /// Changes each LED's own light over its exposure, which starts `delay_s` after the moment: 1 for an On LED.
     fn apply(&self, panel: usize, moment: &Moment, delay_s: &[f64; LEDS], own_light: &mut [f64; LEDS]);
 }
 
-/// A change of the linear values of a row of pixels. It depends on the camera alone, so that it is worked out once for what no
-/// panel lights.
+/// A change of the linear values of a row of pixels. It depends on the camera alone, so that it is computed once for pixels that no panel
+/// lights.
 pub trait RowStage: Send + Sync {
     /// Changes the `row` whose first pixel is (`x`, `y`) of the sensor.
     fn apply(&self, x: usize, y: usize, row: &mut [f32]);
@@ -30,9 +29,9 @@ pub trait RowStage: Send + Sync {
 
 /// A change of the encoded frame, after noise and rounding.
 pub trait GreyStage: Send + Sync {
-    /// How many pixels away what changes a pixel may be.
+    /// The reach of its effect, in pixels.
     fn reach_px(&self) -> usize;
-    /// The side of the blocks that it takes by themselves; they begin at the frame's first pixel.
+    /// The side of its independent blocks, which start at the frame's first pixel.
     fn block_px(&self) -> usize {
         1
     }
@@ -40,13 +39,13 @@ pub trait GreyStage: Send + Sync {
     fn apply(&self, width: usize, grey: &mut [u8]);
 }
 
-/// How light becomes an image: the sum of what the included effects ask for.
+/// The formation of an image from light: the sum of the included effects' parts.
 pub struct Formation {
-    /// Lens blur in px, of what is spread beyond it the core; 0: none.
+    /// Lens blur in px, the core if there is a spread beyond it; 0: none.
     pub sigma_px: f64,
-    /// What the blur spreads beyond its core.
+    /// The blur beyond its core.
     pub spread: Shape,
-    /// Whether each LED is projected by itself; else the whole panel is one affine image.
+    /// Whether each LED is projected individually; else the whole panel is one affine image.
     pub exact_perspective: bool,
     /// Radial distortion k₁; 0: none.
     pub distortion_k1: f64,
@@ -54,32 +53,32 @@ pub struct Formation {
     pub air: Vec<Air>,
     /// The air before the background, likewise.
     pub background_air: Air,
-    /// The linear value of each panel's board, without the air before it; none: no board is drawn.
+    /// The linear value of each panel's board, without the air before it; `None`: no board is drawn.
     pub boards: Vec<Option<f64>>,
     /// Whether the photograph is drawn.
     pub photograph: bool,
     /// Whether panels other than the first are drawn.
     pub other_panels: bool,
-    /// Samples of the exposure that are averaged for moving panels: (time from the exposure's middle in seconds,
-    /// weight). A single one without motion.
+    /// Samples of the exposure to average for moving panels: (time from the exposure's middle in seconds, weight). A single one without
+    /// motion.
     pub motion_samples: Vec<(f64, f64)>,
     /// Whether panels move during the exposure; else only from row to row.
     pub moves: bool,
     /// The camera's vibration.
     pub shake: Option<Shake>,
-    /// How much later than the sensor's first row a row's exposure begins, in seconds a row; 0 is a global shutter.
+    /// The delay between the exposures of neighbouring rows, in seconds; 0 is a global shutter.
     pub row_delay_s: f64,
-    /// Whether the symbols of one exposure are mixed as its time is shared; else the one in its middle is shown.
+    /// Whether the symbols of one exposure are mixed by their shares of its time; else only the one in its middle shows.
     pub mix_symbols: bool,
-    /// How symbols are shown.
+    /// The waveform of symbols.
     pub waveform: Waveform,
     /// Changes of the LEDs' light.
     pub led_stages: Vec<Box<dyn LedStage>>,
-    /// Whether pixels are red, green, green and blue by turns.
+    /// Whether pixels form a mosaic of red, green, green and blue.
     pub mosaic: bool,
     /// Changes of the linear image.
     pub row_stages: Vec<Box<dyn RowStage>>,
-    /// The curve by which grey levels are made of linear values.
+    /// The curve from linear values to grey levels.
     pub curve: Curve,
     /// The sensor's noise.
     pub noise: Option<Noise>,

@@ -1,13 +1,13 @@
-//! The names of a scene's keys, and the nearest one to a name that is none: for those who write a scene in another program.
+//! The names of a scene's keys, and the nearest key to an unknown name.
 
 use toml::{Table, Value};
 
 use crate::effects;
 use crate::scene::{Key, SceneError, TABLES};
 
-/// The table that says which effects are simulated.
+/// The table that selects the effects.
 const EFFECTS: &str = "effects";
-/// The table that a panel may have of its own.
+/// The table of a panel's own pose.
 const POSE: &str = "pose";
 
 /// All keys, as `TABLE.KEY`; a panel's own pose has those of `pose`.
@@ -15,14 +15,14 @@ pub fn all() -> Vec<String> {
     let listed = TABLES
         .iter()
         .flat_map(|table| table.keys.iter().map(|key| (key, format!("{}.{}", table.name(), key.name))));
-    // Those that presets show first.
+    // First those that presets show.
     let (shown, others): (Vec<_>, Vec<_>) = listed.partition(|(key, _)| key.line().is_some());
     let listed = shown.into_iter().chain(others).map(|(_, name)| name);
     let effects = effects::names().into_iter().map(|effect| format!("{EFFECTS}.{effect}"));
     listed.chain([format!("panel.{POSE}")]).chain(effects).collect()
 }
 
-/// The key of a table, as the list has it; none of an effect's, and of a panel's pose.
+/// The key of a table; `None` for an effect's, and for a panel's pose.
 ///
 /// ```
 /// let light = sim::keys::find("ambient", "illuminance_lx").unwrap();
@@ -33,7 +33,7 @@ pub fn find(table: &str, name: &str) -> Option<&'static Key> {
     table.keys.iter().find(|key| key.name == name)
 }
 
-/// The whole name, `TABLE.KEY`, of a key that is called so or by its last part alone.
+/// The whole name, `TABLE.KEY`, of a key given by that name or by its last part alone.
 ///
 /// ```
 /// use sim::keys;
@@ -45,11 +45,11 @@ pub fn find(table: &str, name: &str) -> Option<&'static Key> {
 /// ```
 ///
 /// # Errors
-/// [`SceneError::Key`] of a name that no key has, with the nearest, and of one that several have.
+/// [`SceneError::Key`] for an unknown name, with the nearest key, and for an ambiguous one.
 pub fn whole_name(name: &str) -> Result<String, SceneError> {
     let keys = all();
     let fault = |why: String| SceneError::Key { key: name.into(), why };
-    // The pose of one panel is written as that of all.
+    // The pose of one panel has the keys of the scene's pose.
     let (of_panel, looked_up) = match name.strip_prefix("panel.pose.") {
         Some(key) => ("panel.", format!("{POSE}.{key}")),
         None => ("", name.to_owned()),
@@ -58,7 +58,7 @@ pub fn whole_name(name: &str) -> Result<String, SceneError> {
         return Ok(format!("{of_panel}{looked_up}"));
     }
     let mut alike: Vec<&String> = keys.iter().filter(|key| last(key) == looked_up).collect();
-    // An effect that is called as what it is of is named in full.
+    // An effect with the name of its own key is given in full.
     if alike.len() > 1 {
         alike.retain(|key| !key.starts_with(EFFECTS));
     }
@@ -75,10 +75,10 @@ pub fn whole_name(name: &str) -> Result<String, SceneError> {
     }
 }
 
-/// That a scene's table has no other keys than there are.
+/// Checks that a scene's tables have no unknown keys.
 ///
 /// # Errors
-/// [`SceneError::Key`] of the first that is none.
+/// [`SceneError::Key`] for the first unknown one.
 pub fn check(scene: &Table) -> Result<(), SceneError> {
     scene.iter().try_for_each(|(table, value)| match value {
         Value::Array(panels) => panels
@@ -108,7 +108,7 @@ fn last(key: &str) -> &str {
     key.rsplit('.').next().unwrap_or(key)
 }
 
-/// The key that is most like a name: with its table where the name has one. Units are what is forgotten first.
+/// The key most similar to a name, with its table if the name has one. Units count least, because they are often forgotten.
 fn nearest(name: &str, keys: &[String]) -> String {
     let likeness = |key: &&String| {
         let key = if name.contains('.') { key } else { last(key) };

@@ -1,4 +1,4 @@
-//! From TOML, a preset's name and overrides to a checked scene.
+//! Loads a checked scene from TOML, a preset's name and overrides.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ impl Scene {
     /// `panel.KEY` means the first panel.
     ///
     /// # Errors
-    /// Says what is wrong, where, what is allowed and what to do: see [`SceneError`].
+    /// See [`SceneError`]: the fault, its place, the allowed range and the way out.
     pub fn load(name: &str, overrides: &[String]) -> Result<Self, SceneError> {
         Self::from_toml(name, &Self::toml(name)?, overrides)
     }
@@ -22,7 +22,7 @@ impl Scene {
     /// The TOML text of the scene `name`: a preset, else a file.
     ///
     /// # Errors
-    /// When it is neither, or cannot be read.
+    /// If it is neither, or cannot be read.
     pub fn toml(name: &str) -> Result<String, SceneError> {
         match preset_toml(name) {
             Some(text) => Ok(text),
@@ -42,7 +42,7 @@ impl Scene {
             name: name.into(),
             source: Box::new(source),
         };
-        // Once as written, so that a fault is shown with its line; then with the overrides.
+        // First as written, so that a fault is reported with its line; then with the overrides.
         let written: Scene = toml::from_str(text).map_err(parse_error)?;
         let scene = if overrides.is_empty() {
             written
@@ -53,7 +53,7 @@ impl Scene {
         scene.checked()
     }
 
-    /// This scene with overrides as in [`Scene::load`], which come from `source` in errors.
+    /// This scene with overrides as in [`Scene::load`]; errors name `source` as their origin.
     ///
     /// # Errors
     /// As [`Scene::load`].
@@ -66,7 +66,7 @@ impl Scene {
         Self::overruled(&table, source, overrides)?.checked()
     }
 
-    /// The scene of a table with overrides; the first of these that brings no scene is named in errors.
+    /// The scene of a table with overrides; errors name the first override that fails.
     fn overruled(table: &Table, source: &str, overrides: &[String]) -> Result<Self, SceneError> {
         let with = |count: usize| {
             let mut table = table.clone();

@@ -1,4 +1,4 @@
-//! Which effects a scene calls for, and why.
+//! The effects that a scene needs, and why.
 
 use serde::Serialize;
 
@@ -13,21 +13,21 @@ use crate::view::{LinearRange, View};
 pub struct Decision {
     /// The effect's name.
     pub effect: &'static str,
-    /// The most that leaving it out could change, in unrounded grey levels.
+    /// A bound of the change from leaving it out, in unrounded grey levels.
     pub bound_grey: f64,
     /// The scene's tolerance.
     pub tolerance_grey: f64,
-    /// What the scene says of it.
+    /// The scene's setting.
     pub mode: Mode,
     /// Whether it is simulated.
     pub included: bool,
-    /// Why.
+    /// The reason.
     pub why: String,
     /// The model and its source.
     pub model: &'static str,
-    /// The scene keys it reads.
+    /// Its scene keys.
     pub keys: &'static [&'static str],
-    /// What including it takes, in words.
+    /// Its cost, in words.
     pub cost: &'static str,
 }
 
@@ -37,7 +37,7 @@ pub struct Decision {
 pub struct Plan {
     /// The decisions.
     pub decisions: Vec<Decision>,
-    /// The linear values that pixels can take, whatever is decided; its blur and its curve are what was decided.
+    /// The range of pixels' linear values, for any decisions; its blur and its curve are those of the plan.
     #[serde(skip)]
     pub range: LinearRange,
 }
@@ -68,7 +68,7 @@ impl Plan {
         }
     }
 
-    /// The same plan with one effect more, or one less.
+    /// The same plan with one more or one less effect.
     pub fn toggled(&self, effect: &str) -> Self {
         let mut toggled = self.clone();
         for decision in &mut toggled.decisions {
@@ -91,8 +91,7 @@ impl Plan {
         included.map(|decision| decision.effect)
     }
 
-    /// The sum of the bounds of what is left out: no unrounded grey level is farther than this from the image with all
-    /// effects.
+    /// The sum of the bounds of the effects left out: no unrounded grey level is farther than this from the image with all effects.
     pub fn left_out_grey(&self) -> f64 {
         self.decisions
             .iter()

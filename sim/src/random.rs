@@ -1,40 +1,40 @@
-//! Counter-based random numbers: what frame k of seed s draws does not depend on any other frame.
+//! Counter-based random numbers: those of frame k of seed s do not depend on any other frame.
 
 use link::scramble::{GOLDEN, mix64};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// What numbers are drawn for. Each purpose has its own stream, so that drawing more for one changes no other.
-/// Its number goes into the stream: it stays, and one that is given up is not given again.
+/// The purpose of random numbers. Each has its own stream, so that drawing more for one changes no other. Its number goes into the stream
+/// and must not change; a retired number is not used again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
-    /// The bits of a panel that nobody named.
+    /// The bits of panels that are not given.
     Bits = 0,
     /// A random frame's symbols, sub-pixel phase and reflectance.
     Phase = 1,
-    /// Shot and read noise of the pixels that are drawn.
+    /// Shot and read noise of the drawn pixels.
     Noise = 2,
     /// Noise of the plain background around them.
     Background = 3,
-    /// What is fixed for a panel.
+    /// Fixed properties of a panel.
     Panel = 4,
     /// Resampling of results.
     Resampling = 6,
     /// The steps of a splitting towards rare errors.
     Splitting = 7,
-    /// Which of a panel's LEDs are broken.
+    /// The broken LEDs of a panel.
     BrokenLeds = 8,
-    /// What each pixel makes of light.
+    /// The gain of each pixel.
     PhotoResponse = 9,
-    /// What each pixel reads in the dark.
+    /// The dark offset of each pixel.
     DarkSignal = 10,
-    /// Which pixels are hot.
+    /// The hot pixels.
     HotPixels = 11,
     /// Phases and frequencies of the camera's vibration.
     Shake = 12,
-    /// The scene's keys that a study draws for each frame.
+    /// The scene keys that a study draws for each frame.
     Setting = 13,
 }
 
@@ -66,7 +66,7 @@ pub fn normal(random: &mut impl Rng) -> f64 {
     StandardNormal.sample(random)
 }
 
-/// What is fixed for each pixel of a sensor: 64 random bits by the pixel's place, of a seed and for one purpose.
+/// Fixed properties of a sensor's pixels: 64 random bits by the pixel's position, for a seed and a purpose.
 ///
 /// ```
 /// use sim::random::{Fixed, Purpose};
@@ -78,7 +78,7 @@ pub fn normal(random: &mut impl Rng) -> f64 {
 pub struct Fixed(u64);
 
 impl Fixed {
-    /// Of that seed, for that purpose.
+    /// For that seed and purpose.
     pub fn new(seed: u64, purpose: Purpose) -> Self {
         Self(mix64(mix64(seed).wrapping_add(purpose as u64)))
     }
@@ -91,14 +91,14 @@ impl Fixed {
     }
 }
 
-/// [`bell`] is never farther than this from 0.
+/// The greatest magnitude of [`bell`].
 pub(crate) const BELL_MOST: f64 = 4.881;
 
 /// A number of mean 0 and deviation 1, nearly normal: the sum of the eight bytes of `bits`, which has no outliers.
 #[inline(always)]
 pub fn bell(bits: u64) -> f64 {
     const PAIRS: u64 = 0x00ff_00ff_00ff_00ff;
-    /// Of eight bytes, each with a variance of (256² − 1)/12.
+    /// The deviation of eight bytes, each with a variance of (256² − 1)/12.
     const DEVIATION: f64 = 209.020_1;
     let pairs = (bits & PAIRS) + (bits >> 8 & PAIRS);
     let sum = pairs.wrapping_mul(0x0001_0001_0001_0001) >> 48;

@@ -34,7 +34,7 @@ use crate::renderer::{PanelExposure, Renderer};
 use crate::scene::Scene;
 use crate::view::ViewError;
 
-/// The most pixels of a panel that the receiver can hold.
+/// The most pixels of a panel in the receiver.
 const PANEL_PIXELS: usize = 160 * 160;
 
 /// Why a link cannot be run.
@@ -46,44 +46,44 @@ pub enum RoadError {
     /// The message cannot be sent.
     #[error(transparent)]
     Message(#[from] FramingError),
-    /// The panel is none that the transmitter can drive.
+    /// The transmitter cannot drive the panel.
     #[error("the scene's panel cannot be driven: {0}")]
     Calibration(#[from] CalibrationError),
     /// The table cannot be used.
     #[error(transparent)]
     Table(#[from] L2aError),
-    /// The panel cannot say how large it is.
+    /// The panel's size cannot be transmitted.
     #[error("link.tells_size: {0}")]
     Size(#[from] IntensityLimitError),
     /// The receiver cannot be set up.
     #[error("the receiver cannot be set up: {0}")]
     Receiver(#[from] ReceiverError),
-    /// The camera's frame is none.
+    /// The camera's frame is invalid.
     #[error(transparent)]
     Frame(#[from] FrameError),
 }
 
-/// What to send, and how it is read.
+/// The message to send, and the settings of the link.
 #[derive(Clone, Debug)]
 pub struct LinkSettings {
     /// The message, 1 to 1024 bytes.
     pub message: Vec<u8>,
-    /// How the receiver tells bits apart.
+    /// The receiver's detector.
     pub method: Method,
     /// The seed of all random numbers.
     pub seed: u64,
-    /// How exactly frames are drawn.
+    /// The accuracy of frames.
     pub level: Level,
-    /// The code; none: the one for the message's length.
+    /// The code; `None`: the one for the message's length.
     pub code: Option<Code>,
     /// The receiver's camera settings; it learns the rest.
     pub camera: Camera,
-    /// Whether the receiver knows the panel's place and does not search.
+    /// Whether the receiver gets the panel's true position instead of searching.
     pub true_corners: bool,
 }
 
 impl LinkSettings {
-    /// A message read by a receiver that is told nothing, in frames that are drawn fast.
+    /// A message read by a receiver with default settings, in frames at the fast level.
     pub fn new(message: Vec<u8>, method: Method, seed: u64) -> Self {
         Self {
             message,
@@ -97,20 +97,20 @@ impl LinkSettings {
     }
 }
 
-/// What happened to one frame.
+/// The result of one frame.
 #[derive(Debug)]
 pub struct FrameReport<'a> {
     /// Number of the frame.
     pub frame: u64,
     /// The camera's grey levels, row by row.
     pub grey: &'a [u8],
-    /// What the panel showed in the middle of the exposure.
+    /// The panel's bits in the middle of the exposure.
     pub sent: PanelFrame,
-    /// How many bits differ from that. A frame without a reading is wrong in all On bits.
+    /// The number of wrong bits. In a frame without a reading, all On bits are wrong.
     pub bit_errors: u32,
-    /// What was read, or why nothing was.
+    /// The bits read, or the reason for none.
     pub read: Result<PanelFrame, Loss>,
-    /// Where the panel was seen.
+    /// The panel's position in the reading.
     pub corners: Option<Corners>,
     /// Messages that became whole with this frame.
     pub delivered: Option<Received>,
@@ -118,25 +118,25 @@ pub struct FrameReport<'a> {
     pub straddled: bool,
 }
 
-/// A message received.
+/// A received message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Received {
     /// Its bytes.
     pub message: Vec<u8>,
-    /// The frame in which it began.
+    /// Its first frame.
     pub first_frame: u64,
-    /// The frame in which it ended.
+    /// Its last frame.
     pub last_frame: u64,
-    /// Bits that error correction mended.
+    /// Bits changed by error correction.
     pub corrected_bits: u32,
 }
 
-/// A message received, and the signature that was shown with it: not checked.
+/// A received message and its signature, which is not verified.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReceivedSignature {
     /// The message's bytes.
     pub message: Vec<u8>,
-    /// The signature, as it was read.
+    /// The signature, as read.
     pub signature: Signature,
 }
 
@@ -147,7 +147,7 @@ pub struct Road {
     renderer: Renderer,
     transmitter: Transmitter<RecordingMatrix>,
     receiver: Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>,
-    /// Reads on from the frames that were read again when the panel's carrier became known.
+    /// Decodes the frames that are read again once the panel's carrier is known.
     reread: Option<Box<MessageDecoder>>,
     true_corners: bool,
     symbols: Symbols,
@@ -156,12 +156,12 @@ pub struct Road {
     grey: Vec<u8>,
 }
 
-/// The symbols that the exposures to come may see.
+/// The symbols of the next exposures.
 #[derive(Default)]
 struct Symbols {
     first: u64,
     shown: VecDeque<PanelFrame>,
-    /// Shows message and signature, where the message is signed.
+    /// Shows message and signature, if the message is signed.
     signed: Option<SignedFramer>,
 }
 
@@ -169,7 +169,7 @@ impl Road {
     /// Sets transmitter, road and receiver up.
     ///
     /// # Errors
-    /// When the scene, the message or the panel cannot be used: see [`RoadError`].
+    /// If the scene, the message or the panel cannot be used: see [`RoadError`].
     pub fn new(scene: &Scene, settings: &LinkSettings) -> Result<Self, RoadError> {
         let renderer = Renderer::new(scene, settings.level)?;
         let transmitter = transmitter(scene, settings)?;
@@ -205,15 +205,15 @@ impl Road {
     /// Shows a signature with the message of the settings, from the first frame on.
     ///
     /// # Errors
-    /// When the message is empty or too long.
+    /// If the message is empty or too long.
     pub fn sign(&mut self, settings: &LinkSettings, signature: Signature) -> Result<(), RoadError> {
         let (message, code) = (&settings.message, code(settings));
-        // As the transmitter shows its first message.
+        // With the transmitter's state of `fresh` for its first message.
         self.symbols.signed = Some(SignedFramer::new(message, code, true, signature)?);
         Ok(())
     }
 
-    /// The last signature that has become whole.
+    /// The last whole signature.
     pub fn received_signature(&self) -> Option<&ReceivedSignature> {
         self.received_signature.as_ref()
     }
@@ -228,10 +228,10 @@ impl Road {
         &self.transmitter
     }
 
-    /// Exposes, reads and reports frame `frame`; frames are taken in rising order.
+    /// Exposes, reads and reports frame `frame`; call it with rising numbers.
     ///
     /// # Errors
-    /// When a panel in motion leaves the camera's view.
+    /// If a panel in motion leaves the camera's view.
     pub fn frame(&mut self, frame: u64) -> Result<FrameReport<'_>, RoadError> {
         self.move_panels(frame)?;
         let moment = self.renderer.moment(self.seed, frame);
@@ -271,14 +271,14 @@ impl Road {
         })
     }
 
-    /// Ends the reception: the message that the last frame may have made whole.
+    /// Ends the reception, and returns the message that the last frame may have completed.
     pub fn finish(&mut self) -> Option<Received> {
         let signature = &mut self.received_signature;
         let later = self.reread.as_mut().and_then(|decoder| received(&decoder.finish(), signature));
         received(&self.receiver.finish(), signature).or(later)
     }
 
-    /// Tells the receiver where the panel is, unless it follows it there. Where that is no place to read, the receiver will say so.
+    /// Sets the receiver's position of the panel, unless it follows the panel there. The receiver reports an unreadable position itself.
     fn place(&mut self, corners: Corners) {
         let followed = self.receiver.corners();
         if !followed.is_some_and(|followed| are_near(&followed, &corners)) {
@@ -287,12 +287,12 @@ impl Road {
         }
     }
 
-    /// Tells the receiver how much later each of the camera's lines is exposed than the one above: see [`Receiver::tell_line_delay`].
+    /// Sets the receiver's delay of each camera line relative to the one above: see [`Receiver::tell_line_delay`].
     pub fn tell_line_delay(&mut self, exposures: f32) {
         self.receiver.tell_line_delay(exposures);
     }
 
-    /// Puts moving panels where they are at frame `frame`.
+    /// Moves panels to their positions at frame `frame`.
     fn move_panels(&mut self, frame: u64) -> Result<(), RoadError> {
         let Some(scene) = moved(&self.scene, frame) else {
             return Ok(());
@@ -302,7 +302,7 @@ impl Road {
         Ok(())
     }
 
-    /// What all panels show around a moment: the first the transmitter's symbols, the others random ones.
+    /// The symbols of all panels around a moment: the transmitter's for the first, random ones for the others.
     fn shown(&mut self, moment: &Moment) -> Vec<PanelExposure> {
         let mut shown: Vec<PanelExposure> = (0..self.scene.panels.len())
             .map(|index| self.renderer.steady(index, PanelFrame::default()))
@@ -319,13 +319,13 @@ impl Road {
         }
         let full = self.transmitter.calibration().measured().luminance_full_cd_m2.to_num::<f64>();
         let luminance = full * self.transmitter.matrix().duty.to_num::<f64>();
-        // The transmitter's calibration has seen to the limits.
+        // The transmitter's calibration has applied the limits.
         shown[0].light = self.renderer.lit(0, luminance);
         shown
     }
 }
 
-/// A panel followed within this of the truth, in pixels, is read as well as one at a known place.
+/// A followed panel within this distance of the truth, in pixels, is read as well as one at a known position.
 const FOLLOWED_PX: f32 = 0.5;
 
 fn are_near(a: &Corners, b: &Corners) -> bool {
@@ -344,7 +344,7 @@ fn own_way_up(reading: &Reading, truth: &Corners) -> Reading {
 }
 
 impl Symbols {
-    /// Symbol `index`, which is not before the last one asked for by more than the window.
+    /// Symbol `index`, at most the window before the last requested one.
     fn get(&mut self, index: u64, transmitter: &mut Transmitter<RecordingMatrix>) -> PanelFrame {
         while index >= self.first + self.shown.len() as u64 {
             let Ok(panel) = transmitter.tick();
@@ -360,7 +360,7 @@ impl Symbols {
     }
 }
 
-/// The scene with its panels where they are at frame `frame`; none where all stand still.
+/// The scene with its panels at their positions at frame `frame`; `None` if all are still.
 pub fn moved(scene: &Scene, frame: u64) -> Option<Scene> {
     let mut panels = 0..scene.panels.len();
     if panels.all(|index| scene.pose_of(index).velocity_m_s == [0.0; 3]) {
@@ -375,7 +375,7 @@ pub fn moved(scene: &Scene, frame: u64) -> Option<Scene> {
     Some(scene)
 }
 
-/// What a receiver's maker knows of a scene's camera.
+/// The scene's camera as a data sheet describes it to a receiver.
 pub fn camera_of(scene: &Scene) -> Camera {
     Camera {
         encoding: Curve::of(&scene.camera).told(),
@@ -393,7 +393,7 @@ pub fn calibrated_camera_of(scene: &Scene) -> Camera {
     }
 }
 
-/// How the transmitter of the scene's first panel dims it in the scene's light.
+/// The dimming by the transmitter of the scene's first panel in the scene's light.
 ///
 /// ```
 /// use sim::{road, scene::Scene};
@@ -403,7 +403,7 @@ pub fn calibrated_camera_of(scene: &Scene) -> Camera {
 /// ```
 ///
 /// # Errors
-/// When the panel cannot be driven, or the table cannot be used.
+/// If the panel cannot be driven, or the table cannot be used.
 pub fn dimming(scene: &Scene) -> Result<Dimming, RoadError> {
     let illuminance = Illuminance::saturating_from_num(scene.ambient.illuminance_lx);
     let interval = Interval::saturating_from_num(scene.panels[0].interval);
@@ -411,7 +411,7 @@ pub fn dimming(scene: &Scene) -> Result<Dimming, RoadError> {
     Ok(Dimming::new(l2a, illuminance, &calibration(scene)?))
 }
 
-/// The transmitter of the scene's first panel, in its light, with the message to send.
+/// The transmitter of the scene's first panel, in its light, with the message.
 fn transmitter(scene: &Scene, settings: &LinkSettings) -> Result<Transmitter<RecordingMatrix>, RoadError> {
     let calibration = calibration(scene)?;
     let mut transmitter = Transmitter::new(RecordingMatrix::default(), calibration, l2a::table_of(scene)?, Smoothing::default());
@@ -428,8 +428,8 @@ fn code(settings: &LinkSettings) -> Code {
     settings.code.unwrap_or(Code::for_length(settings.message.len()))
 }
 
-/// What a bench would measure of the scene's first panel. A panel without limits gets as much light as the highest ratio asks
-/// for here; a luminance floor becomes a shortest pulse.
+/// The bench measurements of the scene's first panel. A panel without limits gets the luminance of the highest ratio in this light; a
+/// luminance floor becomes a shortest pulse.
 fn calibration(scene: &Scene) -> Result<Calibration, RoadError> {
     let panel = &scene.panels[0];
     let full = l2a::full_luminance_cd_m2(scene, panel).max(1.0);
@@ -449,7 +449,7 @@ fn calibration(scene: &Scene) -> Result<Calibration, RoadError> {
     Ok(calibration.limited_to(Some(IntensityLimit::from_cd(None, panel.led_diameter_m)?)))
 }
 
-/// The panel that another vehicle shows.
+/// A symbol of another vehicle's panel.
 fn random_symbol(seed: u64, panel: usize, symbol: u64) -> PanelFrame {
     PanelFrame::from_bits(stream(seed ^ (panel as u64) << 32, symbol, Purpose::Bits).next_u64())
 }
@@ -458,7 +458,7 @@ fn symbols_per_frame(scene: &Scene) -> f32 {
     (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32
 }
 
-/// The last message of frames that are read again, by each carrier that may be the panel's. The decoder of the right one goes on from there.
+/// The last message of frames that are read again, for each possible carrier of the panel. The decoder of the right one continues.
 fn read_again(
     frames: &Reread<'_>,
     symbols_per_frame: f32,
@@ -476,7 +476,7 @@ fn read_again(
     last
 }
 
-/// The message that has become whole; a signature that has takes the place of the last one.
+/// The completed message; a completed signature replaces the last one.
 fn received(event: &Event<'_>, signature: &mut Option<ReceivedSignature>) -> Option<Received> {
     match event {
         Event::Signed(signed) => {

@@ -1,35 +1,35 @@
-//! Timing by turns: each work runs for a moment, then the next, again and again.
+//! Interleaved timing: each function runs for a moment, then the next, again and again.
 //!
-//! What else the machine does then falls on all alike, so that ratios of one turn are of one state of the machine. In a turn the
-//! fastest of a few runs counts, one that had the processor to itself.
+//! Other load of the machine then affects all alike, so that ratios within one turn are of one state of the machine. In a turn the fastest
+//! of a few runs counts, as one without interruption.
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// Something to be timed. It does the same amount of work each time.
+/// A function to time. It does the same amount of work in each call.
 pub type Work<'a> = Box<dyn FnMut() + 'a>;
 
-/// The time since a moment that is the same at each call.
+/// The time since a fixed moment.
 pub type Clock = fn() -> Duration;
 
-/// The clock of the computer's system. A page of a browser has another.
+/// The clock of the computer's system. A web page has another.
 pub fn system_clock() -> Duration {
     static START: OnceLock<Instant> = OnceLock::new();
     START.get_or_init(Instant::now).elapsed()
 }
 
-/// Runs shorter than this are repeated until they take so long: below, calls of the clock count.
+/// Shorter runs are repeated until they take this long, because calls of the clock cost time.
 const SHORTEST_NS: f64 = 20_000.0;
-/// And until they take this many of the clock's own steps, which in a browser are of 0.1 ms and more.
+/// And until they take this many steps of the clock, which are 0.1 ms and more in a browser.
 const SHORTEST_STEPS: f64 = 30.0;
 /// But not for longer than this, however coarse the clock is.
 const SHORTEST_MOST_NS: f64 = 5e6;
-/// Of runs up to this time in all the fastest is taken in a turn.
+/// The time of all runs in a turn, of which the fastest counts.
 const TURN_NS: f64 = 2e6;
 /// Most runs of a turn.
 const RUNS: usize = 8;
 
-/// The time of one run of each work, in ns, turn by turn: of `turns` turns or of as many as begin within `budget`, at least one.
+/// The time of one run of each function, in ns, turn by turn: for `turns` turns or as many as start within `budget`, at least one.
 ///
 /// ```
 /// use std::{hint::black_box, time::Duration};
@@ -55,14 +55,14 @@ pub fn by_turns(works: &mut [Work], turns: usize, budget: Duration, clock: Clock
     ns
 }
 
-/// How long a turn of a work is.
+/// The length of a turn of a function.
 struct Length {
     repetitions: usize,
     runs: usize,
 }
 
 impl Length {
-    /// From first runs, of ever more repetitions. One that seems long enough is done again: the machine may have interrupted it.
+    /// Determined by first runs with growing repetitions. A run that seems long enough is repeated, because it may have been interrupted.
     fn of(work: &mut Work, shortest_ns: f64, clock: Clock) -> Self {
         let mut repetitions = 1;
         let mut took = run(work, repetitions, clock);
@@ -121,7 +121,7 @@ mod tests {
         Box::new(move || TIME_NS.set(TIME_NS.get() + ns))
     }
 
-    /// A browser's clock: its steps are of 0.1 ms. Asking it takes a while.
+    /// A browser's clock with steps of 0.1 ms. Each call takes a while.
     fn coarse_clock() -> Duration {
         TIME_NS.set(TIME_NS.get() + 50);
         Duration::from_micros(TIME_NS.get() / 100_000 * 100)

@@ -1,4 +1,4 @@
-//! When frames are exposed and symbols change: two clocks that nobody synchronises.
+//! The times of exposures and of symbol changes: two clocks without synchronisation.
 
 use link::waveform::Waveform;
 
@@ -8,10 +8,10 @@ use crate::scene::{Link, Scene};
 /// The symbols that one exposure may see.
 pub const WINDOW: usize = Link::WINDOW;
 
-/// When a frame's exposure begins, in the transmitter's symbols.
+/// The start of a frame's exposure, in the transmitter's symbols.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Moment {
-    /// The seed of the run that the frame is of.
+    /// The seed of the frame's run.
     pub seed: u64,
     /// Number of the frame.
     pub frame: u64,
@@ -21,11 +21,11 @@ pub struct Moment {
     pub exposure_s: f64,
     /// The symbol shown at the start.
     pub symbol: u64,
-    /// How long it has been shown by then, in seconds.
+    /// The age of that symbol at the start, in seconds.
     pub since_change_s: f64,
-    /// How long a symbol is shown, in seconds.
+    /// The duration of a symbol, in seconds.
     pub symbol_s: f64,
-    /// Seconds of the transmitter's clock in one of the camera's.
+    /// Seconds of the transmitter's clock per second of the camera's.
     pub transmitter_rate: f64,
 }
 
@@ -43,7 +43,7 @@ impl Moment {
         let transmitter_rate = 1.0 + scene.link.clock_ppm * 1e-6;
         let symbol_s = 1.0 / (scene.link.symbol_rate_hz * transmitter_rate);
         let start_s = frame as f64 / scene.camera.frame_rate_hz;
-        // A start within a nanosecond of a change belongs after it, whatever the rounding.
+        // A start within a nanosecond of a change counts as after it, so that rounding does not matter.
         let symbols = start_s / symbol_s + scene.link.phase;
         let symbol = (symbols + 1e-9 / symbol_s).floor();
         Self {
@@ -63,14 +63,13 @@ impl Moment {
         self.start_s + self.exposure_s / 2.0
     }
 
-    /// Which symbol of the window that begins with [`Moment::symbol`] is shown in the middle of an exposure begun `delay_s`
-    /// late.
+    /// The symbol in the middle of an exposure delayed by `delay_s`, counted in the window that starts with [`Moment::symbol`].
     pub fn middle_symbol(&self, delay_s: f64) -> usize {
         let middle = (self.since_change_s + delay_s + self.exposure_s / 2.0) / self.symbol_s;
         (middle as usize).min(WINDOW - 1)
     }
 
-    /// The part of an exposure begun `delay_s` late that each symbol of the window has. The parts add up to 1.
+    /// The part of each symbol of the window in an exposure delayed by `delay_s`. The parts add up to 1.
     pub fn shares(&self, delay_s: f64) -> [f64; WINDOW] {
         let from = self.since_change_s + delay_s;
         let to = from + self.exposure_s;
@@ -81,7 +80,7 @@ impl Moment {
         })
     }
 
-    /// The contrast at which each symbol of the window shows in its part of an exposure begun `delay_s` late: 1 where panels stand still.
+    /// The contrast of each symbol of the window in its part of an exposure delayed by `delay_s`: 1 for still panels.
     pub fn contrasts(&self, delay_s: f64, waveform: Waveform) -> [f64; WINDOW] {
         if waveform.is_still() {
             return [1.0; WINDOW];
@@ -93,13 +92,13 @@ impl Moment {
         })
     }
 
-    /// The contrast of a whole exposure begun `delay_s` late.
+    /// The contrast of a whole exposure delayed by `delay_s`.
     pub fn contrast(&self, delay_s: f64, waveform: Waveform) -> f64 {
         let [from, to] = self.exposed(delay_s);
         waveform.contrast(from, to)
     }
 
-    /// Begin and end of an exposure begun `delay_s` late, in symbols since [`Moment::symbol`] began.
+    /// Start and end of an exposure delayed by `delay_s`, in symbols since the start of [`Moment::symbol`].
     fn exposed(&self, delay_s: f64) -> [f64; 2] {
         let from_s = self.since_change_s + delay_s;
         [from_s, from_s + self.exposure_s].map(|at_s| at_s / self.symbol_s)
@@ -128,7 +127,7 @@ mod tests {
 
     #[test]
     fn a_straddling_exposure_is_shared() {
-        // The first exposure begins 0.4 ms before a change and lasts 1 ms.
+        // The first exposure starts 0.4 ms before a change and lasts 1 ms.
         let moment = moment(&["link.phase=0.96", "ambient.illuminance_lx=1000"], 0);
         let shares = moment.shares(0.0);
         assert!((shares[0] - 0.4).abs() < 1e-9 && (shares[1] - 0.6).abs() < 1e-9, "{shares:?}");

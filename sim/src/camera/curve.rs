@@ -1,20 +1,20 @@
-//! The curve by which a camera makes grey levels of linear values, whichever it has.
+//! A camera's curve from linear values to grey levels.
 //!
-//! The equations of the standards are those of [`link::camera::Encoding`], those of the gamma curve [`grey`]'s. What is added here
-//! is a shoulder, as cameras have that keep bright skies from clipping, and a black level. Linear value 1 is grey 118 of a curve whose
-//! black is 0.
+//! The equations of the standards are those of [`link::camera::Encoding`], and those of the gamma curve are in [`grey`]. This module adds a
+//! shoulder, with which some cameras keep bright skies from clipping, and a black level. Linear value 1 is grey 118 of a curve whose black
+//! is 0.
 
 use link::camera::Encoding as Standard;
 
 use super::grey;
 use crate::scene::{Camera, Encoding};
 
-/// The grey level at which the shoulder begins to bend the gamma curve.
+/// The grey level from which on the shoulder bends the gamma curve.
 const KNEE_GREY: f64 = 150.0;
 /// The grey level of white.
 const WHITE_GREY: f64 = 255.0;
 
-/// A camera's curve. It rises from black to white, the slower the higher, and is white beyond.
+/// A camera's curve. It rises from black to white with a falling slope, and is white beyond.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curve {
     shape: Shape,
@@ -26,12 +26,12 @@ pub struct Curve {
 enum Shape {
     Gamma(f64),
     Standard(Standard),
-    /// Of that γ.
+    /// A gamma curve with a shoulder; the value is γ.
     Shoulder(f64),
 }
 
 impl Curve {
-    /// That of a scene's camera.
+    /// The curve of a scene's camera.
     pub fn of(camera: &Camera) -> Self {
         let shape = match camera.encoding {
             Encoding::Gamma => Shape::Gamma(camera.gamma),
@@ -54,7 +54,7 @@ impl Curve {
         }
     }
 
-    /// Its γ, where it is a gamma curve without a black level.
+    /// Its γ, if it is a gamma curve without a black level.
     pub(crate) fn as_gamma(&self) -> Option<f64> {
         match self.shape {
             Shape::Gamma(gamma) if self.black_grey == 0.0 => Some(gamma),
@@ -62,7 +62,7 @@ impl Curve {
         }
     }
 
-    /// The standard's curve that comes nearest, for a receiver to be told.
+    /// The nearest standard curve, for the settings of a receiver.
     pub fn told(&self) -> Standard {
         match self.shape {
             Shape::Standard(standard) => standard,
@@ -75,7 +75,7 @@ impl Curve {
         self.black_grey
     }
 
-    /// The unrounded grey level of a linear value, black to 255; black of negative values and NaN.
+    /// The unrounded grey level of a linear value, black to 255; black for negative values and NaN.
     ///
     /// ```
     /// use sim::camera::curve::Curve;
@@ -95,7 +95,7 @@ impl Curve {
         self.unclipped(linear).min(WHITE_GREY)
     }
 
-    /// The same without an end at white.
+    /// The same without clipping at white.
     pub(super) fn unclipped(&self, linear: f64) -> f64 {
         let level = match self.shape {
             Shape::Gamma(gamma) => grey::unclipped(linear, gamma),
@@ -105,7 +105,7 @@ impl Curve {
         self.black_grey + level * self.span()
     }
 
-    /// The linear value of a grey level: the inverse of [`Curve::unrounded`] below 255; 0 of levels below black and NaN.
+    /// The linear value of a grey level: the inverse of [`Curve::unrounded`] below 255; 0 for levels below black and NaN.
     pub fn linear(&self, grey: f64) -> f64 {
         let level = (grey - self.black_grey) / self.span();
         match self.shape {
@@ -115,20 +115,20 @@ impl Curve {
         }
     }
 
-    /// The most that a change of `linear_change` can move the unrounded grey of a pixel not darker than `floor`.
+    /// The greatest change of the unrounded grey of a pixel not darker than `floor`, by a change of `linear_change`.
     ///
     /// The curve is concave, so the change is greatest at the floor.
     pub(crate) fn greatest_change(&self, floor: f64, linear_change: f64) -> f64 {
         self.unrounded(floor + linear_change.abs()) - self.unrounded(floor)
     }
 
-    /// The most that scaling linear values of at most `peak` by a `factor` of at most 1 can change an unrounded grey level.
+    /// The greatest change of an unrounded grey level if linear values of at most `peak` are scaled by a `factor` of at most 1.
     pub(crate) fn greatest_loss(&self, peak: f64, factor: f64) -> f64 {
         let factor = factor.max(0.0);
         if let Some(gamma) = self.as_gamma() {
             return grey::unrounded(peak, gamma) * (1.0 - factor.powf(1.0 / gamma));
         }
-        // Between two of these levels the curve lies between them.
+        // Between two of these levels the curve lies between their values.
         const STEPS: u32 = 512;
         let top = self.unrounded(peak);
         let level = |k: u32| self.black_grey + (top - self.black_grey) * f64::from(k) / f64::from(STEPS);
@@ -136,12 +136,12 @@ impl Curve {
         (0..STEPS).map(loss).fold(0.0, f64::max)
     }
 
-    /// The most by which two curves differ at any linear value.
+    /// The greatest difference of two curves at any linear value.
     pub fn greatest_difference(&self, other: &Self) -> f64 {
         if self == other {
             return 0.0;
         }
-        // Both rise, so between two levels of one the other lies between its values there; beyond the last they are both white.
+        // Both rise, so between two levels of one the other lies between its values there; beyond the last both are white.
         const STEPS: u32 = 2048;
         let white = self.linear(WHITE_GREY).max(other.linear(WHITE_GREY));
         let light = |k: u32| white * (f64::from(k) / f64::from(STEPS)).powi(3);
@@ -154,14 +154,14 @@ impl Curve {
         (0..STEPS).map(apart).fold(0.0, f64::max)
     }
 
-    /// Grey levels a step of a curve whose black is 0.
+    /// Grey levels per step of a curve whose black is 0.
     fn span(&self) -> f64 {
         (WHITE_GREY - self.black_grey) / WHITE_GREY
     }
 }
 
-/// What the shoulder makes of a level of the gamma curve: from the knee on a parabola, which joins without a bend and is level
-/// at white. It has room for twice the levels that are left there.
+/// Applies the shoulder to a level of the gamma curve: above the knee a parabola with continuous slope, which is flat at white. It
+/// compresses twice the range between knee and white.
 fn shoulder(level: f64) -> f64 {
     let room = WHITE_GREY - KNEE_GREY;
     let part = ((level - KNEE_GREY) / (2.0 * room)).clamp(0.0, 1.0);

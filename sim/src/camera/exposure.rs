@@ -1,7 +1,7 @@
-//! The camera's exposure and the linear values it gives, by ISO 2720 and ISO 12232.
+//! The camera's exposure and its linear values, by ISO 2720 and ISO 12232.
 //!
-//! Linear values are in units of the luminous exposure that is encoded as grey 118: x = H·S/10, so that
-//! grey = 118·x^(1/γ) (Do & Yoo 2020, Eq. 11). With the meter's wish fulfilled, the background is at 1.
+//! Linear values are in units of the luminous exposure of grey 118: x = H·S/10, so that grey = 118·x^(1/γ) (Do & Yoo 2020, Eq. 11). At the
+//! metered exposure, the background is at 1.
 
 use std::f64::consts::PI;
 
@@ -10,8 +10,8 @@ use link::exposure::AutoExposure;
 use crate::air::Air;
 use crate::scene::{Panel, Scene};
 
-/// What the automatic exposure set: the longest exposure and the ISO that puts the background at grey 118, times the
-/// bias; the exposure shortens only when the ISO stands at its minimum. Where the scene fixes the exposure, the ISO alone follows the light.
+/// The result of the automatic exposure: the longest exposure and the ISO that puts the background at grey 118, times the bias; the
+/// exposure shortens only at the minimum ISO. If the scene fixes the exposure, the ISO alone follows the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {
     /// Exposure time in seconds.
@@ -29,7 +29,7 @@ pub struct Exposure {
 pub struct LedLight {
     /// Ambient light reflected by the LED.
     pub off: f64,
-    /// The same and the LED's own.
+    /// The same plus the LED's own light.
     pub on: f64,
 }
 
@@ -68,7 +68,7 @@ impl Exposure {
         }
     }
 
-    /// The same air with its veil, given in cd/m², as a linear value.
+    /// The same air with its veil converted from cd/m² to a linear value.
     pub(crate) fn linear_air(&self, air: Air) -> Air {
         Air {
             veil: self.linear(air.veil),
@@ -81,13 +81,13 @@ impl Exposure {
         luminance_cd_m2 * self.per_cd_m2
     }
 
-    /// Linear value of a dull surface of that `reflectance` in the scene's ambient light.
+    /// Linear value of a diffuse surface of that `reflectance` in the scene's ambient light.
     pub fn reflected(&self, scene: &Scene, reflectance: f64) -> f64 {
         self.linear(scene.ambient.illuminance_lx * reflectance / PI)
     }
 
-    /// The LEDs of `panel` with the surface `reflectance`, driven to the ratio `l2a` as far as the panel's luminance
-    /// limits let it. LEDs that reflect nothing have no such ratio, and are dark.
+    /// The LEDs of `panel` with the surface `reflectance`, driven to the ratio `l2a` within the panel's luminance limits. LEDs without
+    /// reflectance have no such ratio, and are dark.
     pub fn led_light(&self, scene: &Scene, panel: &Panel, reflectance: f64, l2a: f64) -> LedLight {
         let reflected = scene.ambient.illuminance_lx * reflectance;
         let wanted = l2a * reflected;
@@ -145,7 +145,7 @@ mod tests {
         let [dusk, noon] = ["10000", "100000"].map(at);
         assert_eq!([dusk.time_s, noon.time_s], [0.0005; 2]);
         assert!((dusk.background - 1.0).abs() < 1e-12 && dusk.iso > 100.0);
-        // 1/6287 s would do.
+        // 1/6287 s would suffice.
         assert!((noon.background - 6_287.3 / 2000.0).abs() < 1e-3 && noon.iso == 100.0);
         let scene = Scene::load("paper", &["camera.exposure_s=0.02".into()]);
         assert!(scene.is_err_and(|fault| fault.to_string().contains("camera.exposure_s")));

@@ -1,9 +1,9 @@
-//! From linear values to grey levels: the gamma curve, rounding and clipping (Do & Yoo 2020, Eq. 11).
+//! Linear values to grey levels: the gamma curve, rounding and clipping (Do & Yoo 2020, Eq. 11).
 
 /// The grey level of linear value 1.
 pub(crate) const MIDDLE_GREY: f64 = link::camera::MIDDLE_GREY as f64;
 
-/// The unrounded grey level of a linear value: 118·x^(1/γ), at most 255; 0 of negative values and NaN. γ is 1 to 4.
+/// The unrounded grey level of a linear value: 118·x^(1/γ), at most 255; 0 for negative values and NaN. γ is 1 to 4.
 ///
 /// ```
 /// assert_eq!(sim::camera::grey::unrounded(1.0, 2.2), 118.0);
@@ -13,36 +13,36 @@ pub fn unrounded(linear: f64, gamma: f64) -> f64 {
     unclipped(linear, gamma).min(255.0)
 }
 
-/// The same without an end at white.
+/// The same without clipping at white.
 pub(super) fn unclipped(linear: f64, gamma: f64) -> f64 {
     MIDDLE_GREY * linear.max(0.0).powf(1.0 / gamma)
 }
 
-/// The linear value of a grey level: the inverse of [`unrounded`] below 255; 0 of negative levels and NaN.
+/// The linear value of a grey level: the inverse of [`unrounded`] below 255; 0 for negative levels and NaN.
 pub fn linear(grey: f64, gamma: f64) -> f64 {
     (grey.max(0.0) / MIDDLE_GREY).powf(gamma)
 }
 
 /// Encodes whole rows of f32 linear values, a vector at a time.
 ///
-/// With x = m·2^e the curve is 118·m^(1/γ)·2^(e/γ): a polynomial in the mantissa, and one in the fractional part of e/γ whose whole
-/// part goes into the exponent. Both are interpolated at Chebyshev's nodes when the encoder is made.
+/// With x = m·2^e the curve is 118·m^(1/γ)·2^(e/γ): a polynomial in the mantissa, and one in the fractional part of e/γ, whose integer part
+/// goes into the exponent. Both are interpolated at Chebyshev's nodes when the encoder is made.
 #[derive(Clone, Copy, Debug)]
 pub struct GammaEncoder {
     inverse_gamma: f32,
-    /// Of m − 1.5, for m from 1 to 2.
+    /// In m − 1.5, for m from 1 to 2.
     mantissa: [f32; 8],
-    /// Of the distance from the nearest integer.
+    /// In the distance from the nearest integer.
     exponent: [f32; 7],
 }
 
-/// Adding this rounds a number below 2²² in size to an integer, which then stands in the last bits.
+/// Adding this rounds a number below 2²² to an integer, which is then in the last bits.
 const ROUNDING: f32 = 12_582_912.0;
 /// Darker values are black at any γ up to 4, to within [`super::encoder::CURVE_ERROR_GREY`]; brighter ones white.
 pub(super) const DARKEST: f32 = 1e-24;
 pub(super) const BRIGHTEST: f32 = 1e3;
 
-/// The nearest linear value from [`DARKEST`] to [`BRIGHTEST`]; the darkest for NaN.
+/// The linear value clamped to [`DARKEST`] to [`BRIGHTEST`]; the darkest for NaN.
 #[inline(always)]
 pub(super) fn visible(linear: f32) -> f32 {
     // NaN is not brighter than the darkest.
@@ -66,7 +66,7 @@ impl GammaEncoder {
         }
     }
 
-    /// The unrounded grey level of a linear value; 0 of negative values and NaN.
+    /// The unrounded grey level of a linear value; 0 for negative values and NaN.
     #[inline(always)]
     pub fn unrounded(&self, linear: f32) -> f32 {
         let bits = visible(linear).to_bits();

@@ -1,9 +1,9 @@
-//! The camera: what it exposes, where it images things, and how it reads out.
+//! The camera: exposure, projection and read-out.
 //!
-//! - [`exposure`]: time and ISO, luminances to linear values. [`clock`]: which symbols an exposure sees.
-//! - [`projection`]: places before the camera to pixels.
-//! - [`curve`]: linear values to grey levels, [`encoder`] whole rows of them, [`grey`] by the gamma curve. [`noise`]: the sensor's
-//!   noise in them. [`shake`]: how the camera vibrates.
+//! - [`exposure`]: time and ISO, luminances to linear values. [`clock`]: the symbols in an exposure.
+//! - [`projection`]: positions before the camera to pixels.
+//! - [`curve`]: linear values to grey levels, [`encoder`] whole rows of them, [`grey`] by the gamma curve. [`noise`]: the sensor's noise in
+//!   them. [`shake`]: the camera's vibration.
 
 pub mod clock;
 pub mod curve;

@@ -1,8 +1,7 @@
-//! From metres on the panel to pixels on the sensor: a pinhole camera.
+//! Projects metres on the panel to pixels on the sensor: a pinhole camera.
 //!
-//! Camera axes: x right, y down, z forward. The panel is turned by Rz(roll)·Ry(yaw)·Rx(pitch) and its centre stands at
-//! (x, y, distance). Pixel (0, 0) is the centre of the top-left pixel. The image of a disc under a pinhole is exactly
-//! an ellipse, which [`Projection::ellipse`] gives.
+//! Camera axes: x right, y down, z forward. The panel is rotated by Rz(roll)·Ry(yaw)·Rx(pitch), with its centre at (x, y, distance). Pixel
+//! (0, 0) is the centre of the top-left pixel. The image of a disc under a pinhole is exactly an ellipse: [`Projection::ellipse`].
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 use link::panel::SIDE;
@@ -61,7 +60,7 @@ impl Projection {
         }
     }
 
-    /// The same to a camera that sees the world turned.
+    /// The same for a camera that sees the world rotated.
     pub(crate) fn turned(self, by: DMat3) -> Self {
         Self {
             rotation: by * self.rotation,

@@ -1,8 +1,8 @@
-//! The camera's vibration: small turns about its own axes, the same at any time of a run in whichever order its frames are drawn.
+//! The camera's vibration: small rotations about its own axes, the same at any time of a run in whichever order its frames are drawn.
 //!
-//! About each axis the angle is a sum of [`SINES`] sines of one amplitude, with random phases; their frequencies are random, one in each
-//! of as many parts of the band that are alike in octaves. So it is smooth, stationary, nearly normal (its kurtosis is 3 − 1.5/[`SINES`]),
-//! has the same power in each octave of the band and none outside, and is never farther from 0 than √(2·[`SINES`]) times its rms.
+//! About each axis the angle is a sum of [`SINES`] sines of one amplitude, with random phases; their frequencies are random, one in each of
+//! as many parts of the band that are equal in octaves. So it is smooth, stationary, nearly normal (its kurtosis is 3 − 1.5/[`SINES`]), has
+//! the same power in each octave of the band and none outside, and never exceeds √(2·[`SINES`]) times its rms.
 
 use std::array;
 use std::f64::consts::TAU;
@@ -15,21 +15,21 @@ use crate::scene::Camera;
 /// The sines of one axis.
 pub const SINES: usize = 8;
 
-/// No ray is farther from the axis than this, in radians.
+/// The greatest angle of a ray from the axis, in radians.
 const STEEPEST_RAD: f64 = 1.5;
 
-/// What a vibration does to an image at most.
+/// Bounds of the effect of a vibration on an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
-    /// How far it moves a point, in px.
+    /// The greatest shift of a point, in px.
     pub shift_px: f64,
-    /// By which part of itself it changes a length, or turns it.
+    /// The greatest relative change of a length, or rotation of it.
     pub stretch: f64,
-    /// By how much that differs between points a pixel apart.
+    /// The greatest difference of that between points a pixel apart.
     pub bend_per_px: f64,
 }
 
-/// How a camera vibrates, whatever the run.
+/// A camera's vibration, independent of the run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shake {
     /// Root mean square of pitch, yaw and roll, in radians.
@@ -39,7 +39,7 @@ pub struct Shake {
 }
 
 impl Shake {
-    /// That of a scene's camera.
+    /// The vibration of a scene's camera.
     pub fn of(camera: &Camera) -> Self {
         Self {
             rms_rad: [camera.shake_deg, camera.shake_deg, camera.shake_roll_deg].map(f64::to_radians),
@@ -52,16 +52,16 @@ impl Shake {
         self.rms_rad == [0.0; 3]
     }
 
-    /// No pitch, yaw and roll is ever larger than this, in radians.
+    /// The greatest possible pitch, yaw and roll, in radians.
     pub fn peak_rad(&self) -> [f64; 3] {
         self.rms_rad.map(|rms| rms * (2.0 * SINES as f64).sqrt())
     }
 
-    /// How far at most it moves what a lens images within `radius_px` of the principal point.
+    /// Bounds of the effect on the image within `radius_px` of the principal point.
     ///
-    /// A turn by θ about an axis across the optical one moves the image of a ray at the angle φ from that by less than f·θ/cos²φ, with
-    /// the φ that it comes to, and a roll by less than f·tan φ·θ. Lengths along and across the way change by (3 + 1/cos²φ)·tan φ·θ at
-    /// most: 5·tan φ/cos²φ·θ also covers the second order.
+    /// A rotation by θ about an axis across the optical one moves the image of a ray at the angle φ from the optical axis by less than
+    /// f·θ/cos²φ, with φ after the rotation, and a roll by less than f·tan φ·θ. Lengths along and across the way change by at most (3 +
+    /// 1/cos²φ)·tan φ·θ: 5·tan φ/cos²φ·θ also covers the second order.
     pub fn reach(&self, camera: &Camera, radius_px: f64) -> Reach {
         let [pitch, yaw, roll] = self.peak_rad();
         let across = pitch + yaw;
@@ -109,7 +109,7 @@ struct Sine {
     phase_rad: f64,
 }
 
-/// How the camera turns in one run.
+/// The camera's rotation over time in one run.
 ///
 /// ```
 /// use sim::{camera::shake::Shake, scene::Scene};
@@ -124,7 +124,7 @@ struct Sine {
 pub struct Vibration([[Sine; SINES]; 3]);
 
 impl Vibration {
-    /// Pitch, yaw and roll `time_s` seconds after the first frame begins, in radians.
+    /// Pitch, yaw and roll `time_s` seconds after the start of the first frame, in radians.
     pub fn angles_rad(&self, time_s: f64) -> [f64; 3] {
         let at = |sine: &Sine| match sine.amplitude_rad {
             0.0 => 0.0,
@@ -133,8 +133,8 @@ impl Vibration {
         self.0.each_ref().map(|axis| axis.iter().map(at).sum())
     }
 
-    /// What turns the world as the camera sees it, `time_s` seconds after the first frame begins: the camera is turned by
-    /// Rz(roll)·Ry(yaw)·Rx(pitch) as a panel is, and the world by its inverse.
+    /// The rotation of the world as the camera sees it, `time_s` seconds after the start of the first frame: the camera is rotated by
+    /// Rz(roll)·Ry(yaw)·Rx(pitch) like a panel, and the world by its inverse.
     pub fn turn(&self, time_s: f64) -> DMat3 {
         let [pitch, yaw, roll] = self.angles_rad(time_s);
         DMat3::from_rotation_x(-pitch) * DMat3::from_rotation_y(-yaw) * DMat3::from_rotation_z(-roll)
@@ -150,7 +150,7 @@ mod tests {
         band_hz: [1.0, 15.0],
     };
 
-    /// The mean of something of pitch, yaw and roll, over runs and times.
+    /// The mean of a function of pitch, yaw and roll, over runs and times.
     fn mean(of: impl Fn(&Vibration, f64) -> [f64; 3]) -> [f64; 3] {
         let mut sums = [0.0; 3];
         for seed in 0..400 {
@@ -177,7 +177,7 @@ mod tests {
 
     #[test]
     fn its_power_is_the_same_in_each_octave_of_the_band() {
-        // The mean square of a step over 10 ms of noise of a power in 1/f from 1 to 15 Hz, by that integral.
+        // The mean square of a step over 10 ms of noise with 1/f power from 1 to 15 Hz, by that integral.
         let steps = 100_000;
         let step = |k: i32| {
             let hz = 15f64.powf((f64::from(k) + 0.5) / f64::from(steps));

@@ -14,9 +14,9 @@ use crate::disc::outline::Outline;
 /// One vertical chord of an ellipse about its centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chord {
-    /// Where it stands, in px right of the centre.
+    /// Its position, in px right of the centre.
     pub u: f64,
-    /// The width it stands for.
+    /// Its weight: the width that it represents.
     pub weight: f64,
     /// Its upper end (smaller y).
     pub top: f64,
@@ -28,10 +28,10 @@ pub struct Chord {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chords(pub Vec<Chord>);
 
-/// The most chords that are tried: enough for 1e-13 at a blur of a hundredth of the disc's radius. With more, an
-/// [`Outline`] is quicker pixel by pixel.
+/// The greatest number of chords: enough for 1e-13 at a blur of a hundredth of the disc's radius. Beyond, an [`Outline`] is faster pixel by
+/// pixel.
 const MOST: usize = 512;
-/// The same for a polygon, which is drawn once a frame and not 64 times.
+/// The same for a polygon, which is drawn once a frame rather than 64 times.
 const MOST_OF_POLYGON: usize = 4096;
 
 impl Chords {
@@ -55,8 +55,8 @@ impl Chords {
         Self((0..count).map(chord).collect())
     }
 
-    /// The fewest chords that keep every pixel's error below `tolerance` of the luminance, under a blur of `sigma_px`.
-    /// None where there is no blur, or one so small that too many would be needed: then the [`Outline`] itself is drawn.
+    /// The fewest chords that keep every pixel's error below `tolerance` of the luminance, under a blur of `sigma_px`. `None` without a
+    /// blur, or with one so small that too many would be needed: then the [`Outline`] itself is drawn.
     pub fn within(outline: &Outline, sigma_px: f64, tolerance: f64) -> Option<Self> {
         match outline {
             Outline::Ellipse(shape) => Self::of_ellipse(*shape, sigma_px, tolerance),
@@ -64,11 +64,11 @@ impl Chords {
         }
     }
 
-    /// An even number of chords, twice as many of which differ by at most half the tolerance on a grid of places: between
-    /// those lies a difference up to twice as large.
+    /// The first even number of chords that differs from twice as many by at most half the tolerance on a grid of positions. Between the
+    /// positions the difference may be up to twice as large.
     ///
-    /// In the frequency domain `n` chords of a disc of radius a are exact up to about 2n/a, where the blur has left
-    /// exp(−2·n²·σ²/a²): where the search begins, a little before that has fallen to the tolerance.
+    /// In the frequency domain `n` chords of a disc of radius a are exact up to about 2n/a, where the blur leaves exp(−2·n²·σ²/a²): the
+    /// search starts a little before that has fallen to the tolerance.
     fn of_ellipse(shape: DMat2, sigma_px: f64, tolerance: f64) -> Option<Self> {
         let longest = shape.row(0).length().hypot(shape.row(1).length());
         let expected = longest / sigma_px * (-tolerance.ln() / 2.0).sqrt();
@@ -87,8 +87,8 @@ impl Chords {
         None
     }
 
-    /// A convex polygon about its centre, its vertices in order, by the rule of [`gauss`] on strips in which none of its
-    /// edges is longer than the rule bears.
+    /// A convex polygon about its centre, its vertices in order, by the rule of [`gauss`] on strips within which all edges are short enough
+    /// for the rule.
     fn of_polygon(vertices: &[DVec2], sigma_px: f64, tolerance: f64) -> Option<Self> {
         let longest = gauss::longest_panel(tolerance) * sigma_px;
         let mut cuts: Vec<f64> = vertices.iter().map(|v| v.x).collect();
@@ -113,17 +113,17 @@ impl Chords {
         Some(Self(chords))
     }
 
-    /// Whether the chord k from either end stands mirrored about the centre, between the same heights.
+    /// Whether the chords k from either end are mirror images about the centre, between the same heights.
     pub(crate) fn are_mirrored(&self) -> bool {
         let mut pairs = self.0.iter().zip(self.0.iter().rev());
         pairs.all(|(one, other)| {
-            // Rounding apart, which is some 1e-15 px.
+            // Up to rounding, some 1e-15 px.
             let apart = [one.u + other.u, one.top - other.top, one.bottom - other.bottom];
             apart.iter().all(|distance| distance.abs() < 1e-11) && one.weight - other.weight < 1e-11
         })
     }
 
-    /// How far the outermost light is from the centre along x, and along y.
+    /// The extent of the light from the centre along x, and along y.
     pub fn reach(&self) -> DVec2 {
         self.0.iter().fold(DVec2::ZERO, |reach, c| {
             reach.max(DVec2::new(c.u.abs(), c.top.abs().max(c.bottom.abs())))
@@ -136,8 +136,8 @@ impl Chords {
         self.0.iter().map(chord).sum()
     }
 
-    /// The greatest difference between two sets of chords over a grid of places, from which a corner of the pixel is moved
-    /// over the whole image.
+    /// The greatest difference between two sets of chords over a grid of positions, at which a corner of the pixel passes over the whole
+    /// image.
     fn greatest_difference(&self, other: &Self, kernel: &Exact, sigma_px: f64) -> f64 {
         let reach = self.reach().max_element() + 2.0 * sigma_px;
         let places = (-8..=8).map(|i| 0.5 + reach * f64::from(i) / 8.0);
@@ -149,7 +149,7 @@ impl Chords {
     }
 }
 
-/// Where the vertical line at `u` enters and leaves a convex polygon.
+/// The points at which the vertical line at `u` enters and leaves a convex polygon.
 fn crossing(vertices: &[DVec2], u: f64) -> (f64, f64) {
     let edges = vertices.iter().zip(vertices.iter().cycle().skip(1));
     let hits = edges

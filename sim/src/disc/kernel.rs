@@ -1,4 +1,4 @@
-//! What a pixel sees of an edge: the lens blur and the pixel's own square, in one dimension.
+//! An edge as a pixel sees it: the lens blur and the pixel's own square, in one dimension.
 //!
 //! The Gaussian and the square both separate into x and y, so a disc's image needs only two functions of one variable:
 //! the **bell** β(s) = ∫ over the pixel's width of the Gaussian at distance s, and the **step** ς(s) = ∫ β, which rises
@@ -10,7 +10,7 @@ use libm::{erf, erfc};
 use crate::disc::gauss;
 use crate::disc::phase_table::PhaseTable;
 
-/// Floating-point numbers that images are drawn in.
+/// The floating-point type of images.
 pub trait Real:
     Copy
     + Default
@@ -48,27 +48,27 @@ impl Real for f32 {
 
 /// The bell and the step, for rows of pixels.
 pub trait Kernel {
-    /// The type images are drawn in.
+    /// The type of the image.
     type Real: Real;
     /// Adds scale·β at `first`, `first` + 1, … px.
     fn add_bells(&self, first: f64, scale: Self::Real, values: &mut [Self::Real]);
     /// Adds scale·ς at `first`, `first` + 1, … px.
     fn add_steps(&self, first: f64, scale: Self::Real, values: &mut [Self::Real]);
-    /// Adds scale times the mean of ς over `half` px (over 0) to either side of `first`, `first` + 1, … px.
+    /// Adds scale times the mean of ς over `half` px (above 0) to either side of `first`, `first` + 1, … px.
     fn add_slopes(&self, first: f64, half: f64, scale: Self::Real, values: &mut [Self::Real]);
 }
 
-/// Bell and step by the error function: absolute error about 1e-15, and nothing cancels in the far tails.
+/// Bell and step by the error function: absolute error about 1e-15, without cancellation in the far tails.
 #[derive(Clone, Copy, Debug)]
 pub struct Exact {
     sigma_px: f64,
 }
 
-/// Steps that differ by less than this part of the blur's σ are not subtracted: the bell is integrated between them.
+/// Steps closer than this part of the blur's σ are not subtracted: the bell is integrated between them.
 const CLOSE: f64 = 1.0 / 16.0;
 
 impl Exact {
-    /// For a blur of `sigma_px`, over 0; see [`crate::disc::overlap`] for none.
+    /// For a blur of `sigma_px` above 0; see [`crate::disc::overlap`] for none.
     pub fn new(sigma_px: f64) -> Self {
         Self { sigma_px }
     }
@@ -77,7 +77,7 @@ impl Exact {
     pub fn bell(&self, s: f64) -> f64 {
         let scale = std::f64::consts::FRAC_1_SQRT_2 / self.sigma_px;
         let (near, far) = (s.abs() - 0.5, s.abs() + 0.5);
-        // Outside the pixel both error functions are almost 1: their complements are subtracted instead.
+        // Outside the pixel both error functions are almost 1, so their complements are subtracted instead.
         if near > 0.0 {
             0.5 * (erfc(near * scale) - erfc(far * scale))
         } else {
@@ -90,7 +90,7 @@ impl Exact {
         if s > 0.0 { 1.0 - self.rising(-s) } else { self.rising(s) }
     }
 
-    /// ∫ β from `lower` over a `length` of at least 0: what the pixel sees between two edges, ς(lower + length) − ς(lower).
+    /// ∫ β from `lower` over a `length` of at least 0: the light of a pixel between two edges, ς(lower + length) − ς(lower).
     ///
     /// ```
     /// use sim::disc::kernel::Exact;
@@ -113,7 +113,7 @@ impl Exact {
         }
     }
 
-    /// What ∫ς up to `s` px has more than that of a sharp step, max(s, 0): the same on either side of the edge.
+    /// The excess of ∫ς up to `s` px over that of a sharp step, max(s, 0): the same on either side of the edge.
     pub fn lag(&self, s: f64) -> f64 {
         let s = -s.abs();
         self.bowl(s + 0.5) - self.bowl(s - 0.5)
@@ -126,7 +126,7 @@ impl Exact {
         0.5 * ((s * s + variance) * below + s * self.sigma_px * density)
     }
 
-    /// ς at `s` of at most 0, where it is a difference of two small ramps.
+    /// ς at `s` of at most 0, as a difference of two small ramps.
     fn rising(&self, s: f64) -> f64 {
         self.ramp(s + 0.5) - self.ramp(s - 0.5)
     }
@@ -185,7 +185,7 @@ pub const CURVATURE: f64 = 0.484;
 /// [`CURVATURE`]/σ²: 4.1e-7 for n = 256 at σ = 1.5 px. Rounding to f32 adds about 1e-7.
 #[derive(Clone, Debug)]
 pub struct KernelTables {
-    /// How many pixels before the middle a row of the tables begins.
+    /// Pixels of a row of the tables before the middle.
     before: i64,
     bells: PhaseTable,
     steps: PhaseTable,
@@ -213,12 +213,12 @@ impl KernelTables {
         }
     }
 
-    /// Adds scale·f at `first`, `first` + 1, … px where the table has f, and says which of the values those are.
+    /// Adds scale·f at `first`, `first` + 1, … px within the table, and returns the range of these values.
     #[inline(always)]
     fn add(&self, table: &PhaseTable, first: f64, scale: f32, values: &mut [f32]) -> std::ops::Range<usize> {
         let floor = first.floor();
         let (left, right, part) = table.around(first - floor);
-        // Where the first value stands in the table's row.
+        // The position of the first value in the table's row.
         let offset = (floor as i64).saturating_add(self.before);
         let place = |i: i64| i.clamp(0, values.len() as i64) as usize;
         let within =

@@ -1,7 +1,7 @@
 //! The image of one LED: a disc, blurred, integrated over pixels.
 //!
 //! - [`overlap`]: a sharp disc's share of each pixel, in closed form. [`outline`]: discs and boards under any blur, pixel by pixel.
-//! - [`kernel`]: the blur's integral over a pixel. [`chords`]: a blurred disc as a few lines, which a blur makes enough.
+//! - [`kernel`]: the blur's integral over a pixel. [`chords`]: a blurred disc as a few lines, which suffice under a blur.
 //! - `spread`: blurs of other shapes.
 //! - [`gauss`]: nodes of quadratures. `phase_table`: functions tabulated at sub-pixel phases.
 

@@ -1,9 +1,9 @@
-//! What a pixel sees of an ellipse or a polygon, exactly, pixel by pixel and at any blur.
+//! The exact light of a pixel from an ellipse or a polygon, pixel by pixel and at any blur.
 //!
-//! By Green's theorem the light at pixel (x, y) of an outline of luminance 1 is ∮ ς(u − x)·β(v − y) dv over its boundary
-//! (see [`crate::disc::kernel`]): an integral along a line, of which only the part near the pixel's own sides takes work.
-//! [`Chords`](crate::disc::chords::Chords) are quicker where the blur is not much smaller than the outline, since they are the same
-//! for all pixels; this holds everywhere else too, and it is what chords are tested against.
+//! By Green's theorem the light at pixel (x, y) of an outline of luminance 1 is ∮ ς(u − x)·β(v − y) dv over its boundary (see
+//! [`crate::disc::kernel`]): an integral along a line, of which only the part near the pixel's own sides takes work.
+//! [`Chords`](crate::disc::chords::Chords) are faster if the blur is not much smaller than the outline, because all pixels share them. This
+//! module covers all other cases, and is the reference in the tests of chords.
 
 use std::f64::consts::PI;
 
@@ -13,23 +13,23 @@ use crate::disc::gauss;
 use crate::disc::kernel::Exact;
 use crate::disc::overlap;
 
-/// The boundary of something that shines evenly, about its centre, in px.
+/// The boundary of a uniformly bright shape, about its centre, in px.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
     /// The points `shape·(cos φ, sin φ)`.
     Ellipse(DMat2),
-    /// The corners of a convex quadrilateral in order, either way round.
+    /// The corners of a convex quadrilateral in order, in either direction.
     Quadrilateral([DVec2; 4]),
 }
 
-/// How many σ away from a pixel's side something still counts: beyond is less than 1e-57 of its light.
+/// The distance in σ from a pixel's side beyond which light is ignored: less than 1e-57 of it.
 const REACH_SIGMA: f64 = 16.0;
 /// The longest panel of bell times step, as a part of a Gaussian's own: 1.5 σ integrate to 1e-13 of an LED and 1e-9 of a tail.
 const PART_OF_PANEL: f64 = 0.3;
-/// A blur below this moves light by less than 1e-9 px, and counts as none.
+/// A smaller blur moves light by less than 1e-9 px, and counts as none.
 const SHARPEST_PX: f64 = 1e-10;
 
-/// A round blur, and how exactly it is integrated.
+/// A round blur, and the tolerance of its integration.
 #[derive(Clone, Copy, Debug)]
 pub struct Blur {
     sigma_px: f64,
@@ -43,7 +43,7 @@ impl Blur {
         Self::within(sigma_px, REACH_SIGMA * sigma_px, 0.0)
     }
 
-    /// A blur of `sigma_px` that counts as over beyond `reach_px`, integrated to about `tolerance` of an outline's light.
+    /// A blur of `sigma_px` that is 0 beyond `reach_px`, integrated to about `tolerance` of an outline's light.
     pub fn within(sigma_px: f64, reach_px: f64, tolerance: f64) -> Self {
         Self {
             sigma_px,
@@ -52,14 +52,14 @@ impl Blur {
         }
     }
 
-    /// How far it reaches from an edge, and half a pixel's own width more, in px.
+    /// Its reach from an edge plus half a pixel, in px.
     pub(crate) fn margin_px(&self) -> f64 {
         0.5 + self.reach_px
     }
 }
 
 impl Outline {
-    /// How far it reaches from its centre along x, and along y.
+    /// Its extent from its centre along x, and along y.
     pub fn reach(&self) -> DVec2 {
         match self {
             Self::Ellipse(shape) => DVec2::new(shape.row(0).length(), shape.row(1).length()),
@@ -67,8 +67,7 @@ impl Outline {
         }
     }
 
-    /// The light, under a blur of `sigma_px`, at a pixel `at` px from the centre: the part of the pixel that is covered,
-    /// where there is no blur.
+    /// The light, under a blur of `sigma_px`, at a pixel `at` px from the centre; without a blur, the covered part of the pixel.
     ///
     /// The error is at most 1e-9 for outlines up to a thousand pixels wide. Under a blur it is also at most 1e-9 of the
     /// light itself, down to a light of 1e-30.
@@ -85,7 +84,7 @@ impl Outline {
         self.light_by(&Blur::exact(sigma_px), at)
     }
 
-    /// The same, as exactly as `blur` asks.
+    /// The same, with the tolerance of `blur`.
     pub(crate) fn light_by(&self, blur: &Blur, at: DVec2) -> f64 {
         if blur.sigma_px < SHARPEST_PX {
             return match self {
@@ -97,7 +96,7 @@ impl Outline {
         if self.surrounds(at, pixel.far) {
             return 1.0;
         }
-        // The step acts along the axis on which the pixel is farther out, from its dark side: there nothing cancels.
+        // The step acts along the axis on which the pixel is farther out, from its dark side, to avoid cancellation.
         let outside = at.abs() - self.reach();
         let turned = if outside.x >= outside.y {
             DMat2::IDENTITY
@@ -109,7 +108,7 @@ impl Outline {
         self.around(&pixel, view, view * -at).abs()
     }
 
-    /// Whether the whole square that reaches `half` px from `at` is inside.
+    /// Whether the whole square of half side `half` px around `at` is inside.
     fn surrounds(&self, at: DVec2, half: f64) -> bool {
         let signs = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)];
         let mut square = signs.map(|(x, y)| at + half * DVec2::new(x, y)).into_iter();
@@ -125,7 +124,7 @@ impl Outline {
         }
     }
 
-    /// ∮ ς(u)·β(v) dv over the boundary, as `view` shows it, about a `centre` seen from the pixel.
+    /// ∮ ς(u)·β(v) dv over the boundary, in the axes of `view`, about a `centre` relative to the pixel.
     fn around(&self, pixel: &Pixel, view: DMat2, centre: DVec2) -> f64 {
         match self {
             Self::Ellipse(shape) => {
@@ -135,7 +134,7 @@ impl Outline {
                     let (place, slope) = (DVec2::new(cos, sin), DVec2::new(-sin, cos));
                     (centre + shape * place, (shape * slope).y)
                 };
-                // Between its outermost points the boundary rises or falls along both axes.
+                // Between its extreme points the boundary is monotonic along both axes.
                 let outermost = |row: DVec2| row.y.atan2(row.x).rem_euclid(PI);
                 let (a, b) = (outermost(shape.row(0)), outermost(shape.row(1)));
                 let (a, b) = (a.min(b), a.max(b));
@@ -156,9 +155,9 @@ impl Outline {
 /// The pixel at the origin.
 struct Pixel {
     kernel: Exact,
-    /// How far from its centre it sees anything.
+    /// The distance from its centre beyond which it sees nothing.
     far: f64,
-    /// How far from its centre bell and step are straight.
+    /// The distance from its centre within which bell and step are straight.
     straight: f64,
     /// The longest panel, in px.
     panel: f64,
@@ -174,8 +173,8 @@ impl Pixel {
         }
     }
 
-    /// ∫ ς(u)·β(v) dv on a curve, which gives the place and dv for each parameter and between these two rises or falls
-    /// along both axes.
+    /// ∫ ς(u)·β(v) dv on a curve that gives the position and dv for each parameter, and is monotonic along both axes between `from` and
+    /// `to`.
     fn along(&self, curve: &impl Fn(f64) -> (DVec2, f64), from: f64, to: f64) -> f64 {
         let (start, end) = (curve(from).0, curve(to).0);
         let (low, high) = (start.min(end), start.max(end));

@@ -1,8 +1,8 @@
-//! The part of a pixel that an outline covers where there is no blur, in closed form.
+//! The covered part of a pixel without blur, in closed form.
 //!
-//! A linear map takes an ellipse to the unit disc and the pixel's square to a parallelogram. The common area of a disc
-//! and a convex polygon has a boundary of chords and arcs: it is the polygon through their ends, and a circular segment
-//! on each arc. Everything is measured from the pixel, so a disc of a thousand pixels costs no digits.
+//! A linear map takes an ellipse to the unit disc and the pixel's square to a parallelogram. The common area of a disc and a convex polygon
+//! has a boundary of chords and arcs: it is the polygon through their ends, and a circular segment on each arc. All positions are relative
+//! to the pixel, so a disc of a thousand pixels loses no digits.
 
 use glam::{DMat2, DVec2};
 
@@ -14,7 +14,7 @@ const SQUARE: [DVec2; 4] = [
     DVec2::new(-0.5, 0.5),
 ];
 
-/// The area that the ellipse `centre + shape·(cos φ, sin φ)` has in common with the pixel at the origin, in px².
+/// The common area of the ellipse `centre + shape·(cos φ, sin φ)` and the pixel at the origin, in px².
 ///
 /// ```
 /// use glam::{DMat2, DVec2};
@@ -26,21 +26,21 @@ const SQUARE: [DVec2; 4] = [
 pub fn ellipse(shape: DMat2, centre: DVec2) -> f64 {
     let area = shape.determinant();
     let to_disc = shape.inverse();
-    // A mirror image would turn the corners round the other way.
+    // A mirror image would reverse the order of the corners.
     let mirror = DVec2::new(1.0, area.signum());
     let corners = SQUARE.map(|corner| to_disc * (corner - centre) * mirror);
     area.abs() * disc(&corners)
 }
 
-/// The area that the polygon `vertices` (in order, either way round) has in common with the pixel at the origin, in px².
+/// The common area of the polygon `vertices` (in order, in either direction) and the pixel at the origin, in px².
 ///
-/// By Green's theorem the sum, over the parts of its edges between the pixel's rows, of the width of pixel left of them.
+/// By Green's theorem: the sum, over the parts of its edges between the pixel's rows, of the width of pixel left of them.
 pub fn polygon(vertices: &[DVec2]) -> f64 {
     let next = vertices.iter().cycle().skip(1);
     vertices.iter().zip(next).map(|(&a, &b)| left_of(a, b)).sum::<f64>().abs()
 }
 
-/// ∫ over the edge from `a` to `b`, as far as it is between the pixel's upper and lower side, of the width left of it in dv.
+/// ∫ dv over the edge from `a` to `b`, between the pixel's upper and lower side, of the width of pixel left of it.
 fn left_of(a: DVec2, b: DVec2) -> f64 {
     let way = b - a;
     let crossing = |side: f64, from: f64, way: f64| ((side - from) / way).clamp(0.0, 1.0);
@@ -52,7 +52,7 @@ fn left_of(a: DVec2, b: DVec2) -> f64 {
         crossing(0.5, a.y, way.y),
         1.0,
     ];
-    // An edge along an axis crosses none of the sides that it is parallel to.
+    // An edge along an axis crosses none of its parallel sides.
     cuts.iter_mut().filter(|cut| cut.is_nan()).for_each(|cut| *cut = 0.0);
     cuts.sort_by(f64::total_cmp);
     let piece = |from: f64, to: f64| {
@@ -87,15 +87,15 @@ fn disc(corners: &[DVec2; 4]) -> f64 {
     area + segment(last, first)
 }
 
-/// An edge that cuts less than this off the disc's radius cuts off nothing: some 1e-18 of its area.
+/// A smaller cut of an edge into the disc's radius is ignored: some 1e-18 of its area.
 const GRAZING: f64 = 1e-12;
 
-/// How far to the left of the origin the line from `a` to `b` passes.
+/// The distance of the origin from the line from `a` to `b`, positive to the left.
 fn distance(a: DVec2, b: DVec2) -> f64 {
     a.perp_dot((b - a).normalize_or_zero())
 }
 
-/// The part of the way from `a` to `b` that is inside the unit disc.
+/// The part of the segment from `a` to `b` inside the unit disc.
 fn inside_disc(a: DVec2, b: DVec2) -> Option<(DVec2, DVec2)> {
     let length = a.distance(b);
     let along = (b - a) / length;
@@ -114,7 +114,7 @@ fn triangle(a: DVec2, b: DVec2, c: DVec2) -> f64 {
 /// The area between the arc of the unit circle from one point on to another and its chord: (θ − sin θ)/2.
 fn segment(from: DVec2, to: DVec2) -> f64 {
     let turn = from.perp_dot(to).atan2(from.dot(to));
-    // Points that coincide, rounding apart: with `GRAZING` edges out of the way no arc is as near to a whole turn.
+    // Points that coincide up to rounding: without `GRAZING` edges no arc is this close to a whole turn.
     let turn = match turn {
         _ if turn >= 0.0 => turn,
         _ if turn > -1e-6 => 0.0,
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// The area by many thin columns: closed within a column but for its sagitta.
+    /// The area by many thin columns: exact within a column except for its sagitta.
     fn by_columns(shape: DMat2, centre: DVec2) -> f64 {
         const COLUMNS: usize = 20_000;
         let inverse = shape.inverse();
@@ -168,13 +168,13 @@ mod tests {
 
     #[test]
     fn touching_is_no_trap() {
-        // The disc in the square touches all sides, one side, or pokes through by one bit.
+        // The disc in the square touches all sides or one side, or extends beyond by one bit.
         for radius in [0.5, 0.5f64.next_up(), 0.5f64.next_down(), 0.5 + 1e-9, 0.5 + 1e-13] {
             let shape = DMat2::from_diagonal(DVec2::splat(radius));
             assert!((ellipse(shape, DVec2::ZERO) - PI * 0.25).abs() < 1e-8, "{radius}");
             assert!(ellipse(shape, DVec2::new(1.0, 0.0)) < 1e-8, "{radius}");
         }
-        // The rim goes through corners.
+        // The rim passes through corners.
         let shape = DMat2::from_diagonal(DVec2::splat(0.5f64.sqrt()));
         assert!((ellipse(shape, DVec2::ZERO) - 1.0).abs() < 1e-14);
         let shape = DMat2::from_diagonal(DVec2::splat(5.0));

@@ -1,7 +1,7 @@
-//! A function of one variable, tabulated for whole rows of pixels at a time.
+//! A function of one variable, tabulated for whole rows of pixels.
 //!
-//! Pixels are one apart, so a row of them sees a function at places that share one sub-pixel phase. The table holds such rows at
-//! equally spaced phases, each contiguous; between two phases it interpolates linearly, which is one operation of vectors.
+//! Pixels are one apart, so a row of them samples a function at positions that share one sub-pixel phase. The table holds such rows at
+//! equally spaced phases, each contiguous; between two phases it interpolates linearly, which is one vector operation.
 
 /// Rows of f32 at `phases` + 1 phases from 0 to 1.
 ///
@@ -14,7 +14,7 @@ pub struct PhaseTable {
 }
 
 impl PhaseTable {
-    /// Rows of `length` values at `phases` + 1 phases (at least 2); `fill` is given a phase from 0 to 1 and the row to be filled.
+    /// Rows of `length` values at `phases` + 1 phases (at least 2); `fill` gets a phase from 0 to 1 and the row to fill.
     pub fn new(phases: usize, length: usize, fill: impl Fn(f64, &mut [f64])) -> Self {
         let phases = phases.max(1);
         let mut exact = vec![0.0; length];
@@ -26,12 +26,12 @@ impl PhaseTable {
         Self { phases, length, values }
     }
 
-    /// Values of a row.
+    /// The length of a row.
     pub fn length(&self) -> usize {
         self.length
     }
 
-    /// The rows on either side of a phase from 0 to 1, and how far it is from the first to the second.
+    /// The rows on either side of a phase from 0 to 1, and the fraction of the way between them.
     #[inline(always)]
     pub fn around(&self, phase: f64) -> (&[f32], &[f32], f32) {
         let place = phase.clamp(0.0, 1.0) * self.phases as f64;

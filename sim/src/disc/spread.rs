@@ -1,8 +1,8 @@
-//! What a blur does beyond its round Gaussian core: a defocused lens spreads each point over a disc, an astigmatic one more along one
-//! axis than along the other.
+//! Blur beyond its round Gaussian core: a defocused lens spreads each point over a disc, an astigmatic one more along one axis than along
+//! the other.
 //!
-//! A [`Spread`] is a sum of columns, each the product of points across and of pieces of an upright line: so the image of a chord
-//! remains a few products of values across and values down, whatever the spread.
+//! A [`Spread`] is a sum of columns, each the product of points across and of pieces of an upright line. So the image of a chord remains a
+//! few products of values across and values down, for any spread.
 
 use std::f64::consts::PI;
 
@@ -13,41 +13,41 @@ use crate::disc::gauss;
 /// The shape of a spread; standard deviations and radii in px along x and along y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Shape {
-    /// None: the core is all.
+    /// No spread beyond the core.
     #[default]
     Point,
     /// A Gaussian.
     Gaussian([f64; 2]),
-    /// An evenly lit ellipse.
+    /// A uniform ellipse.
     Disc([f64; 2]),
 }
 
-/// A spread as a quadrature, its weights 1 in sum.
+/// A spread as a quadrature with weights of sum 1.
 #[derive(Clone, Debug)]
 pub struct Spread {
     /// The columns.
     pub columns: Vec<Column>,
     /// The same as points with weights.
     pub points: Vec<(DVec2, f64)>,
-    /// How far it reaches along x or y, in px.
+    /// Its reach along x or y, in px.
     pub reach_px: f64,
 }
 
-/// One product.
+/// One product of points and pieces.
 #[derive(Clone, Debug)]
 pub struct Column {
-    /// Places right of the middle, each with its weight.
+    /// Positions right of the middle, each with its weight.
     pub across: Vec<(f64, f64)>,
     /// Pieces of an upright line.
     pub down: Vec<Piece>,
 }
 
-/// A piece of an upright line, evenly lit.
+/// A uniform piece of an upright line.
 #[derive(Clone, Copy, Debug)]
 pub struct Piece {
     /// Its middle, below that of the spread.
     pub place: f64,
-    /// Half its length; 0 is a point.
+    /// Half its length; 0 for a point.
     pub half: f64,
     /// Its light.
     pub weight: f64,
@@ -56,8 +56,8 @@ pub struct Piece {
 impl Spread {
     /// The quadrature of a shape such that an image under a core of `core_px` errs by about `tolerance` of the light at most.
     ///
-    /// The core leaves of a frequency ω the part exp(−ω²σ²/2), so that beyond √(2·ln(1/tolerance))/σ nothing counts, and below that
-    /// both rules used here are exact but for as much.
+    /// The core attenuates a frequency ω to exp(−ω²σ²/2), so that frequencies beyond √(2·ln(1/tolerance))/σ are negligible, and below both
+    /// rules used here are exact to that tolerance.
     pub fn new(shape: Shape, core_px: f64, tolerance: f64) -> Self {
         let cutoff = (2.0 * (2.0 / tolerance).ln()).sqrt();
         let columns = match shape {
@@ -93,7 +93,7 @@ impl Piece {
 }
 
 impl Column {
-    /// As points with weights, by the rule of [`gauss`] on pieces not longer than `longest` px.
+    /// As points with weights, by the rule of [`gauss`] on pieces of at most `longest` px.
     fn points(&self, longest: f64) -> Vec<(DVec2, f64)> {
         let down = self.down.iter().flat_map(|piece| {
             if piece.half == 0.0 {
@@ -116,8 +116,8 @@ impl Column {
     }
 }
 
-/// A Gaussian of deviation `sigma` at equal steps, to be seen under a core: the product of the two has the deviation
-/// σ·c/√(σ² + c²), whose spectrum the steps leave alone.
+/// A Gaussian of deviation `sigma` at equal steps, under a core: the product of the two has the deviation σ·c/√(σ² + c²), whose spectrum
+/// the steps do not alias.
 fn gaussian(sigma: f64, core: f64, cutoff: f64) -> Vec<(f64, f64)> {
     if sigma == 0.0 {
         return vec![(0.0, 1.0)];
@@ -130,7 +130,7 @@ fn gaussian(sigma: f64, core: f64, cutoff: f64) -> Vec<(f64, f64)> {
     (-last..=last).map(|k| (at(k), weight(k) / sum)).collect()
 }
 
-/// An ellipse by its chords at Chebyshev's nodes, those mirrored about the middle together.
+/// An ellipse by its chords at Chebyshev's nodes, mirror images together.
 fn disc([x, y]: [f64; 2], cutoff: f64) -> Vec<Column> {
     let pairs = ((x * cutoff / 2.0 + 3.0) / 2.0).ceil();
     let column = |k: usize| {

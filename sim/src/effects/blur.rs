@@ -18,8 +18,8 @@ impl Effect for LensBlur {
         }
     }
 
-    /// A Gaussian moves light by σ·√(2/π) on average along each axis, and no shape by more than σ; the mean over a pixel's width
-    /// of an edge moves by no more than its displacement.
+    /// A Gaussian moves light by σ·√(2/π) on average along each axis, and no shape by more than σ; the mean of an edge over a pixel's width
+    /// moves by at most its displacement.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let camera = &view.scene.camera;
         let mean = match camera.psf {

@@ -18,8 +18,8 @@ impl Effect for Board {
         }
     }
 
-    /// Against the plain background, whether the air dims both, veils both or does not. A photograph or another panel can
-    /// differ by the whole range.
+    /// Against the plain background: the air may attenuate both, veil both, or neither. A photograph or another panel can differ by the
+    /// whole range.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let difference = |(panel, air): (&PanelView, &Air)| {
             let Some(reflectance) = panel.panel.board_reflectance else {
@@ -59,7 +59,7 @@ impl Effect for Board {
     }
 }
 
-/// The linear value of each panel's board, where it has one.
+/// The linear value of each panel's board, if it has one.
 fn lights(view: &View) -> impl Iterator<Item = Option<f64>> {
     let reflectances = view.panels.iter().map(|panel| panel.panel.board_reflectance);
     reflectances.map(|board| Some(view.exposure.reflected(&view.scene, board?)))

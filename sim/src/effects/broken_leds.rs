@@ -29,7 +29,7 @@ impl Effect for BrokenLeds {
         }
     }
 
-    /// The light that the worst LED lacks, or has too much.
+    /// The missing or excess light of the worst LED.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let worst = faults(view).flat_map(|faults| faults.map(Fault::most));
         range.change_by_strays(worst)
@@ -42,17 +42,17 @@ impl Effect for BrokenLeds {
     }
 }
 
-/// What is wrong with one LED.
+/// The fault of one LED.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
-    /// Its own light is this part of what it should be; 1 of a sound one.
+    /// Its own light is this part of a sound LED's; 1 for a sound one.
     Dimmed(f64),
     /// It is always on.
     Stuck,
 }
 
 impl Fault {
-    /// The most by which its own light differs from that of a sound LED, over the latter's when it is on.
+    /// The greatest difference of its own light from a sound LED's, relative to the latter's On light.
     fn most(self) -> f64 {
         match self {
             Self::Dimmed(part) => 1.0 - part,
@@ -74,7 +74,7 @@ fn faults_of(panel: &Panel, index: usize) -> [Fault; LEDS] {
         _ => Fault::Dimmed(1.0),
     });
     let dead = choose(&panel.dead_leds, order.iter());
-    // From the other end, so that none is both.
+    // From the other end, so that no LED is both.
     let stuck = choose(&panel.stuck_leds, order.iter().rev());
     dead.into_iter().for_each(|led| faults[led] = Fault::Dimmed(0.0));
     stuck.into_iter().for_each(|led| faults[led] = Fault::Stuck);

@@ -1,7 +1,7 @@
-//! A carrier that bears the symbols, of which an exposure sees a part of a few cycles.
+//! A carrier for the symbols: an exposure sees a part of a few of its cycles.
 //!
-//! The ratio of LED to ambient light is that of an LED which is always On. With a carrier each is On for half of the time, so that the
-//! panel is half as bright on average. Dimming pulses and motion within the exposure act on the mean of what the exposure sees.
+//! The ratio of LED to ambient light is that of an LED that is always On. With a carrier each LED is On for half of the time, so that the
+//! panel is half as bright on average. Dimming pulses and motion within the exposure act on the exposure's mean.
 
 use super::{About, Effect};
 use crate::formation::Formation;
@@ -20,7 +20,7 @@ impl Effect for Carrier {
         }
     }
 
-    /// The whole range with a carrier, else nothing.
+    /// The whole range with a carrier, else 0.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         if view.waveform.is_still() { 0.0 } else { range.range_grey() }
     }

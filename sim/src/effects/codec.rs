@@ -1,4 +1,4 @@
-//! What a picture loses on its way to the receiver: JPEG, by a real encoder and decoder.
+//! Loss of a frame by JPEG, with a real encoder and decoder.
 
 use std::f64::consts::PI;
 use std::io::Cursor;
@@ -10,9 +10,9 @@ use super::{About, Effect};
 use crate::formation::{Formation, GreyStage};
 use crate::view::{LinearRange, View};
 
-/// The side of a block that is encoded by itself, in px.
+/// The side of a separately encoded block, in px.
 const BLOCK: usize = 8;
-/// What integer arithmetic of encoder and decoder adds to the bound, in grey levels.
+/// Addition to the bound for the integer arithmetic of encoder and decoder, in grey levels.
 const ROUNDING_GREY: f64 = 4.0;
 
 /// See the [module](self).
@@ -52,7 +52,7 @@ const STEPS: [u32; BLOCK * BLOCK] = [
     72, 92, 95, 98, 112, 100, 103,  99,
 ];
 
-/// The most a pixel can be off: each of the 64 coefficients of its block by half a step, all with the worst sign.
+/// The greatest error of a pixel: half a step for each of the 64 coefficients of its block, all with the worst sign.
 fn greatest_error(quality: u8) -> f64 {
     let scale = match u32::from(quality.clamp(1, 100)) {
         coarse @ ..50 => 5000 / coarse,
@@ -95,7 +95,7 @@ impl GreyStage for Jpeg {
     }
 
     fn apply(&self, width: usize, grey: &mut [u8]) {
-        // What has just been encoded can be decoded; should it not, the frame stays as it was.
+        // A frame that was just encoded can be decoded; if not, it stays unchanged.
         if let Ok(decoded) = self.decoded(width, grey) {
             for (grey, decoded) in grey.iter_mut().zip(decoded) {
                 *grey = decoded;

@@ -1,4 +1,4 @@
-//! Radial distortion of the lens: each LED is drawn where it goes, as its local affine image.
+//! Radial distortion of the lens: each LED is drawn at its distorted position, as its local affine image.
 
 use super::{About, Effect};
 use crate::formation::Formation;
@@ -17,7 +17,7 @@ impl Effect for Distortion {
         }
     }
 
-    /// How far it moves LEDs, by k₁·ρ³, and their rims against their centres: ρ·(1 + k₁·ρ²) has the slope 1 + 3·k₁·ρ².
+    /// The shift of LEDs by k₁·ρ³, and of their rims against their centres: ρ·(1 + k₁·ρ²) has the slope 1 + 3·k₁·ρ².
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let camera = &view.scene.camera;
         let principal = glam::DVec2::from_array(camera.principal_px());

@@ -1,4 +1,4 @@
-//! The curve from light to grey levels, where it is not the gamma curve.
+//! A curve from light to grey levels other than the gamma curve.
 
 use super::{About, Effect};
 use crate::camera::curve::Curve;

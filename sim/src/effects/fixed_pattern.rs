@@ -1,4 +1,4 @@
-//! Pixels that differ: in what they make of light, and in what they read in the dark.
+//! Pixels of different gain (PRNU) and dark offset (DSNU).
 
 use super::{About, Effect};
 use crate::camera::noise::electrons_per_linear;
@@ -116,7 +116,7 @@ mod tests {
         assert!((deviation(&response, 1.0) / 0.02 - 1.0).abs() < 0.02);
         let electrons = electrons_per_linear(&view.scene, &view.exposure);
         assert!((deviation(&dark, 0.0) * electrons / 5.0 - 1.0).abs() < 0.02);
-        // A part of a row is the same part of the whole.
+        // A part of a row equals that part of the whole row.
         let mut part = [0f32; 10];
         formation.row_stages[0].apply(500, 3, &mut part);
         for (part, &whole) in part.iter().zip(&dark[3500..]) {

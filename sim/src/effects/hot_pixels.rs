@@ -1,4 +1,4 @@
-//! Pixels that read a bright level whatever falls on them.
+//! Pixels that read a bright level in any light.
 
 use super::{About, Effect};
 use crate::air::Air;
@@ -43,7 +43,7 @@ impl Effect for HotPixels {
     }
 }
 
-/// The linear value of hot pixels, where there are any.
+/// The linear value of hot pixels, if there are any.
 fn level(view: &View) -> Option<f64> {
     let camera = &view.scene.camera;
     (camera.hot_pixels_ppm > 0.0).then(|| Curve::of(camera).linear(camera.hot_pixel_grey))

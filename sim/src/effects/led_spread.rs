@@ -43,7 +43,7 @@ impl Effect for LedSpread {
     }
 }
 
-/// The factors of one panel's LEDs: the same for the same panel index and seed, whatever the seed of a run.
+/// The factors of one panel's LEDs: the same for the same panel index and seed, in all runs.
 fn gains(panel: &Panel, index: usize) -> [f64; LEDS] {
     let mut random = stream(0x1ed5_94ea_d000_0000 ^ u64::from(panel.seed), index as u64, Purpose::Panel);
     std::array::from_fn(|_| (1.0 + panel.led_spread * normal(&mut random)).max(0.0))

@@ -1,17 +1,16 @@
-//! What a road does to an image, one effect a file.
+//! The effects of road, camera and panel on an image, one a file.
 //!
-//! The file of an effect holds all that is its own: its name in a scene's `[effects]`, its model and source, the scene keys it
-//! reads, **a bound, in unrounded grey levels, on what leaving it out would change** in a given scene whichever other effects are
-//! present, how it may widen the range of light, and its part of the image formation. What including it costs is measured: see
-//! [`crate::cost`].
+//! The file of an effect holds all its parts: its name in a scene's `[effects]`, its model and source, its scene keys, **a bound, in
+//! unrounded grey levels, on the change from leaving it out** in a given scene with any other effects present, its widening of the range of
+//! light, and its part of the image formation. Its cost is measured: see [`crate::cost`].
 //!
-//! An effect is included when its bound exceeds the scene's tolerance, or when the scene says so: see [`crate::plan`]. Then it
-//! writes its part into the image formation; an effect left out is never called again.
+//! An effect is included if its bound exceeds the scene's tolerance, or if the scene says so: see [`crate::plan`]. Then it writes its part
+//! into the image formation; an effect left out is never called again.
 //!
-//! To add one: write its file, named as it is in a scene, and put it on the list `ALL` below. The `[effects]` table of a scene,
-//! the plan, its cost, `vocc plan` and the test of its bound follow from there. It touches more only where it brings more: a
-//! scene key that no other reads is a line in `scene/tables.rs`, and work of a kind that none of the formation's parts does, be
-//! they stages of LEDs, of rows, of encoded frames or numbers, goes into those and the renderer.
+//! To add one: write its file, with the effect's name in a scene, and add it to the list `ALL` below. The `[effects]` table of a scene, the
+//! plan, its cost, `vocc plan` and the test of its bound follow from there. Further changes are needed only for new parts: a scene key of
+//! its own is a line in `scene/tables.rs`, and a new kind of work, beyond stages of LEDs, of rows, of encoded frames or numbers, belongs in
+//! the formation and the renderer.
 
 mod airlight;
 mod atmosphere;
@@ -47,39 +46,39 @@ use crate::formation::Formation;
 use crate::scene::{EffectSettings, RangeError};
 use crate::view::{LinearRange, View};
 
-/// What there is to say of an effect, whatever the scene.
+/// The description of an effect, independent of the scene.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct About {
     /// Its name in a scene's `[effects]`, and its file's.
     pub name: &'static str,
     /// The model and where it comes from.
     pub model: &'static str,
-    /// The scene keys it reads.
+    /// Its scene keys.
     pub keys: &'static [&'static str],
-    /// What including it takes, in words.
+    /// Its cost, in words.
     pub cost: &'static str,
 }
 
 /// One effect.
 pub(crate) trait Effect: Sync {
-    /// Its name, its model, what it reads and what it takes.
+    /// Its name, model, scene keys and cost.
     fn about(&self) -> About;
-    /// The most that leaving it out could change a pixel of this scene, in unrounded grey levels.
+    /// A bound of the change of a pixel of this scene from leaving it out, in unrounded grey levels.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64;
-    /// How many times as bright it may make the own light of panel `panel`'s LEDs.
+    /// The greatest factor on the own light of panel `panel`'s LEDs.
     fn gain(&self, _view: &View, _panel: usize) -> f64 {
         1.0
     }
-    /// Makes room in the range for what is neither background nor LED. Called in the order of the list.
+    /// Widens the range for light other than background and LEDs. Called in the order of the list.
     fn widen(&self, _view: &View, _range: &mut LinearRange) {}
     /// Writes its part of the image formation.
     fn include(&self, view: &View, formation: &mut Formation);
 }
 
-/// The effect that all bounds of geometry depend on: a blurred image changes less where something moves.
+/// The effect on which all bounds of geometry depend: a blurred image changes less by a shift.
 pub(crate) const LENS_BLUR: &dyn Effect = &blur::LensBlur;
 
-/// The effect that all bounds depend on: it says what a change of light is in grey levels.
+/// The effect on which all bounds depend: it converts a change of light to grey levels.
 pub(crate) const ENCODING: &dyn Effect = &encoding::Encoding;
 
 /// All effects, in the order in which light meets them.
@@ -117,7 +116,7 @@ pub fn names() -> [&'static str; ALL.len()] {
     ALL.map(|effect| effect.about().name)
 }
 
-/// The range of a view's linear values, whichever effects are simulated.
+/// The range of a view's linear values, with any effects.
 pub(crate) fn linear_range(view: &View) -> LinearRange {
     let gain = |panel| ALL.iter().map(|effect| effect.gain(view, panel)).product();
     let mut range = LinearRange::of(view, gain);
@@ -127,10 +126,10 @@ pub(crate) fn linear_range(view: &View) -> LinearRange {
     range
 }
 
-/// That a scene's `[effects]` names nothing but effects.
+/// Checks that a scene's `[effects]` names only effects.
 ///
 /// # Errors
-/// The first name that is none.
+/// The first unknown name.
 pub(crate) fn check_names(settings: &EffectSettings) -> Result<(), RangeError> {
     let unknown = |name: &&String| !names().contains(&name.as_str());
     match settings.modes.keys().find(unknown) {

@@ -18,7 +18,7 @@ impl Effect for Mosaic {
         }
     }
 
-    /// What the colour that sees least lacks.
+    /// The loss of the colour that sees least.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         if !view.scene.camera.mosaic {
             return 0.0;

@@ -4,7 +4,7 @@ use super::{About, Effect};
 use crate::formation::Formation;
 use crate::view::{LinearRange, View};
 
-/// The most moments of one exposure: beyond 64 px of way, steps grow.
+/// The most moments of one exposure: on ways beyond 64 px, steps grow.
 pub(super) const MOST_MOMENTS: f64 = 256.0;
 
 /// See the [module](self).
@@ -21,7 +21,7 @@ impl Effect for Motion {
     }
 
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
-        // Against the image at the middle of the exposure light is moved by at most half the way.
+        // Relative to the image at the middle of the exposure, light moves by at most half the way.
         range.change_by_geometry(way_px(view) / 2.0, 0.0)
     }
 
@@ -31,8 +31,8 @@ impl Effect for Motion {
     }
 }
 
-/// Moments of an exposure during which something goes `way_px`: (time from the exposure's middle in seconds, weight). One for each quarter
-/// pixel keeps the steps far below the blur.
+/// Moments of an exposure with a motion of `way_px`: (time from the exposure's middle in seconds, weight). One for each quarter pixel keeps
+/// the steps far below the blur.
 pub(crate) fn moments(way_px: f64, exposure_s: f64) -> Vec<(f64, f64)> {
     let count = (way_px * 4.0).ceil().clamp(1.0, MOST_MOMENTS);
     let moment = |k: usize| (((k as f64 + 0.5) / count - 0.5) * exposure_s, 1.0 / count);

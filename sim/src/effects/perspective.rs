@@ -1,4 +1,4 @@
-//! Perspective within the panel, against an affine image of the whole of it.
+//! Perspective within the panel, compared with an affine image of the whole panel.
 
 use glam::DVec2;
 use link::panel::SIDE;
@@ -27,7 +27,7 @@ impl Effect for Perspective {
         }
     }
 
-    /// How far the affine image puts an LED and its rim from their places, also where the camera vibrates.
+    /// The error of the affine image at an LED and its rim, also under the camera's vibration.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let moved = view.panels.iter().flat_map(|panel| {
             let centre = panel.projection.pixel(DVec2::ZERO);
@@ -58,10 +58,9 @@ impl Effect for Perspective {
     }
 }
 
-/// How far the rims of two concentric ellipses are apart at most.
+/// The greatest distance of the rims of two concentric ellipses.
 ///
-/// The support functions √(nᵀ·S·n), S = shape·shapeᵀ, of two convex sets differ by as much as the sets do, and
-/// |√a − √b| ≤ |a − b|/√b.
+/// The support functions √(nᵀ·S·n), S = shape·shapeᵀ, of two convex sets differ by as much as the sets do, and |√a − √b| ≤ |a − b|/√b.
 fn rim_difference(one: &Ellipse, other: &Ellipse) -> f64 {
     let square = |ellipse: &Ellipse| ellipse.shape * ellipse.shape.transpose();
     let change = square(one) - square(other);

@@ -1,6 +1,6 @@
-//! A blur that is no round Gaussian: a disc, as of a lens out of focus, or one that is wider along one axis.
+//! A blur other than a round Gaussian: a disc, as of a lens out of focus, or one that is wider along one axis.
 //!
-//! Whatever the shape, `camera.blur_sigma_px` is its standard deviation, the geometric mean of that along x and that along y.
+//! For every shape, `camera.blur_sigma_px` is its standard deviation, the geometric mean of those along x and along y.
 
 use super::{About, Effect};
 use crate::disc::spread::Shape;
@@ -8,12 +8,12 @@ use crate::formation::Formation;
 use crate::scene::{Camera, Psf};
 use crate::view::{LinearRange, View};
 
-/// Standard deviation of the Gaussian core that diffraction and aberrations leave of the sharpest rim, in px.
+/// Standard deviation of the Gaussian core of diffraction and aberrations at the sharpest rim, in px.
 const CORE_PX: f64 = 0.3;
-/// The most of the whole deviation that is core: a disc is left beside it.
+/// The greatest part of the core in the whole deviation, so that a disc remains.
 const MOST_CORE: f64 = 0.8;
-/// How much of the light an evenly lit disc and the Gaussian of its standard deviation put elsewhere:
-/// ½ − ln 2/2 + e⁻², where the Gaussian is the brighter of the two.
+/// The part of the light that a uniform disc and the Gaussian of its standard deviation distribute differently: ½ − ln 2/2 + e⁻², from the
+/// area where the Gaussian is the brighter of the two.
 const DISC_FROM_GAUSSIAN: f64 = 0.289;
 
 /// See the [module](self).
@@ -29,8 +29,8 @@ impl Effect for PointSpread {
         }
     }
 
-    /// A pixel changes by no more of the range than the light that the two shapes distribute otherwise: for the disc a
-    /// constant, for Gaussians by Pinsker's inequality ½·|√a − 1/√a| at most.
+    /// A pixel changes by at most that part of the range which the two shapes distribute differently: for the disc a constant, for
+    /// Gaussians at most ½·|√a − 1/√a| by Pinsker's inequality.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let camera = &view.scene.camera;
         let of_shape = match camera.psf {
@@ -53,7 +53,7 @@ impl Effect for PointSpread {
     }
 }
 
-/// The standard deviation of the blur's core, and what is spread beyond it.
+/// The standard deviation of the blur's core, and the spread beyond it.
 fn parts(camera: &Camera) -> (f64, Shape) {
     let sigmas = camera.blur_sigmas_px();
     let least = sigmas[0].min(sigmas[1]);
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn a_disc_differs_from_its_gaussian_by_the_constant() {
-        // Of standard deviation 1: density 1/(4π) up to radius 2, against exp(−r²/2)/(2π), in rings of equal width.
+        // Standard deviation 1: density 1/(4π) up to radius 2, against exp(−r²/2)/(2π), in rings of equal width.
         let rings = (0..200_000).map(|k| (f64::from(k) + 0.5) * 5e-5);
         let apart = |r: f64| {
             let disc = if r < 2.0 { 0.25 } else { 0.0 };

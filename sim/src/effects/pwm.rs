@@ -1,6 +1,6 @@
-//! Dimming by pulses: the luminance that an exposure really receives, from the phase and number of the periods it holds.
+//! Dimming by pulses: the luminance of an exposure depends on the phase and number of its periods.
 //!
-//! The duty is the wanted luminance over the panel's top luminance, where that is unlimited, what the highest ratio asks for.
+//! The duty is the luminance over the panel's full luminance, or, if that is unlimited, over the luminance of the highest ratio.
 
 use link::panel::LEDS;
 
@@ -48,8 +48,8 @@ impl Effect for Pwm {
     }
 }
 
-/// How far the light of an exposure can stray from its mean, relatively: by (1 − duty) of a period, or duty of one, whichever is
-/// less, over duty·exposure.
+/// The greatest relative deviation of an exposure's light from its mean: (1 − duty) of a period, or duty of one, whichever is less, over
+/// duty·exposure.
 fn stray(view: &View, panel: &PanelView) -> f64 {
     if panel.panel.pwm_hz == 0.0 || panel.panel.scan_rows > 1 {
         return 0.0;
@@ -63,17 +63,17 @@ fn duty(scene: &Scene, panel: &PanelView) -> f64 {
     (wanted / l2a::full_luminance_cd_m2(scene, &panel.panel)).clamp(1e-6, 1.0)
 }
 
-/// Pulses of a frequency and a duty, the first beginning at time 0.
+/// Pulses of a frequency and a duty, the first starting at time 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulses {
     /// Pulses a second; 0: steady light.
     pub hz: f64,
-    /// The part of a period that is lit, over 0.
+    /// The lit part of a period, above 0.
     pub duty: f64,
 }
 
 impl Pulses {
-    /// Those of a panel's LEDs, which are dimmed by pulses or lit row by row; none where their light is steady.
+    /// The pulses of a panel's LEDs, dimmed by PWM or scanned row by row; `None` if their light is steady.
     pub fn of(view: &View, panel: &PanelView) -> Option<Self> {
         let Panel { pwm_hz, scan_rows, .. } = panel.panel;
         (pwm_hz > 0.0).then(|| Self {
@@ -85,8 +85,7 @@ impl Pulses {
         })
     }
 
-    /// How far the light of an exposure strays from its mean by where in a period it begins, at most, as a part of it: 0 where it holds a
-    /// whole number of periods.
+    /// The greatest relative deviation of an exposure's light from its mean, over all phases of the start: 0 for a whole number of periods.
     ///
     /// ```
     /// use sim::effects::Pulses;
@@ -103,14 +102,14 @@ impl Pulses {
         (most - mean).max(mean - least) / (periods * self.duty)
     }
 
-    /// The light of an exposure begun `delay_s` after `moment` over the long-term mean, for pulses that begin `late` of a
-    /// period late. The pulses follow the transmitter's clock.
+    /// The light of an exposure that starts `delay_s` after `moment`, relative to the long-term mean, for pulses delayed by `late` of a
+    /// period. The pulses follow the transmitter's clock.
     pub fn during(&self, moment: &Moment, delay_s: f64, late: f64) -> f64 {
         let rate = moment.transmitter_rate;
         self.received((moment.start_s + delay_s) * rate, moment.exposure_s * rate, late)
     }
 
-    /// The light between two times over its long-term mean, for pulses that begin `late` of a period late.
+    /// The light between two times relative to its long-term mean, for pulses delayed by `late` of a period.
     pub fn received(&self, start_s: f64, length_s: f64, late: f64) -> f64 {
         if self.hz <= 0.0 {
             return 1.0;

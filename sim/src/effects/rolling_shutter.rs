@@ -1,4 +1,4 @@
-//! A rolling shutter: rows are exposed one after another, so that an LED is seen later the lower it is, in symbol and in place.
+//! A rolling shutter: rows are exposed one after another, so that a lower LED is seen later, in symbol and in position.
 
 use super::{About, Effect};
 use crate::formation::Formation;
@@ -28,7 +28,7 @@ impl Effect for RollingShutter {
         if readout_s == 0.0 {
             return 0.0;
         }
-        // A vibration turns by no more than its peak to either side, nor faster than at its highest frequency.
+        // A vibration rotates by at most its peak to either side, and at most at its highest frequency.
         let of_shake = (std::f64::consts::TAU * view.scene.camera.shake_highest_hz * readout_s).min(2.0);
         let moved = view.panels.iter().map(|panel| {
             let speed = glam::DVec3::from_array(panel.pose.velocity_m_s).length();
@@ -39,7 +39,7 @@ impl Effect for RollingShutter {
         });
         let (moved, rim) = moved.fold((0.0, 0.0), |(way, rim): (f64, f64), (w, r)| (way.max(w), rim.max(r)));
         let by_motion = range.change_by_geometry(moved, rim);
-        // Rows may see another symbol than the first does unless the change stays outside all exposures, and another phase of a carrier.
+        // Rows may see another symbol than the first row unless the change stays outside all exposures, and another phase of a carrier.
         if super::symbol_change::straddles(view) || !view.waveform.is_still() {
             range.range_grey()
         } else {

@@ -1,6 +1,6 @@
 //! A row-scanned panel, which never shows all rows at once.
 //!
-//! `panel.pwm_hz` is then the number of whole scans a second; 0 stands for a scan too fast to matter.
+//! `panel.pwm_hz` is then the number of whole scans a second; 0 is a scan too fast to matter.
 
 use link::panel::{LEDS, SIDE};
 
@@ -41,7 +41,7 @@ impl Effect for Scanning {
     }
 }
 
-/// How far the light of an exposure can stray from its mean, relatively: by what a slot that is missed or met once more holds.
+/// The greatest relative deviation of an exposure's light from its mean: a slot that is missed or seen once more.
 fn stray(view: &View, panel: &PanelView) -> f64 {
     if panel.panel.scan_rows < 2 || panel.panel.pwm_hz == 0.0 {
         return 0.0;

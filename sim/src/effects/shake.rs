@@ -23,7 +23,7 @@ impl Effect for ExposureVibration {
         }
     }
 
-    /// How far it moves LEDs and their rims when it is at its peak.
+    /// The shift of LEDs and their rims at its peak.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let shake = Shake::of(&view.scene.camera);
         if shake.is_none() {
@@ -35,7 +35,7 @@ impl Effect for ExposureVibration {
             shift = shift.max(reach.shift_px + reach.stretch * panel.radius_px());
             rim = rim.max(reach.stretch * extent_px(panel));
         }
-        // The moments by which an exposure is drawn are others for a longer way.
+        // A longer way gets other moments of the exposure.
         let way = super::motion::way_px(view);
         if way > 0.0 {
             shift += (way / super::motion::MOST_MOMENTS).max(0.25);
@@ -43,7 +43,7 @@ impl Effect for ExposureVibration {
         let Some(_) = &view.photograph else {
             return range.change_by_geometry(shift, rim);
         };
-        // Between its pixels a photograph rises by the whole range at most along each axis.
+        // Between its pixels a photograph rises by at most the whole range along each axis.
         let camera = &view.scene.camera;
         let [x, y] = camera.principal_px();
         let behind = shake.reach(camera, x.hypot(y)).shift_px;
@@ -55,13 +55,13 @@ impl Effect for ExposureVibration {
     }
 }
 
-/// How far the rim of any LED is from its centre.
+/// The greatest distance of the rim of any LED from its centre.
 pub(super) fn extent_px(panel: &PanelView) -> f64 {
     let extents = panel.ellipses.iter().map(|ellipse| ellipse.half_extent().length());
     extents.fold(0.0, f64::max)
 }
 
-/// What the vibration does to a panel's image at most; nothing where the camera stands still.
+/// Bounds of the vibration's effect on a panel's image; 0 if the camera is still.
 pub(super) fn reach(view: &View, panel: &PanelView) -> Reach {
     panel.reach_of(&Shake::of(&view.scene.camera), &view.scene.camera)
 }

@@ -1,4 +1,4 @@
-//! The sharpening that a camera does to its own pictures: an unsharp mask, which overshoots at edges.
+//! Sharpening in the camera: an unsharp mask, which overshoots at edges.
 
 use fearless_simd::dispatch;
 
@@ -22,12 +22,12 @@ impl Effect for Sharpening {
         }
     }
 
-    /// A level differs from a mean of levels by no more than there are, and none leaves them.
+    /// A level differs from a mean of levels by at most their range, and the result stays within the levels.
     fn bound_grey(&self, view: &View, _range: &LinearRange) -> f64 {
         255.0 * view.scene.camera.sharpening.min(1.0)
     }
 
-    /// Differences between levels that other effects make grow with the rest.
+    /// Differences between levels by other effects are amplified, too.
     fn widen(&self, view: &View, range: &mut LinearRange) {
         range.grey_gain *= 1.0 + 2.0 * view.scene.camera.sharpening;
     }
@@ -44,7 +44,7 @@ impl Effect for Sharpening {
 
 struct UnsharpMask {
     amount: f32,
-    /// Weights of the mean, from the middle on; a weight but the first stands for two pixels.
+    /// Weights of the mean, from the middle on; all but the first apply to two pixels.
     weights: Vec<f32>,
 }
 
@@ -59,7 +59,7 @@ impl UnsharpMask {
         }
     }
 
-    /// The mean across each pixel of a row, whose end pixels continue beyond it.
+    /// The mean across each pixel of a row, continued beyond its ends by the end pixels.
     #[inline(always)]
     fn across(&self, row: &[u8], padded: &mut Vec<f32>, mean: &mut [f32]) {
         let reach = self.reach_px();

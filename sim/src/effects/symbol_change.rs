@@ -1,4 +1,4 @@
-//! A change of symbol inside the exposure, where the clocks are not synchronised.
+//! A change of symbol inside the exposure, because the clocks are not synchronised.
 
 use super::{About, Effect};
 use crate::formation::Formation;
@@ -17,7 +17,7 @@ impl Effect for SymbolChange {
         }
     }
 
-    /// The whole range where some frame's exposure can hold a change, else nothing.
+    /// The whole range if some frame's exposure can hold a change, else 0.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         if straddles(view) { range.range_grey() } else { 0.0 }
     }
@@ -31,7 +31,7 @@ impl Effect for SymbolChange {
 pub(super) fn straddles(view: &View) -> bool {
     let scene = &view.scene;
     let ratio = scene.link.symbol_rate_hz * (1.0 + scene.link.clock_ppm * 1e-6) / scene.camera.frame_rate_hz;
-    // The phase stays where it is only if a frame lasts whole symbols.
+    // The phase is constant only if a frame lasts whole symbols.
     if (ratio - ratio.round()).abs() > 1e-12 {
         return true;
     }

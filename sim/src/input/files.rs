@@ -4,15 +4,15 @@ use std::fs::File;
 use std::io::{Error, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-/// Whether there is something of that name.
+/// Whether a file or folder of that name exists.
 pub fn is_there(path: &Path) -> bool {
     path.exists()
 }
 
-/// What a folder holds, in the order of the names.
+/// The content of a folder, sorted by name.
 ///
 /// # Errors
-/// When it is none, or cannot be read.
+/// If it is not a folder, or cannot be read.
 pub fn list(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let entries = std::fs::read_dir(folder)?;
     let mut paths = entries.map(|entry| Ok(entry?.path())).collect::<Result<Vec<_>, Error>>()?;
@@ -20,12 +20,12 @@ pub fn list(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(paths)
 }
 
-/// The bytes of an ordinary file that has at most `most`.
+/// The bytes of an ordinary file of at most `most` bytes.
 ///
 /// # Errors
-/// When it is a folder, a device or a pipe, has more, or cannot be read.
+/// If it is a folder, a device or a pipe, is larger, or cannot be read.
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
-    // A pipe that nobody writes to would be waited for already when it is opened.
+    // Opening a pipe without a writer would block.
     if !std::fs::metadata(path)?.is_file() {
         let why = "it is no ordinary file: give a file, not a folder, a device or a pipe";
         return Err(Error::new(ErrorKind::InvalidInput, why));

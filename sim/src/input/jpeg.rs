@@ -1,15 +1,15 @@
-//! JPEG files (ITU-T T.81) as cameras and telephones leave them: with a film behind the picture, without the marker of their end, or
-//! without the Huffman tables that every webcam shares.
+//! JPEG files (ITU-T T.81) as cameras and telephones write them: with a film after the picture, without an end marker, or without the
+//! Huffman tables that all webcams share.
 
 use std::borrow::Cow;
 
-/// What a file's markers say of it.
+/// The layout of a file by its markers.
 pub struct Layout {
-    /// Where the marker of the first scan stands.
+    /// The position of the first scan's marker.
     first_scan: usize,
-    /// Behind the marker of the end.
+    /// The position after the end marker.
     end: Option<usize>,
-    /// Whether it is of the kind that may leave its tables out, and does.
+    /// Whether its kind allows missing tables, and they are missing.
     lacks_tables: bool,
 }
 
@@ -18,15 +18,15 @@ const SEQUENTIAL: [u8; 2] = [0xc0, 0xc1];
 const HUFFMAN_TABLES: u8 = 0xc4;
 const END: u8 = 0xd9;
 const SCAN: u8 = 0xda;
-/// Markers without a length: the start, and one that is temporary.
+/// Markers without a length: the start, and a temporary one.
 const BARE: [u8; 2] = [0xd8, 0x01];
-/// Bytes that may follow a scan's data; more than a decoder takes in ahead.
+/// Bytes after a scan's data; more than a decoder reads ahead.
 const TAIL: usize = 64;
 /// Bytes of one value at the end that data may have (count). More could fill a block of the picture, some 24 bytes.
 const FILLER_MAX: usize = 16;
 
 impl Layout {
-    /// Follows the markers from the first one on; none where there is no scan.
+    /// Follows the markers from the first one on; `None` without a scan.
     pub fn of(bytes: &[u8]) -> Option<Self> {
         let (mut first_scan, mut is_sequential, mut has_tables) = (None, false, false);
         let (mut at, mut end) = (0, None);
@@ -54,18 +54,19 @@ impl Layout {
         })
     }
 
-    /// Whether a file ends in bytes that a recorder reserved and never wrote, all of them the same: they would pass for missing data.
+    /// Whether a file ends in equal bytes that a recorder reserved and never wrote: they would look like missing data.
     pub fn ends_in_filler(bytes: &[u8]) -> bool {
         let last = bytes.last().filter(|&&byte| byte != 0xff);
         last.is_some_and(|last| bytes.iter().rev().take_while(|&byte| byte == last).count() > FILLER_MAX)
     }
 
-    /// The picture alone, as a decoder wants it; none without the marker of its end.
+    /// The picture alone, in a form for decoders; `None` without an end marker.
     pub fn picture<'a>(&self, bytes: &'a [u8]) -> Option<Cow<'a, [u8]>> {
         Some(self.with_tables(&bytes[..self.end?]))
     }
 
-    /// A picture without an end, ended in two ways that differ in each bit behind its data. Where both show the same, no data are missing.
+    /// A picture without an end, completed in two ways that differ in each bit after its data. If both decode to the same, no data are
+    /// missing.
     pub fn ended(&self, bytes: &[u8]) -> [Vec<u8>; 2] {
         let fill = bytes.iter().rev().take_while(|&&byte| byte == 0xff).count();
         let data = self.with_tables(&bytes[..bytes.len() - fill]);
@@ -85,23 +86,22 @@ impl Layout {
     }
 }
 
-/// The next marker from a place on, and what stands behind it. Bytes that are none are passed over: the data of scans, and what should not
-/// be there.
+/// The next marker from a position on, and the position after it. Other bytes are skipped: the data of scans, and garbage.
 fn next_marker(bytes: &[u8], from: usize) -> Option<(u8, usize)> {
     let mut at = from;
     loop {
         at += bytes.get(at..)?.iter().position(|&byte| byte == 0xff)? + 1;
         match bytes.get(at)? {
-            // A byte of data, and a restart among them.
+            // A byte of data, or a restart.
             0x00 | 0xd0..=0xd7 => at += 1,
-            // One that fills.
+            // A fill byte.
             0xff => {}
             &marker => return Some((marker, at + 1)),
         }
     }
 }
 
-/// The tables that MJPEG leaves out: K.3 to K.6 of annex K, luminance first, as one segment.
+/// The tables that MJPEG omits: K.3 to K.6 of annex K, luminance first, as one segment.
 fn usual_tables() -> Vec<u8> {
     let tables: [(u8, &[u8; 16], &[u8]); 4] = [
         (0x00, &[0, 1, 5, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0], &DC),

@@ -1,6 +1,6 @@
-//! Input files: only ordinary ones, with a size limit, so that neither memory nor time runs out.
+//! Input files: only ordinary ones, with a size limit, so that memory and time stay bounded.
 //!
-//! Without the feature `files` there are none, and reading one is an error.
+//! Without the feature `files`, reading a file is an error.
 
 #[cfg_attr(feature = "files", path = "files.rs")]
 #[cfg_attr(not(feature = "files"), path = "no_files.rs")]
@@ -19,9 +19,9 @@ use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader};
 pub const SCENE_MAX: u64 = 1 << 20;
 /// The largest plan or table, in bytes of text.
 pub const TABLE_MAX: u64 = 1 << 24;
-/// The largest file of results that are kept, in bytes of text.
+/// The largest file of stored results, in bytes of text.
 pub const RESULTS_MAX: u64 = 1 << 30;
-/// The most columns or rows of a picture: as many as a camera may have.
+/// The most columns or rows of a picture: those of the largest camera.
 pub const SIDE_MAX: u32 = rx_pipeline::frame::SIDE_MAX as u32;
 /// The largest picture, in bytes: four channels of 16 bits.
 const PICTURE_MAX: u64 = 8 * (SIDE_MAX as u64).pow(2);
@@ -32,13 +32,13 @@ pub enum PictureError {
     /// Its file cannot be read.
     #[error("cannot read it: {0}")]
     Read(#[from] Error),
-    /// It is no picture, or a damaged one.
+    /// It is not a picture, or damaged.
     #[error("it is no whole PNG, JPEG or PGM image of a kind that is read: {0}; if another program can show it, save it as PNG there")]
     Damaged(#[from] ImageError),
-    /// A JPEG without an end.
+    /// A JPEG that ends early.
     #[error("it is no whole PNG, JPEG or PGM image: it ends too soon")]
     Cut,
-    /// More than a picture can have.
+    /// More bytes than any picture.
     #[error("it has {bytes} bytes, and the largest picture that is read has {PICTURE_MAX}: is it the file you meant?")]
     TooLong {
         /// Its bytes.
@@ -54,10 +54,10 @@ pub enum PictureError {
     },
 }
 
-/// The text of an ordinary file that has at most `most` bytes.
+/// The text of an ordinary file of at most `most` bytes.
 ///
 /// # Errors
-/// As [`read`], and when it is no UTF-8.
+/// As [`read`], and if it is not UTF-8.
 pub fn read_text(path: &Path, most: u64) -> Result<String, Error> {
     String::from_utf8(read(path, most)?).map_err(|_| {
         let why = "it is no text in UTF-8";
@@ -65,14 +65,14 @@ pub fn read_text(path: &Path, most: u64) -> Result<String, Error> {
     })
 }
 
-/// What a file shows.
+/// The content of a picture file.
 #[derive(Debug)]
 pub struct Picture {
-    /// Its pixels, turned as its camera was held.
+    /// Its pixels, in the orientation of its camera.
     pub image: DynamicImage,
-    /// The largest sample that a PGM or PPM file can have, by its own word; its samples are stretched to all bits of a pixel.
+    /// The largest sample of a PGM or PPM file, by its header; its samples are scaled to all bits of a pixel.
     pub sample_max: Option<u16>,
-    /// Whether a JPEG lacks the marker of its end, and nothing else.
+    /// Whether a JPEG lacks its end marker, and nothing else.
     pub lacks_end: bool,
 }
 
@@ -116,8 +116,8 @@ pub fn picture_of(bytes: &[u8]) -> Result<Picture, PictureError> {
     })
 }
 
-/// A JPEG without the marker of its end. The decoder fills what is missing with grey, which would pass for a picture: whatever follows the
-/// data must not change it.
+/// A JPEG without an end marker. The decoder fills missing data with grey, which would look like a picture, so bytes after the data must
+/// not change it.
 fn without_end(layout: &jpeg::Layout, bytes: &[u8]) -> Result<Picture, PictureError> {
     if jpeg::Layout::ends_in_filler(bytes) {
         return Err(PictureError::Cut);
@@ -133,7 +133,7 @@ fn without_end(layout: &jpeg::Layout, bytes: &[u8]) -> Result<Picture, PictureEr
     }
 }
 
-/// The pixels of a file that is whole.
+/// The pixels of a whole file.
 fn decoded(bytes: &[u8]) -> Result<DynamicImage, PictureError> {
     let mut decoder = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?.into_decoder()?;
     let (width, height) = decoder.dimensions();
@@ -141,7 +141,7 @@ fn decoded(bytes: &[u8]) -> Result<DynamicImage, PictureError> {
     if !allowed.contains(&width) || !allowed.contains(&height) {
         return Err(PictureError::Size { width, height });
     }
-    // Telephones write what the sensor has, and how it was held.
+    // Telephones store the sensor's picture, and the orientation.
     let orientation = decoder.orientation()?;
     let mut image = DynamicImage::from_decoder(decoder)?;
     image.apply_orientation(orientation);

@@ -1,4 +1,4 @@
-//! Where there are no files, as in a page of a browser.
+//! Stub for platforms without files, such as a web page.
 
 use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -8,12 +8,12 @@ fn no_files<T>() -> Result<T, Error> {
     Err(Error::new(ErrorKind::Unsupported, why))
 }
 
-/// Nothing is.
+/// Always false.
 pub fn is_there(_path: &Path) -> bool {
     false
 }
 
-/// Nothing can be listed.
+/// Always fails.
 ///
 /// # Errors
 /// Always.
@@ -21,7 +21,7 @@ pub fn list(_folder: &Path) -> Result<Vec<PathBuf>, Error> {
     no_files()
 }
 
-/// Nothing can be read.
+/// Always fails.
 ///
 /// # Errors
 /// Always.

@@ -10,8 +10,8 @@
 //! ]
 //! ```
 //!
-//! is a whole table. One made by a search says besides where it comes from (`search`, `scene`, `entries`, `cells`, or `reach` or `regret`
-//! with their entries and points), which readers of the ratios ignore. A ratio that is not found yet is `nan`: such a table cannot be used.
+//! is a whole table. A table made by a search also records its origin (`search`, `scene`, `entries`, `cells`, or `reach` or `regret` with
+//! their entries and points), which readers of the ratios ignore. A ratio not yet found is `nan`: such a table cannot be used.
 
 use std::path::Path;
 
@@ -24,17 +24,17 @@ use crate::input;
 /// The version of the format.
 pub const FORMAT: u32 = 1;
 
-/// Why a file holds no table that can be used.
+/// Why a file does not hold a usable table.
 #[derive(Debug, thiserror::Error)]
 #[error("table {path:?}: {fault}")]
 pub struct FileError {
     /// The file.
     pub path: String,
-    /// What is wrong with it.
+    /// Its fault.
     pub fault: Fault,
 }
 
-/// What can be wrong with a table's file.
+/// A fault of a table's file.
 #[derive(Debug, thiserror::Error)]
 pub enum Fault {
     /// It cannot be read.
@@ -43,30 +43,30 @@ pub enum Fault {
     /// It is not TOML, or a key is missing, unknown or of the wrong type.
     #[error(transparent)]
     Parse(#[from] Box<toml::de::Error>),
-    /// It is of another version.
+    /// It has another version.
     #[error("format = {found}: this program reads format {FORMAT}; make it anew with `vocc optimize`, or use the program that wrote it")]
     Format {
         /// The version.
         found: u32,
     },
-    /// There is not a row for each illuminance.
+    /// The number of rows does not match the illuminances.
     #[error("l2a has {found} rows, and there are {wanted} illuminances: give one row for each")]
     Rows {
-        /// Rows there are.
+        /// Number of rows.
         found: usize,
-        /// Rows there should be.
+        /// Required number of rows.
         wanted: usize,
     },
     /// A row is longer or shorter than its axis.
     #[error("row {row} of l2a, for {illuminance_lx} lx, has {found} ratios, and there are {wanted} intervals: give one for each")]
     Ragged {
-        /// Which row, from 0.
+        /// The row, from 0.
         row: usize,
         /// Its illuminance.
         illuminance_lx: f64,
         /// Its length.
         found: usize,
-        /// The length it should have.
+        /// Its required length.
         wanted: usize,
     },
     /// A ratio has not been found yet.
@@ -90,12 +90,12 @@ pub enum Fault {
         /// The ratio.
         ratio: f64,
     },
-    /// An axis is not allowed.
+    /// An axis is invalid.
     #[error(transparent)]
     Axes(#[from] TableError),
 }
 
-/// The ratios of a table, as they are in a file.
+/// The ratios of a table file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RatioFile {
     /// The version of the format.
@@ -108,7 +108,7 @@ pub struct RatioFile {
     pub l2a: Vec<Vec<f64>>,
 }
 
-/// All keys that a file may have.
+/// All keys of a file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Keys {
@@ -144,7 +144,7 @@ fn this_format() -> u32 {
 }
 
 impl RatioFile {
-    /// Ratios that are not found yet.
+    /// Ratios not yet found.
     pub fn empty(illuminance_lx: Vec<f64>, interval: Vec<f64>) -> Self {
         Self {
             format: FORMAT,
@@ -157,7 +157,7 @@ impl RatioFile {
     /// The ratios of a file.
     ///
     /// # Errors
-    /// Says what is wrong, where, and what to do: see [`Fault`].
+    /// See [`Fault`]: the fault, its place, and the way out.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         read_with(path, Self::from_toml)
     }
@@ -165,9 +165,9 @@ impl RatioFile {
     /// The same for a text.
     ///
     /// # Errors
-    /// When it is no TOML with the keys of a table, or of another version.
+    /// If it is not TOML with the keys of a table, or has another version.
     pub fn from_toml(text: &str) -> Result<Self, Fault> {
-        // Of a later version, only the version is known.
+        // For a later version, only the version is known.
         #[derive(Deserialize)]
         struct Versioned {
             #[serde(default = "this_format")]
@@ -192,10 +192,10 @@ impl RatioFile {
         rows.flat_map(|&illuminance_lx| self.interval.iter().map(move |&interval| [illuminance_lx, interval]))
     }
 
-    /// What a transmitter carries of it.
+    /// The transmitter's table of these ratios.
     ///
     /// # Errors
-    /// When its shape is wrong, an axis does not ascend, or a number is missing or out of range: says where.
+    /// If its shape is wrong, an axis does not ascend, or a number is missing or out of range; gives the place.
     pub fn table(&self) -> Result<L2aTable, Fault> {
         if self.l2a.len() != self.illuminance_lx.len() {
             return Err(Fault::Rows {
@@ -239,10 +239,10 @@ impl RatioFile {
     }
 }
 
-/// What is made of a file's text, or what is wrong with the file.
+/// The result of `of_text` on a file's text, or the fault of the file.
 ///
 /// # Errors
-/// When the file cannot be read, or the text not be used.
+/// If the file cannot be read, or its text is invalid.
 pub fn read_with<T>(path: &Path, of_text: impl Fn(&str) -> Result<T, Fault>) -> Result<T, FileError> {
     input::read_text(path, input::TABLE_MAX)
         .map_err(Fault::Read)
@@ -267,7 +267,7 @@ fn check_ratio(illuminance_lx: f64, interval: f64, ratio: f64) -> Result<(), Fau
     })
 }
 
-/// A number as TOML writes it.
+/// A number in TOML's notation.
 fn number(value: f64) -> String {
     if value.is_nan() { "nan".into() } else { format!("{value:?}") }
 }

@@ -1,4 +1,4 @@
-//! Which LED-to-ambient ratio a panel of the scene is driven to.
+//! The LED-to-ambient ratio of a panel of the scene.
 
 pub mod file;
 
@@ -15,13 +15,13 @@ pub enum L2aError {
     /// The file of `link.table` cannot be used.
     #[error("link.table: {0}")]
     Table(#[from] FileError),
-    /// A ratio that no transmitter carries.
+    /// A ratio out of the transmitters' range.
     #[error("link.l2a = {ratio}: a transmitter keeps to {L2A_MIN} to {L2A_MAX}; other ratios can be rendered and evaluated, but not sent")]
     Ratio {
         /// The ratio.
         ratio: f64,
     },
-    /// The ratio makes no table.
+    /// The ratio does not make a table.
     #[error(transparent)]
     Invalid(#[from] TableError),
 }
@@ -29,14 +29,14 @@ pub enum L2aError {
 /// The table of a file.
 ///
 /// # Errors
-/// When it cannot be read, or holds what no table may hold: see [`file::Fault`].
+/// If it cannot be read, or is invalid: see [`file::Fault`].
 pub fn read_table(path: &Path) -> Result<L2aTable, FileError> {
     file::read_with(path, |text| RatioFile::from_toml(text)?.table())
 }
 
-/// The file of a table: [`read_table`] gives the same table again, to the last bit.
+/// The file of a table: [`read_table`] returns exactly the same table.
 ///
-/// Each number is the shortest that is rounded to the one in the table.
+/// Each number is the shortest that rounds to the table's.
 ///
 /// ```
 /// use link::l2a_table::L2aTable;
@@ -62,14 +62,14 @@ pub fn table_file(table: &L2aTable) -> String {
     )
 }
 
-/// A number of a table as TOML has decimal fractions: with a point.
+/// A number of a table in TOML's notation of fractions: with a point.
 fn decimal(number: &impl std::fmt::Display) -> String {
     let text = number.to_string();
     if text.contains('.') { text } else { text + ".0" }
 }
 
-/// The table that the scene's transmitter carries: that of `link.table`, the shipped one without it, or, where
-/// `link.l2a` is a number, a table of that number alone.
+/// The table of the scene's transmitter: that of `link.table`, the shipped one without it, or, if `link.l2a` is a number, a table of that
+/// number alone.
 ///
 /// # Errors
 /// As [`read_table`].
@@ -82,8 +82,8 @@ pub fn table_of(scene: &Scene) -> Result<L2aTable, L2aError> {
     }
 }
 
-/// The luminance of an On LED of `panel` at full duty: its top luminance, or, where that is unlimited, what the highest
-/// ratio of a transmitter asks for in the scene's light.
+/// The luminance of an On LED of `panel` at full duty: its full luminance, or, if that is unlimited, the luminance of a transmitter's
+/// highest ratio in the scene's light.
 pub(crate) fn full_luminance_cd_m2(scene: &Scene, panel: &Panel) -> f64 {
     let unlimited = f64::from(L2A_MAX) * scene.ambient.illuminance_lx * panel.reflectance;
     panel.luminance_max_cd_m2.unwrap_or(unlimited)

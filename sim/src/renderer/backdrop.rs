@@ -1,4 +1,4 @@
-//! What the sensor sees where no panel lights it: worked out once, read out frame after frame.
+//! The parts of the sensor that no panel lights: computed once, read out frame after frame.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! The board behind a panel's LEDs, as it falls on the sensor.
+//! The image of the board behind a panel's LEDs.
 
 use glam::DVec2;
 
@@ -12,12 +12,12 @@ use crate::view::BOARD_CORNERS;
 /// A panel's board of 8 × 8 pitches.
 pub(super) struct Board {
     pub(super) outlined: LargeShape,
-    /// None where it is drawn pixel by pixel.
+    /// `None` if it is drawn pixel by pixel.
     pub(super) chords: Option<Chords>,
 }
 
 impl Board {
-    /// Where it is at a moment.
+    /// Its position at a moment.
     pub(super) fn new(imaging: &Imaging, accuracy: &Accuracy) -> Self {
         let corners = board_corners(imaging);
         let centre = corners.iter().sum::<DVec2>() / 4.0;

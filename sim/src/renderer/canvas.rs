@@ -1,4 +1,4 @@
-//! A region of the sensor in linear values, and how LEDs are drawn into it.
+//! A region of the sensor in linear values, and the drawing of LEDs into it.
 
 use glam::DVec2;
 use link::panel::{LEDS, SIDE};
@@ -27,7 +27,7 @@ impl Region {
         !apart(self.x, self.width, other.x, other.width) && !apart(self.y, self.height, other.y, other.height)
     }
 
-    /// The region with `by` pixels more on each side, as far as there are any.
+    /// The region with a margin of `by` pixels, limited to the sensor's start.
     pub(super) fn widened(self, by: usize) -> Self {
         let (x, y) = (self.x.saturating_sub(by), self.y.saturating_sub(by));
         Self {
@@ -38,7 +38,7 @@ impl Region {
         }
     }
 
-    /// What both regions have in common, which may be nothing.
+    /// The intersection of both regions, which may be empty.
     fn common(self, other: Self) -> Self {
         let end = |a: usize, length: usize, b: usize, other: usize| (a + length).min(b + other);
         let (x, y) = (self.x.max(other.x), self.y.max(other.y));
@@ -66,7 +66,7 @@ pub struct Canvas<R> {
     row: Vec<R>,
     across: Vec<R>,
     down: Vec<R>,
-    /// What covers the values drawn, where something does.
+    /// The mask of an opaque cover, if there is one.
     mask: Option<Box<Canvas<R>>>,
 }
 
@@ -98,13 +98,12 @@ impl<R: Real> Canvas<R> {
         &mut self.values
     }
 
-    /// One value everywhere.
+    /// Sets one value everywhere.
     pub fn fill(&mut self, value: R) {
         self.values.fill(value);
     }
 
-    /// Covers what is drawn by something of the linear value `light`, as far as the mask that `draw` draws on black says; it draws
-    /// nothing outside `within`.
+    /// Covers the drawn image with the linear value `light`, by the mask that `draw` draws on black; it draws nothing outside `within`.
     pub fn cover(&mut self, light: R, within: Region, draw: impl FnOnce(&mut Self)) {
         let part = self.region.common(within);
         if part.width == 0 || part.height == 0 {
@@ -126,10 +125,10 @@ impl<R: Real> Canvas<R> {
         self.mask = Some(mask);
     }
 
-    /// Adds 64 LEDs of one shape whose centres lie on upright rows and columns (in px of the sensor).
+    /// Adds 64 LEDs of one shape with centres on upright rows and columns (in px of the sensor).
     ///
-    /// The values across a column are found once for its eight LEDs, and a row of eight LEDs is spread over its pixel rows
-    /// together: an eighth of the work of [`Canvas::add_led`] 64 times.
+    /// The values across a column are computed once for its eight LEDs, and a row of eight LEDs is spread over its pixel rows together: an
+    /// eighth of the work of [`Canvas::add_led`] 64 times.
     #[inline(always)]
     pub(crate) fn add_lattice<S: SeparableImage<Real = R>>(
         &mut self,
@@ -158,8 +157,8 @@ impl<R: Real> Canvas<R> {
             first.clamp(0, (row_length - width) as i64) as usize
         });
         for term in 0..image.terms() {
-            // Each column over the whole row, dark where it does not reach: to add up whole rows is faster than to add short
-            // overlapping pieces, which would each wait for the one before.
+            // Each column spans the whole row, dark beyond its reach: adding whole rows is faster than adding short overlapping pieces,
+            // which depend on each other.
             self.across.fill(R::default());
             let all_columns = self.across.chunks_exact_mut(row_length);
             for ((values, column), &start) in all_columns.zip(columns).zip(&starts) {
@@ -215,7 +214,7 @@ impl<R: Real> Canvas<R> {
         }
     }
 
-    /// Adds the values of another canvas times `light`, where both have pixels.
+    /// Adds the values of another canvas times `light`, in common pixels.
     pub fn add(&mut self, other: &Canvas<f32>, light: R) {
         let (own, others) = (self.region, other.region);
         let (from, to) = (own.x.max(others.x), (own.x + own.width).min(others.x + others.width));

@@ -1,4 +1,4 @@
-//! Background, boards and LEDs put together, the farthest panel first.
+//! Composition of background, boards and LEDs, the farthest panel first.
 
 use glam::{DMat3, DVec2, DVec3};
 use link::panel::LEDS;
@@ -16,7 +16,7 @@ use crate::renderer::placed::{DrawList, ExposureVibration};
 use crate::renderer::separable::ChordImage;
 use crate::view::Photograph;
 
-/// Of more panels than these, what is still is not kept: where they overlap, each may be as large as the sensor.
+/// The most panels for which static images are kept, because each may be as large as the sensor.
 const MOST_STILL: usize = 256;
 
 impl Renderer {
@@ -43,7 +43,7 @@ impl Renderer {
         }
     }
 
-    /// What all pixels see, be they of one colour or of three; `paint` adds the LEDs of a layout.
+    /// The light of all pixels, of one colour or of three; `paint` adds the LEDs of a layout.
     #[inline(always)]
     pub(super) fn expose<K: Kernel>(
         &self,
@@ -73,7 +73,7 @@ impl Renderer {
         }
     }
 
-    /// Background, boards and LEDs, the farthest panel first, as pixels of a colour see them.
+    /// Background, boards and LEDs, the farthest panel first, for pixels of a colour.
     #[inline(always)]
     fn compose<K: Kernel>(
         &self,
@@ -107,7 +107,7 @@ impl Renderer {
                 let ground = ground.unwrap_or_else(|| self.plain_background());
                 light = light.map(|light| light - ground);
             } else {
-                // Opaque LEDs hide what is behind them before they add their own light.
+                // Opaque LEDs hide the background before they add their own light.
                 canvas.cover(K::Real::default(), touched, |mask| {
                     self.add_leds(&placed.layouts[index], shift, &[1.0; LEDS], mask, paint);
                 });
@@ -132,7 +132,7 @@ impl Renderer {
         }
     }
 
-    /// Adds a board of the linear value `light`, edges blurred.
+    /// Adds a board of the linear value `light` with blurred edges.
     fn add_board<K: Kernel>(&self, kernel: &K, board: &Board, shift: DVec2, light: K::Real, canvas: &mut Canvas<K::Real>) {
         match &board.chords {
             Some(chords) => {
@@ -143,7 +143,7 @@ impl Renderer {
         }
     }
 
-    /// The photograph, where it is drawn.
+    /// The photograph, if it is drawn.
     pub(super) fn photograph(&self) -> Option<&Photograph> {
         let photograph = self.view.photograph.as_ref();
         photograph.filter(|_| self.formation.photograph)
@@ -181,8 +181,8 @@ impl Renderer {
         }
     }
 
-    /// What takes pixels of a row of the sensor to the photograph's, with weights, over the exposure of that row. The camera at rest sees
-    /// the photograph as it is; a lens's distortion does not bend it anew.
+    /// The rotations from pixels of a row of the sensor to the photograph's, with weights, over the exposure of that row. A still camera
+    /// sees the photograph unchanged; the lens's distortion is not applied again.
     fn picture_turns(&self, shaken: &ExposureVibration, moments: &[(f64, f64)], row: usize) -> Vec<(DMat3, f64)> {
         let camera = &self.view.scene.camera;
         let (focal, [x, y]) = (camera.focal_px(), camera.principal_px());
@@ -193,13 +193,13 @@ impl Renderer {
         moments.iter().map(turn).collect()
     }
 
-    /// The linear value of panel `index`'s board through the air, where it is drawn.
+    /// The linear value of panel `index`'s board through the air, if it is drawn.
     pub(super) fn board_light(&self, index: usize) -> Option<f64> {
         let air = self.formation.air[index];
         Some(air.through(self.formation.boards[index]?))
     }
 
-    /// The linear value of each LED of a panel through the air, as pixels of a colour see it.
+    /// The linear value of each LED of a panel through the air, for pixels of a colour.
     fn led_light(&self, index: usize, moment: &Moment, shown: &PanelExposure, colour: Option<usize>) -> [f64; LEDS] {
         let delay_s = self.delays_s(index);
         let waveform = self.formation.waveform;
@@ -231,7 +231,7 @@ impl Renderer {
         self.formation.background_air.through(self.view.background)
     }
 
-    /// Adds what is outlined with its linear `light`, moved by `shift`, under the blur and its spread.
+    /// Adds an outlined shape with its linear `light`, moved by `shift`, under the blur and its spread.
     pub(super) fn add_outlined<R: Real>(&self, outlined: &LargeShape, shift: DVec2, light: R, canvas: &mut Canvas<R>) {
         let is_kept = self.far_to_near.len() <= MOST_STILL && self.level != Level::Reference;
         if shift == DVec2::ZERO && is_kept {

@@ -1,4 +1,4 @@
-//! Where a panel's LEDs fall on the sensor, in the form that is quickest to draw.
+//! The positions of a panel's LEDs on the sensor, in the fastest form for drawing.
 
 use glam::{DMat2, DVec2, DVec3};
 use link::panel::{LEDS, SIDE};
@@ -21,30 +21,30 @@ use crate::view::PanelView;
 /// The LEDs of one panel at one moment of the exposure.
 #[derive(Clone, Debug)]
 pub struct Layout {
-    /// Where they are.
+    /// Their positions.
     pub places: Places,
-    /// What they look like.
+    /// Their images.
     pub images: Images,
 }
 
-/// How often the row is looked up in which a point of a vibrating image is exposed.
+/// Iterations for the row in which a point of a vibrating image is exposed.
 const ROW_STEPS: usize = 3;
 
-/// How a panel's LEDs are drawn; one image serves all, or each has its own.
+/// The images of a panel's LEDs: one for all, or one for each.
 #[derive(Clone, Debug)]
 pub enum Images {
     /// By chords.
     Chords {
         /// The chords.
         shapes: Vec<Chords>,
-        /// The table of the one image of all, where there is one and it need not be exact.
+        /// The table of the common image, if there is one and f32 suffices.
         table: Option<Polyphase>,
     },
-    /// Pixel by pixel, where there is no blur or one far smaller than they are.
+    /// Pixel by pixel, without a blur or with one far smaller than the LEDs.
     Outlines(Box<[LargeShape; LEDS]>),
 }
 
-/// Where a panel's LEDs are, in px of the sensor.
+/// The positions of a panel's LEDs, in px of the sensor.
 #[derive(Clone, Debug)]
 pub enum Places {
     /// On upright rows and columns: a panel parallel to the sensor.
@@ -54,7 +54,7 @@ pub enum Places {
         /// Pixel rows of the LEDs' centres.
         rows: [f64; SIDE],
     },
-    /// Anywhere.
+    /// Any positions.
     Scattered(Box<[DVec2; LEDS]>),
 }
 
@@ -101,14 +101,14 @@ impl Layout {
     }
 }
 
-/// The one of a panel's images that LED `led` has.
+/// The image of LED `led`.
 pub fn image_of<T>(images: &[T], led: usize) -> &T {
     images.get(led).unwrap_or(&images[0])
 }
 
-/// The images of LEDs that appear as `ellipses`.
+/// The images of LEDs whose outlines are `ellipses`.
 fn images(ellipses: &[Ellipse; LEDS], formation: &Formation, accuracy: &Accuracy, spread: &Spread) -> Images {
-    // Rounding apart, which is some 1e-13 px.
+    // Up to rounding, some 1e-13 px.
     let alike = |e: &Ellipse| (e.shape - ellipses[0].shape).abs_diff_eq(DMat2::ZERO, 1e-11);
     let distinct = if ellipses.iter().all(alike) { 1 } else { LEDS };
     let shapes = ellipses[..distinct].iter().map(|ellipse| ellipse.shape);
@@ -133,7 +133,7 @@ fn images(ellipses: &[Ellipse; LEDS], formation: &Formation, accuracy: &Accuracy
     Images::Chords { shapes, table }
 }
 
-/// The places of LEDs, as rows and columns where they stand on such and look alike.
+/// The positions of LEDs, as rows and columns if they form an upright lattice of equal images.
 fn places(ellipses: &[Ellipse; LEDS]) -> Places {
     if is_lattice(ellipses) {
         Places::Lattice {
@@ -145,7 +145,7 @@ fn places(ellipses: &[Ellipse; LEDS]) -> Places {
     }
 }
 
-/// Whether the LEDs stand on upright rows and columns and look alike.
+/// Whether the LEDs form an upright lattice of equal images.
 fn is_lattice(ellipses: &[Ellipse; LEDS]) -> bool {
     let shape = ellipses[0].shape;
     let upright = shape.x_axis.y == 0.0 && shape.y_axis.x == 0.0;
@@ -153,28 +153,28 @@ fn is_lattice(ellipses: &[Ellipse; LEDS]) -> bool {
         && ellipses.iter().enumerate().all(|(led, ellipse)| {
             let (row, column) = (led / SIDE, led % SIDE);
             let (above, left) = (ellipses[column].centre.x, ellipses[SIDE * row].centre.y);
-            // Rounding apart, which is some 1e-13 px.
+            // Up to rounding, some 1e-13 px.
             (ellipse.shape - shape).abs_diff_eq(DMat2::ZERO, 1e-11) && (ellipse.centre - DVec2::new(above, left)).length() < 1e-9
         })
 }
 
-/// What a panel's image depends on at a moment of an exposure.
+/// The inputs of a panel's image at a moment of an exposure.
 #[derive(Clone, Copy)]
 pub struct Imaging<'a> {
     /// The camera, and the panel before it.
     pub camera: &'a Camera,
     /// The panel at rest.
     pub panel: &'a PanelView,
-    /// What of the image is asked for.
+    /// The image formation.
     pub formation: &'a Formation,
-    /// How the camera vibrates; none: it stands still.
+    /// The camera's vibration; `None`: it is still.
     pub shaken: Option<&'a ExposureVibration>,
     /// Seconds after the middle of the exposure.
     pub after_s: f64,
 }
 
 impl Imaging<'_> {
-    /// The images of the 64 LEDs as the formation asks for them.
+    /// The images of the 64 LEDs by the formation.
     pub fn ellipses(&self) -> [Ellipse; LEDS] {
         let at_once = (self.formation.row_delay_s == 0.0).then(|| self.moved(0.0));
         std::array::from_fn(|led| {
@@ -201,7 +201,7 @@ impl Imaging<'_> {
         })
     }
 
-    /// Where a point of the panel (its own coordinates in metres) is imaged, `after_s` seconds after the middle of its row's exposure.
+    /// The image of a point of the panel (its own coordinates in metres), `after_s` seconds after the middle of its row's exposure.
     pub fn place(&self, at: DVec2) -> DVec2 {
         let delay_s = self.delay_s(at, self.panel.projection.pixel(at).y);
         let projection = self.moved(delay_s);
@@ -222,11 +222,11 @@ impl Imaging<'_> {
         .centre
     }
 
-    /// How much later than the sensor's first row a point of the panel is exposed, `after_s` seconds after the middle of the exposure: its
-    /// row at rest says it, where the camera stands still.
+    /// The delay of a point of the panel relative to the sensor's first row, `after_s` seconds after the middle of the exposure. If the
+    /// camera is still, the point's row at rest gives it.
     ///
-    /// Where the camera vibrates, the row is that in which the point is when it is exposed. Each of the steps towards it leaves the part of
-    /// the error that the image's speed is of the read-out's.
+    /// If the camera vibrates, it is the row of the point at the time of that row's exposure. Each iteration multiplies the error by the
+    /// ratio of the image's speed to the read-out's.
     fn delay_s(&self, at: DVec2, row_at_rest: f64) -> f64 {
         let at_rest_s = self.formation.row_delay_s * row_at_rest;
         if self.shaken.is_none() || self.formation.row_delay_s == 0.0 {

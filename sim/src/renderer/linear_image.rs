@@ -9,7 +9,7 @@ use crate::accuracy::Level;
 pub enum LinearImage {
     /// In single precision.
     Single(Canvas<f32>),
-    /// In double precision, which [`Level::Reference`] asks for.
+    /// In double precision, for [`Level::Reference`].
     Double(Canvas<f64>),
 }
 
@@ -24,7 +24,7 @@ impl LinearImage {
 }
 
 impl Renderer {
-    /// A linear image of a region, to be drawn at this renderer's level.
+    /// A linear image of a region, for drawing at this renderer's level.
     pub fn linear_image(&self, region: Region) -> LinearImage {
         match self.level {
             Level::Reference => LinearImage::Double(Canvas::new(region)),

@@ -1,4 +1,4 @@
-//! From a scene and the panels' bits to what the camera records.
+//! Renders a scene and the panels' bits to a camera's frames.
 
 mod backdrop;
 mod board;
@@ -40,18 +40,18 @@ use crate::view::{Photograph, View, ViewError};
 
 pub use linear_image::LinearImage;
 
-/// What one panel shows during one exposure.
+/// The light of one panel during one exposure.
 #[derive(Clone, Copy, Debug)]
 pub struct PanelExposure {
     /// The symbol at the exposure's start and those after it.
     pub symbols: [PanelFrame; WINDOW],
     /// Its LEDs' light, without the air between.
     pub light: LedLight,
-    /// How far the panel's image is moved from where its pose puts it, in px.
+    /// The shift of the panel's image from its pose, in px.
     pub shift_px: [f64; 2],
 }
 
-/// The least blur a table is made for; none at all needs no table.
+/// The least blur with a table; without a blur none is needed.
 const SHARPEST_PX: f64 = 1e-3;
 
 /// Renders frames of one scene.
@@ -64,17 +64,17 @@ pub struct Renderer {
     exact: Exact,
     table: KernelTables,
     spread: Spread,
-    /// The blur's round core, for what is drawn pixel by pixel.
+    /// The blur's round core, for drawing pixel by pixel.
     blur: Blur,
     margin_px: f64,
-    /// The panels drawn, the farthest first: a near board covers what is behind it.
+    /// The drawn panels, the farthest first, because a near board covers farther panels.
     far_to_near: Vec<usize>,
-    /// Where all is while the camera stands still.
+    /// All positions while the camera is still.
     still: DrawList,
     encoder: Encoder,
-    /// Noise of the pixels drawn, made when it is first asked for.
+    /// Noise of the drawn pixels, made on first use.
     pixel_noise: OnceLock<Arc<PixelNoise>>,
-    /// The sensor without panels, made when a whole frame is first asked for.
+    /// The sensor without panels, made for the first whole frame.
     backdrop: OnceLock<Arc<Backdrop>>,
 }
 
@@ -82,19 +82,19 @@ impl Renderer {
     /// A renderer for a valid scene at an accuracy level.
     ///
     /// # Errors
-    /// When the scene cannot be seen: see [`ViewError`].
+    /// If the scene cannot be seen: see [`ViewError`].
     pub fn new(scene: &Scene, level: Level) -> Result<Self, ViewError> {
         effects::check_names(&scene.effects).map_err(Box::new)?;
         Ok(Self::of(View::new(scene)?, level))
     }
 
-    /// A renderer for a scene worked out.
+    /// A renderer for a prepared scene.
     pub fn of(view: View, level: Level) -> Self {
         let plan = Plan::of(&view);
         Self::planned(view, plan, level)
     }
 
-    /// The same renderer with one effect more, or one less, than planned.
+    /// The same renderer with one more or one less effect than planned.
     pub fn toggled(&self, effect: &str) -> Self {
         let mut toggled = Self::planned(self.view.clone(), self.plan.toggled(effect), self.level);
         if toggled.formation.noise == self.formation.noise {
@@ -109,7 +109,7 @@ impl Renderer {
         Self::with(view, plan, formation, level, accuracy)
     }
 
-    /// A renderer with the knobs set by hand; the bound of `level` is then the caller's to keep.
+    /// A renderer with explicit accuracy parameters; the caller is responsible for the bound of `level`.
     pub fn with_accuracy(view: View, level: Level, accuracy: Accuracy) -> Self {
         let plan = Plan::of(&view);
         let formation = plan.formation(&view);
@@ -149,11 +149,11 @@ impl Renderer {
         renderer
     }
 
-    /// A renderer for another scene at the same level. It takes over what both have in common of the photograph, the noise
-    /// tables and the backdrop, which are most of the work where panels have only moved.
+    /// A renderer for another scene at the same level. It reuses the common parts of the photograph, the noise tables and the backdrop,
+    /// which are most of the work if panels have only moved.
     ///
     /// # Errors
-    /// When the scene cannot be seen: see [`ViewError`].
+    /// If the scene cannot be seen: see [`ViewError`].
     pub fn rebuilt_for(&self, scene: &Scene) -> Result<Self, ViewError> {
         let mut rebuilt = Self::of(self.view.rebuilt_for(scene)?, self.level);
         if rebuilt.formation.noise == self.formation.noise {
@@ -178,17 +178,17 @@ impl Renderer {
             }
     }
 
-    /// The scene, worked out.
+    /// The prepared scene.
     pub fn view(&self) -> &View {
         &self.view
     }
 
-    /// What is simulated and why.
+    /// The simulated effects and their reasons.
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// The curve by which grey levels are made of linear values.
+    /// The curve from linear values to grey levels.
     pub fn curve(&self) -> Curve {
         self.formation.curve
     }
@@ -198,7 +198,7 @@ impl Renderer {
         self.level
     }
 
-    /// What panel `index` shows where its symbol does not change: the scene's own light, in its pose.
+    /// The light of panel `index` without a symbol change: the scene's own light, in its pose.
     pub fn steady(&self, index: usize, bits: PanelFrame) -> PanelExposure {
         PanelExposure {
             symbols: [bits; WINDOW],
@@ -207,7 +207,7 @@ impl Renderer {
         }
     }
 
-    /// The LEDs of panel `index` where each On one gives `luminance_cd_m2` of its own, whatever the scene says of its limits.
+    /// The LEDs of panel `index` if each On one has `luminance_cd_m2` of its own light, beyond the scene's limits if need be.
     pub fn lit(&self, index: usize, luminance_cd_m2: f64) -> LedLight {
         let scene = &self.view.scene;
         let panel = &self.view.panels[index].panel;
@@ -256,8 +256,7 @@ impl Renderer {
         self.change_rows(canvas);
     }
 
-    /// Draws the linear image in double precision, by the error function. The renderer must have been made for
-    /// [`Level::Reference`] to be as exact as that.
+    /// Draws the linear image in double precision, by the error function. The full precision needs a renderer of [`Level::Reference`].
     pub fn draw_exact(&self, moment: &Moment, shown: &[PanelExposure], canvas: &mut Canvas<f64>) {
         self.expose(&self.exact, moment, shown, canvas, |layout, shift, light, canvas| {
             self.paint(&self.exact, layout, shift, light, canvas);

@@ -1,4 +1,4 @@
-//! An outline at its place on the sensor, drawn pixel by pixel.
+//! An outline at its position on the sensor, drawn pixel by pixel.
 
 use std::sync::OnceLock;
 
@@ -7,14 +7,14 @@ use glam::DVec2;
 use super::canvas::Canvas;
 use crate::disc::outline::Outline;
 
-/// What [`Chords`](crate::disc::chords::Chords) are too many for: something far larger than its blur.
+/// A shape far larger than its blur, which would need too many [`Chords`](crate::disc::chords::Chords).
 #[derive(Clone, Debug)]
 pub struct LargeShape {
     /// Its boundary.
     pub outline: Outline,
     /// Its centre, in px of the sensor.
     pub centre: DVec2,
-    /// Its light where nothing shifts it, kept for the next frames: to draw it takes as long as many frames.
+    /// Its light without a shift, kept for the next frames, because drawing it takes as long as many frames.
     pub(super) still: OnceLock<Canvas<f32>>,
 }
 

@@ -1,4 +1,4 @@
-//! Where panels are during one exposure: the same in each, or, where the camera vibrates, its own in each.
+//! The positions of panels during one exposure: the same in all frames, or, if the camera vibrates, different in each.
 
 use glam::{DMat3, DVec2};
 use link::panel::{LEDS, SIDE};
@@ -13,7 +13,7 @@ use crate::camera::shake::Vibration;
 use crate::effects::moments;
 use crate::view::for_each_meeting;
 
-/// Time steps of a period of the highest frequency: chords of the way are shorter than it by less than 1 %.
+/// Time steps per period of the highest frequency: chords of the way are shorter than the way by less than 1 %.
 const STEPS_PER_PERIOD: f64 = 16.0;
 
 /// The camera's vibration about the middle of an exposure.
@@ -24,31 +24,31 @@ pub struct ExposureVibration {
 }
 
 impl ExposureVibration {
-    /// What turns the world as the camera sees it, `after_s` seconds after the middle of the exposure.
+    /// The rotation of the world as the camera sees it, `after_s` seconds after the middle of the exposure.
     pub(super) fn turn(&self, after_s: f64) -> DMat3 {
         self.vibration.turn(self.middle_s + after_s)
     }
 }
 
-/// What is drawn in an exposure, and where.
+/// The content of an exposure, with positions.
 #[derive(Default)]
 pub(super) struct DrawList {
-    /// How the camera vibrates; none: it stands still.
+    /// The camera's vibration; `None`: it is still.
     pub(super) shaken: Option<ExposureVibration>,
-    /// The moments that are averaged: (time from the exposure's middle in seconds, weight).
+    /// The moments to average: (time from the exposure's middle in seconds, weight).
     pub(super) moments: Vec<(f64, f64)>,
-    /// For each panel drawn: its layouts over the exposure with their weights.
+    /// For each drawn panel: its layouts over the exposure with their weights.
     pub(super) layouts: Vec<Vec<(f64, Layout)>>,
-    /// For each panel drawn: its board over the exposure with weights; empty without a board.
+    /// For each drawn panel: its board over the exposure with weights; empty without a board.
     pub(super) boards: Vec<Vec<(f64, Board)>>,
-    /// For each panel drawn: the part of the sensor that it lights.
+    /// For each drawn panel: the part of the sensor that it lights.
     pub(super) surroundings: Vec<Region>,
-    /// For each panel drawn: whether all that is behind its LEDs has one linear value.
+    /// For each drawn panel: whether all light behind its LEDs has one linear value.
     pub(super) on_even_ground: Vec<bool>,
 }
 
 impl Renderer {
-    /// How the camera vibrates at a moment, where that is simulated.
+    /// The camera's vibration at a moment, if it is simulated.
     pub(super) fn shaken(&self, moment: &Moment) -> Option<ExposureVibration> {
         let shake = self.formation.shake.as_ref()?;
         Some(ExposureVibration {
@@ -57,7 +57,7 @@ impl Renderer {
         })
     }
 
-    /// What the image of panel `index` depends on `after_s` seconds after the middle of an exposure.
+    /// The inputs of panel `index`'s image `after_s` seconds after the middle of an exposure.
     pub(super) fn imaging<'a>(&'a self, index: usize, shaken: Option<&'a ExposureVibration>, after_s: f64) -> Imaging<'a> {
         Imaging {
             camera: &self.view.scene.camera,
@@ -68,13 +68,13 @@ impl Renderer {
         }
     }
 
-    /// Where all is in an exposure of a camera that vibrates so, or stands still.
+    /// All positions in an exposure with that vibration of the camera, or with a still camera.
     pub(super) fn placed(&self, shaken: Option<ExposureVibration>) -> DrawList {
         let moments = match &shaken {
             Some(shaken) => self.moments(shaken),
             None => self.formation.motion_samples.clone(),
         };
-        // The table of an image is made for many frames.
+        // The table of an image pays off over many frames only.
         let phases = if shaken.is_some() { 0 } else { self.accuracy.phases };
         let accuracy = Accuracy { phases, ..self.accuracy };
         let vibration = shaken.as_ref();
@@ -105,7 +105,7 @@ impl Renderer {
         placed
     }
 
-    /// The moments of an exposure: for each quarter pixel of the longest way of a corner LED, by its own motion and the camera's.
+    /// The moments of an exposure: one for each quarter pixel of the longest way of a corner LED, by its own motion and the camera's.
     pub(super) fn moments(&self, shaken: &ExposureVibration) -> Vec<(f64, f64)> {
         let exposure_s = self.view.exposure.time_s;
         let highest_hz = self.formation.shake.map_or(0.0, |shake| shake.highest_hz());
@@ -121,7 +121,7 @@ impl Renderer {
                 (0..steps as u32).map(|step| (place(step + 1) - place(step)).length()).sum()
             })
         });
-        // Whether the panels' own motion is drawn or not, so that this changes nothing else.
+        // Independent of whether the panels' own motion is drawn, so that this changes nothing else.
         let own = crate::effects::way_px(&self.view);
         moments(own + ways.fold(0.0, f64::max), exposure_s)
     }
@@ -156,14 +156,14 @@ impl Renderer {
         }
     }
 
-    /// How far the camera's vibration may move panel `index` beyond where it is at rest.
+    /// The greatest shift of panel `index` by the camera's vibration.
     pub(super) fn shake_px(&self, index: usize) -> f64 {
         let panel = &self.view.panels[index];
         let reach = self.formation.shake.map(|shake| panel.reach_of(&shake, &self.view.scene.camera));
         reach.map_or(0.0, |reach| reach.shift_px + reach.stretch * panel.radius_px())
     }
 
-    /// For each panel drawn, whether all behind its LEDs has one value: its board, or a plain background where no farther panel is.
+    /// For each drawn panel, whether all light behind its LEDs has one value: its board, or a plain background without a farther panel.
     fn even_grounds(&self, placed: &DrawList) -> Vec<bool> {
         let mut even = vec![self.photograph().is_none(); placed.surroundings.len()];
         let mut turn = vec![0; even.len()];

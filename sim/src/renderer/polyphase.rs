@@ -1,7 +1,7 @@
-//! An LED's image read from a table of sub-pixel phases.
+//! An LED's image from a table of sub-pixel phases.
 //!
-//! What an LED's image looks like depends on where in its pixel the centre lies. [`PhaseTable`] hold the values across and down of each
-//! term, so that one LED's values are one interpolation between two rows.
+//! An LED's image depends on the position of its centre within a pixel. [`PhaseTable`]s hold the values across and down of each term, so
+//! that one LED's values are one interpolation between two rows.
 
 use crate::disc::chords::Chords;
 use crate::disc::kernel::Exact;
@@ -9,9 +9,9 @@ use crate::disc::phase_table::PhaseTable;
 use crate::disc::spread::Spread;
 use crate::renderer::separable::{ChordImage, SeparableImage};
 
-/// Values across come in whole vectors of this length.
+/// The vector length of values across.
 pub const LANES: usize = 8;
-/// The most rows of a table: beyond, to work them out takes longer than a table of the kernel alone saves.
+/// The most rows of a table: a larger table costs more time than it saves.
 const MOST_ROWS: usize = 4096;
 
 /// The values across and down of an LED's terms, as f32; the error is that of [`crate::disc::kernel::KernelTables`].
@@ -24,8 +24,8 @@ pub struct Polyphase {
 }
 
 impl Polyphase {
-    /// The table for the shape that `chords` make, under the blur of `kernel` and spread, drawn up to `margin_px` beyond its edge. None
-    /// where it would be too large.
+    /// The table for the shape of `chords`, under the blur of `kernel` and the spread, drawn up to `margin_px` beyond its edge. `None` if
+    /// it would be too large.
     pub fn new(kernel: &Exact, chords: &Chords, spread: &Spread, margin_px: f64, phases: usize) -> Option<Self> {
         let image = ChordImage::new(kernel, chords, spread, margin_px);
         if image.terms() * phases > MOST_ROWS {

@@ -1,4 +1,4 @@
-//! From drawn linear values to the grey levels that a camera records.
+//! Converts drawn linear values to a camera's grey levels.
 
 use std::sync::Arc;
 
@@ -21,7 +21,7 @@ impl Renderer {
         self.process(canvas.region().width, grey);
     }
 
-    /// The same for a canvas in double precision, by the formula itself.
+    /// The same for a canvas in double precision, by the exact formula.
     pub fn read_out_exact(&self, seed: u64, frame: u64, canvas: &Canvas<f64>, grey: &mut [u8]) {
         if self.formation.noise.is_none() {
             for (grey, &linear) in grey.iter_mut().zip(canvas.values()) {
@@ -35,15 +35,15 @@ impl Renderer {
         self.process(canvas.region().width, grey);
     }
 
-    /// What the camera does to encoded levels, row by row, before it gives them away: sharpening, compression.
+    /// Applies the camera's processing of encoded levels, row by row: sharpening, compression.
     pub fn process(&self, width: usize, grey: &mut [u8]) {
         for stage in &self.formation.grey_stages {
             stage.apply(width, grey);
         }
     }
 
-    /// Renders the whole sensor into `grey` (one byte a pixel, row by row), using `canvas`, which covers
-    /// [`Renderer::lit_region`], for the part that is drawn.
+    /// Renders the whole sensor into `grey` (one byte a pixel, row by row), with `canvas`, which covers [`Renderer::lit_region`], for the
+    /// drawn part.
     pub fn frame(&self, seed: u64, moment: &Moment, shown: &[PanelExposure], canvas: &mut Canvas<f32>, grey: &mut [u8]) {
         self.draw(moment, shown, canvas);
         let Region { x, y, width, height } = canvas.region();
@@ -69,7 +69,7 @@ impl Renderer {
         }
     }
 
-    /// The noise of the pixels that are drawn, where noise is simulated.
+    /// The noise of the drawn pixels, if noise is simulated.
     pub fn pixel_noise(&self) -> Option<&Arc<PixelNoise>> {
         let noise = self.formation.noise.as_ref()?;
         Some(self.pixel_noise.get_or_init(|| Arc::new(PixelNoise::new(noise))))

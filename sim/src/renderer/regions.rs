@@ -1,4 +1,4 @@
-//! Where on the sensor panels are, and the parts of it that they light.
+//! The positions of panels on the sensor, and the parts of it that they light.
 
 use glam::DVec2;
 use link::panel::SIDE;
@@ -24,24 +24,24 @@ impl Renderer {
         }
     }
 
-    /// The part of the sensor that panel `index` lights in any frame, with room for a shift of less than one pixel, and for what the
-    /// camera does to encoded levels around.
+    /// The part of the sensor that panel `index` lights in any frame, with a margin for a shift of less than one pixel, and for the reach
+    /// of the camera's processing of encoded levels.
     pub fn surroundings(&self, index: usize) -> Region {
         self.around(&self.still, index, self.margin_px + self.shake_px(index))
     }
 
-    /// The part of the sensor outside which drawing panel `index`, moved by `shift`, changes nothing.
+    /// The part of the sensor that drawing panel `index`, moved by `shift`, can change.
     pub(super) fn touched(&self, placed: &DrawList, index: usize, shift: DVec2) -> Region {
         placed.surroundings[index].widened(shift.abs().max_element().ceil() as usize + polyphase::LANES)
     }
 
-    /// The part of the sensor that the cells of panel `index` cover, with a rim of one pixel for their gradient and room for a shift of
+    /// The part of the sensor covered by the cells of panel `index`, with a rim of one pixel for their gradient and a margin for a shift of
     /// less than one pixel.
     pub fn cells_region(&self, index: usize) -> Region {
         self.around(&self.still, index, self.shake_px(index))
     }
 
-    /// The part of the sensor that panels light, all their surroundings: where a photograph behind them moves, the whole of it.
+    /// The part of the sensor that panels light, with all their surroundings: the whole of it if a photograph behind them moves.
     pub fn lit_region(&self) -> Region {
         if self.formation.shake.is_some() && self.photograph().is_some() {
             return self.sensor();
@@ -60,7 +60,7 @@ impl Renderer {
             .unwrap_or(self.sensor())
     }
 
-    /// Pixel positions of a panel's corner LEDs as drawn while the camera stands still: top left, top right, bottom right, bottom left.
+    /// Pixel positions of a panel's corner LEDs as drawn by a still camera: top left, top right, bottom right, bottom left.
     pub fn corner_leds_px(&self, index: usize) -> [[f64; 2]; 4] {
         let panel = &self.view.panels[index];
         let drawn = self.still.layouts.get(index).and_then(|layouts| layouts.first());
@@ -76,7 +76,7 @@ impl Renderer {
         })
     }
 
-    /// Those of the first panel at a moment, in pixels of a region; where the camera vibrates, in the middle of their ways.
+    /// The first panel's corner LEDs at a moment, in pixels of a region; under vibration, the middle of their paths.
     pub fn corner_leds_in(&self, region: Region, moment: &Moment) -> [[f64; 2]; 4] {
         let corners = match self.shaken(moment) {
             None => self.corner_leds_px(0),
@@ -94,14 +94,14 @@ impl Renderer {
     }
 
     /// The same in single precision.
-    ///
     /// # Errors
+    /// If they are not the corners of a panel.
     /// When they make no panel.
     pub fn corners_in(&self, region: Region, moment: &Moment) -> Result<Corners, CornersError> {
         Corners::new(self.corner_leds_in(region, moment).map(|corner| corner.map(|place| place as f32)))
     }
 
-    /// How far the camera's vibration has moved the first panel in the image at a moment, in px.
+    /// The shift of the first panel in the image by the camera's vibration at a moment, in px.
     pub fn shaken_px(&self, moment: &Moment) -> [f64; 2] {
         if !self.shakes() {
             return [0.0; 2];
@@ -118,7 +118,7 @@ impl Renderer {
         [mean(0), mean(1)]
     }
 
-    /// Whether the places of panels are others in each frame.
+    /// Whether the positions of panels differ from frame to frame.
     pub fn shakes(&self) -> bool {
         self.formation.shake.is_some()
     }

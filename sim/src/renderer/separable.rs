@@ -1,11 +1,11 @@
 //! The image of one LED as a few products of a column of values and a row of values.
 //!
-//! A [`SeparableImage`] fills both for any sub-pixel place of the LED; [`crate::renderer::canvas`] multiplies them out. Two kinds:
+//! A [`SeparableImage`] fills both for any sub-pixel position of the LED; [`crate::renderer::canvas`] multiplies them. Two kinds:
 //!
 //! | image | values | choose it |
 //! |---|---|---|
-//! | [`ChordImage`] | worked out from [`Chords`] and a [`Kernel`] each time | for the reference, and where each LED has a shape of its own |
-//! | [`Polyphase`](crate::renderer::polyphase::Polyphase) | read from a table, a vector at a time | where many LEDs share one shape |
+//! | [`ChordImage`] | computed from [`Chords`] and a [`Kernel`] each time | for the reference, and if each LED has its own shape |
+//! | [`Polyphase`](crate::renderer::polyphase::Polyphase) | read from a table, a vector at a time | if many LEDs share one shape |
 
 use crate::disc::chords::Chords;
 use crate::disc::kernel::{Kernel, Real};
@@ -15,13 +15,13 @@ use crate::disc::spread::{Column, Spread};
 ///
 /// For an LED centred at c, the first value of either belongs to the pixel ⌊c⌋ − `before`, and `fraction` is c − ⌊c⌋.
 pub trait SeparableImage {
-    /// The type images are drawn in.
+    /// The type of the image.
     type Real: Real;
-    /// How many products add up.
+    /// The number of products.
     fn terms(&self) -> usize;
-    /// How many pixels left of (above) that of the centre are lit.
+    /// The number of lit pixels left of (above) the centre's.
     fn before(&self) -> [usize; 2];
-    /// The length of the values across and down: with light that reaches r px to either side, from −⌊r⌋ to ⌊r⌋ + 1.
+    /// The length of the values across and down: for light up to r px to either side, from −⌊r⌋ to ⌊r⌋ + 1.
     fn size(&self) -> [usize; 2] {
         self.before().map(|before| 2 * before + 2)
     }
@@ -60,8 +60,7 @@ impl<S: SeparableImage> SeparableImage for &S {
     }
 }
 
-/// An image made of chords, each for each column of the spread; where two of them stand mirrored about the centre they make one
-/// term.
+/// An image of chords, each for each column of the spread; two chords that are mirror images about the centre make one term.
 #[derive(Clone, Copy, Debug)]
 pub struct ChordImage<'a, K> {
     kernel: &'a K,
@@ -72,7 +71,7 @@ pub struct ChordImage<'a, K> {
 }
 
 impl<'a, K: Kernel> ChordImage<'a, K> {
-    /// The image by `kernel` of the shape that `chords` make, spread, and drawn up to `margin_px` beyond its edge.
+    /// The image by `kernel` of the shape of `chords`, spread, and drawn up to `margin_px` beyond its edge.
     pub fn new(kernel: &'a K, chords: &'a Chords, spread: &'a Spread, margin_px: f64) -> Self {
         Self {
             kernel,
@@ -113,7 +112,7 @@ impl<K: Kernel> SeparableImage for ChordImage<'_, K> {
         for (place, part) in &column.across {
             let (first, weight) = (first - place, K::Real::from_f64(chord.weight * part));
             self.kernel.add_bells(first - chord.u, weight, values);
-            // An odd chord out stands in the middle and counts once.
+            // An odd chord in the middle counts once.
             if self.paired && 2 * index + 1 < self.chords.0.len() {
                 self.kernel.add_bells(first + chord.u, weight, values);
             }

@@ -1,4 +1,4 @@
-//! Which symbols an exposure sees of a panel.
+//! The symbols of a panel in an exposure.
 
 use link::panel::{LEDS, PanelFrame};
 use rand::Rng;
@@ -8,14 +8,14 @@ use crate::camera::clock::Moment;
 use crate::random::{Purpose, stream};
 
 impl Renderer {
-    /// What all panels show in frame `frame` of a seed: random bits, but for the first panel's where they are given.
+    /// The exposures of all panels in frame `frame` of a seed: random bits, unless `bits` gives the first panel's.
     pub fn shown(&self, seed: u64, frame: u64, bits: Option<PanelFrame>) -> Vec<PanelExposure> {
         let mut shown = Vec::new();
         self.show(seed, frame, bits, &mut shown);
         shown
     }
 
-    /// The same into what was made for the frame before.
+    /// The same, into the memory of the frame before.
     pub fn show(&self, seed: u64, frame: u64, bits: Option<PanelFrame>, shown: &mut Vec<PanelExposure>) {
         let mut random = stream(seed, frame, Purpose::Bits);
         let of_panel = |panel| {
@@ -27,7 +27,7 @@ impl Renderer {
         shown.extend((0..self.view.panels.len()).map(of_panel));
     }
 
-    /// What panel `index` shows in the middle of the exposure, each LED in the middle of its own.
+    /// The bits of panel `index` in the middle of the exposure, each LED in the middle of its own.
     pub fn truth(&self, index: usize, moment: &Moment, shown: &PanelExposure) -> PanelFrame {
         if self.formation.row_delay_s == 0.0 {
             return shown.symbols[moment.middle_symbol(0.0)];
@@ -49,7 +49,7 @@ impl Renderer {
         self.delays_s(index).iter().any(shared)
     }
 
-    /// How much later than the sensor's first row each LED of a panel is exposed.
+    /// The delay of each LED's exposure relative to the sensor's first row.
     pub(super) fn delays_s(&self, index: usize) -> [f64; LEDS] {
         let ellipses = &self.view.panels[index].ellipses;
         std::array::from_fn(|led| self.formation.row_delay_s * ellipses[led].centre.y)

@@ -9,7 +9,7 @@ pub enum SceneError {
     /// Neither a preset nor a file.
     #[error("no scene {name:?}: give a TOML file or one of the presets {}", PRESETS.map(|p| p.name).join(", "))]
     NotFound {
-        /// What was asked for.
+        /// The requested name.
         name: String,
     },
     /// The file cannot be read.
@@ -17,7 +17,7 @@ pub enum SceneError {
     Read {
         /// The file.
         path: String,
-        /// Why not.
+        /// The cause.
         source: std::io::Error,
     },
     /// Not TOML, a key that does not exist, or a value of the wrong type.
@@ -25,7 +25,7 @@ pub enum SceneError {
     Parse {
         /// The preset, the file or `--set`.
         name: String,
-        /// Where and what.
+        /// The place and the fault.
         source: Box<toml::de::Error>,
     },
     /// An override that is not `KEY=VALUE` with a key of the scene.
@@ -33,15 +33,15 @@ pub enum SceneError {
     Override {
         /// The override as given.
         text: String,
-        /// What is wrong with it.
+        /// Its fault.
         why: String,
     },
-    /// A key that does not exist, or is named by half.
+    /// A key that does not exist, or an incomplete one.
     #[error("scene key {key:?}: {why}")]
     Key {
         /// The key as given.
         key: String,
-        /// What is wrong with it.
+        /// Its fault.
         why: String,
     },
     /// A value out of its range.

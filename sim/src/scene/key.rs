@@ -1,4 +1,4 @@
-//! What a line of the scene's [tables](super::tables) becomes: a field with its default, a range that is checked, and an entry of the list.
+//! Expands a line of the scene's [tables](super::tables) to a field with its default, a range check, and an entry of the list.
 
 use std::ops::RangeInclusive;
 
@@ -8,7 +8,7 @@ use toml::Value;
 pub(crate) struct Table {
     /// Its header in a file.
     pub(super) header: &'static str,
-    /// What stands behind the header.
+    /// The comment after the header.
     pub(super) remark: &'static str,
     /// Its keys, in the order in which presets write them.
     pub(crate) keys: &'static [Key],
@@ -25,7 +25,7 @@ impl Table {
 pub struct Key {
     /// Its name within its table.
     pub name: &'static str,
-    /// What its numbers count; empty where they are bare, and where it has none.
+    /// The unit of its numbers; empty if they have none.
     pub unit: &'static str,
     pub(super) range: Option<fn() -> RangeInclusive<f64>>,
     pub(super) default: fn() -> Option<Value>,
@@ -34,12 +34,12 @@ pub struct Key {
 }
 
 impl Key {
-    /// The range of its numbers, where it has any: with the other keys' defaults where they limit it.
+    /// The range of its numbers, if it has one; if other keys limit it, with their defaults.
     pub fn range(&self) -> Option<RangeInclusive<f64>> {
         self.range.map(|range| range())
     }
 
-    /// Its line in a preset that leaves it as it is, with a default or an example; none where it has neither.
+    /// Its line in a preset that does not set it, with a default or an example; `None` if it has neither.
     pub(crate) fn line(&self) -> Option<String> {
         let set = match ((self.default)(), self.example) {
             (Some(default), _) => format!("{} = {}", self.name, plain(&default)),
@@ -63,7 +63,7 @@ pub(super) fn with_remark(line: impl std::fmt::Display, remark: &str) -> String 
     }
 }
 
-/// A value as one would type it: whole numbers without a point.
+/// A value in the notation of a user: integers without a point.
 fn plain(value: &Value) -> String {
     match value {
         Value::Float(number) => number.to_string(),
@@ -72,11 +72,11 @@ fn plain(value: &Value) -> String {
     }
 }
 
-/// Makes of the lines of a table its struct, with defaults, the check of its ranges and the list of its keys.
+/// Expands the lines of a table to its struct, with defaults, the check of its ranges and the list of its keys.
 ///
-/// A line is `/// words`, then `key: type = default`, then what it has of `in range` (which may name the table's other keys through the
-/// word behind `as`), `unit "…"`, `such as "…"` (an example, where the default is none) and `# "…"` (the comment behind it in presets).
-/// Behind `with` stand the fields that are no keys themselves.
+/// A line is `/// words`, then `key: type = default`, then optionally `in range` (which may name the table's other keys through the word
+/// behind `as`), `unit "…"`, `such as "…"` (an example, if the default is none) and `# "…"` (the comment after it in presets). `with`
+/// introduces the fields that are no keys themselves.
 macro_rules! table {
     (
         $(#[$about:meta])*
@@ -147,7 +147,7 @@ macro_rules! table {
                 }),*],
             };
 
-            /// That each key is within its range; `name` is what a key is called in errors.
+            /// Checks that each key is within its range; `name` gives a key's name for errors.
             #[allow(unused_variables, reason = "few ranges name another key")]
             pub(super) fn check(&self, name: impl Fn(&str) -> String) -> Result<(), RangeError> {
                 let $this = self;

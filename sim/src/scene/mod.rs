@@ -1,8 +1,7 @@
-//! The road as a user describes it: camera, panels, pose, light, air, link and which effects to simulate.
+//! The user's description of a road: camera, panels, pose, light, air, link and the effects to simulate.
 //!
-//! A scene comes from a TOML text or a preset, single keys can be overruled, and it is checked whole before anything
-//! runs: see [`Scene::load`]. `tables` lists its keys, each in one line. Every key carries its unit in its name; angles are in degrees
-//! here and nowhere inside.
+//! A scene comes from a TOML text or a preset, with overrides of single keys, and is checked before any use: see [`Scene::load`]. `tables`
+//! lists its keys, each in one line. Every key carries its unit in its name; angles are in degrees here only.
 
 mod error;
 mod key;
@@ -40,12 +39,12 @@ pub use values::{Contrast, Encoding, L2a, Leds, Mode, Psf, TableWord};
 pub struct Scene {
     /// The camera and its exposure control.
     pub camera: Camera,
-    /// The panels in view, one or more; the first is the one that sends.
+    /// The panels in view, one or more; the first one transmits.
     #[serde(rename = "panel")]
     pub panels: Vec<Panel>,
-    /// Where the panels are, unless they say otherwise.
+    /// The pose of all panels without their own.
     pub pose: Pose,
-    /// The light and what stands behind the panels.
+    /// The light and the background.
     pub ambient: Ambient,
     /// The air between.
     pub atmosphere: Atmosphere,
@@ -61,13 +60,13 @@ impl Scene {
         self.panels.get(index).and_then(|panel| panel.pose.as_ref()).unwrap_or(&self.pose)
     }
 
-    /// The same to be changed.
+    /// The same, mutable.
     pub fn pose_of_mut(&mut self, index: usize) -> &mut Pose {
         let own = self.panels.get_mut(index);
         own.and_then(|panel| panel.pose.as_mut()).unwrap_or(&mut self.pose)
     }
 
-    /// The lens's distortion k₁: 0 where the scene leaves it out.
+    /// The lens's distortion k₁: 0 if the scene leaves that effect out.
     pub fn distortion_k1(&self) -> f64 {
         match self.effects.mode("distortion") {
             Mode::Off => 0.0,
@@ -115,13 +114,13 @@ impl Pose {
 }
 
 impl Link {
-    /// The symbols that one exposure may see: the one at its start and those after it.
+    /// The symbols of one exposure: the one at its start and those after it.
     pub const WINDOW: usize = 4;
 
-    /// How symbols are shown.
+    /// The waveform of symbols.
     ///
     /// # Errors
-    /// When no transmitter shows such a carrier at this symbol rate.
+    /// If no transmitter can show that carrier at this symbol rate.
     pub fn waveform(&self) -> Result<Waveform, RangeError> {
         let cycles = self.carrier_cycles.unwrap_or(0);
         let waveform = Waveform::new(cycles.into()).and_then(|waveform| waveform.carrier_hz(self.symbol_rate_hz).map(|_| waveform));
@@ -140,7 +139,7 @@ impl Link {
 }
 
 impl EffectSettings {
-    /// What the scene says of the effect `name`.
+    /// The scene's setting of the effect `name`.
     pub fn mode(&self, name: &str) -> Mode {
         self.modes.get(name).copied().unwrap_or_default()
     }

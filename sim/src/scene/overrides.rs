@@ -1,16 +1,16 @@
-//! Single keys of a scene overruled: `TABLE.KEY=VALUE`.
+//! Overrides of single keys of a scene: `TABLE.KEY=VALUE`.
 
 use toml::{Table, Value};
 
 use super::error::SceneError;
 
-/// Puts one `TABLE.KEY=VALUE` into the scene's table.
+/// Applies one `TABLE.KEY=VALUE` to the scene's table.
 pub(crate) fn overrule(table: &mut Table, text: &str) -> Result<(), SceneError> {
     let fault = |why: &str| SceneError::Override {
         text: text.into(),
         why: why.into(),
     };
-    // A second line would be a second key, which TOML takes and nobody sees.
+    // A second line would be a second key, which TOML accepts silently.
     if text.chars().any(|c| c.is_control() && c != '\t') {
         return Err(fault("it is more than one line"));
     }
@@ -40,7 +40,7 @@ pub(crate) fn overrule(table: &mut Table, text: &str) -> Result<(), SceneError> 
     Ok(())
 }
 
-/// A TOML value; a bare word is a string, so that a shell needs no second pair of quotes.
+/// A TOML value; a bare word is a string, so that no quotes are needed in a shell.
 pub fn parse_value(text: &str) -> Value {
     let as_toml = toml::from_str::<Table>(&format!("value = {text}"))
         .ok()

@@ -1,4 +1,4 @@
-//! Scenes to start from.
+//! Predefined scenes.
 
 use super::key::with_remark;
 use super::tables::TABLES;
@@ -6,11 +6,11 @@ use super::tables::TABLES;
 /// A named scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
-    /// The name that stands for it on a command line.
+    /// Its name on a command line.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// A summary of one line.
     pub summary: &'static str,
-    /// What it sets apart from the defaults.
+    /// Its differences from the defaults.
     settings: &'static [&'static str],
 }
 
@@ -39,7 +39,7 @@ pub const PRESETS: [Preset; 13] = presets! {
         "a lit hall through a microcontroller's camera of 324 x 244 pixels: 30 frames a second, read out line by line", "hm01b0" "road";
 };
 
-/// The preset `name` as a commented TOML file, or none of that name.
+/// The preset `name` as a commented TOML file; `None` if there is no such preset.
 ///
 /// ```
 /// assert!(sim::scene::preset_toml("night").unwrap().contains("illuminance_lx = 50"));
@@ -56,7 +56,7 @@ pub fn preset_toml(name: &str) -> Option<String> {
     ))
 }
 
-/// Settings among all keys there are, in their order; those that are not set are comments, unless defaults are to be spelt out.
+/// Settings among all keys, in their order; the others are comments, or are set to their defaults if `spells_defaults`.
 fn filled(settings: &str, spells_defaults: bool) -> String {
     let mut own: Vec<(&str, &str)> = in_tables(settings).filter(|(_, line)| key(line).is_some()).collect();
     let mut text = String::new();
@@ -72,7 +72,7 @@ fn filled(settings: &str, spells_defaults: bool) -> String {
             }
             text += "\n";
         }
-        // What a table has beyond the keys that all share.
+        // The table's own keys beyond the common ones.
         for (_, line) in own.extract_if(.., |(of, _)| *of == table.header) {
             text += &format!("{line}\n");
         }
@@ -118,7 +118,7 @@ mod tests {
                     assert_eq!(shown.count(), 1, "{}: {}", preset.name, listed.name);
                 }
             }
-            // Only defaults are added: what is set is what the preset sets.
+            // Only defaults are added; the settings are the preset's.
             let bare = Scene::from_toml("bare", &settings_in_order(preset.settings), &[]);
             assert_eq!(Scene::load(preset.name, &[]).unwrap(), bare.unwrap());
         }

@@ -1,4 +1,4 @@
-//! Values within a range, and what is said of those that are not.
+//! Values with a range, and the error for those outside.
 
 use std::ops::RangeInclusive;
 
@@ -6,7 +6,7 @@ use link::panel::LEDS;
 
 use super::values::{L2a, Leds};
 
-/// A value that is not allowed.
+/// A value out of its range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{key} = {value}: must be {allowed}; {way_out}")]
 pub struct RangeError {
@@ -14,16 +14,16 @@ pub struct RangeError {
     pub key: String,
     /// Its value.
     pub value: String,
-    /// What is allowed.
+    /// The allowed values.
     pub allowed: String,
-    /// What to do.
+    /// The way out.
     pub way_out: String,
 }
 
-/// A value whose numbers have to be within a range.
+/// A value with a range of its numbers.
 pub(super) trait Ranged {
     /// # Errors
-    /// The first number that is not; `key` names it.
+    /// The first number out of range; `key` names it.
     fn check(&self, range: RangeInclusive<f64>, key: &dyn Fn() -> String) -> Result<(), RangeError>;
 }
 
@@ -76,7 +76,7 @@ impl Ranged for L2a {
 }
 
 impl Ranged for Leds {
-    /// The range is that of the count; each of a list is one of the panel.
+    /// The range is that of the count; each LED of a list must be one of the panel's.
     fn check(&self, range: RangeInclusive<f64>, key: &dyn Fn() -> String) -> Result<(), RangeError> {
         match self {
             Self::Count(count) => count.check(range, key),

@@ -1,7 +1,7 @@
 //! The tables of a scene file, **each key in one line**: words, name, type, default, range, unit, and its comment in presets.
 //!
-//! From its line follow the field, the check of its range and what that says, its place in presets, and its name in overrides and in
-//! Python. Which effects read it each [effect](crate::effects) says; a test holds the page's settings to the ranges and units here.
+//! A line defines the field, the check of its range and its error text, its place in presets, and its name in overrides and in Python. Each
+//! [effect](crate::effects) lists the keys that it reads; a test compares the page's settings with the ranges and units here.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -26,11 +26,11 @@ pub(crate) const TABLES: [Table; 7] = [
     EffectSettings::TABLE,
 ];
 
-/// The light that there may be, in lx.
+/// The range of illuminance, in lx.
 pub const ILLUMINANCE_LX: RangeInclusive<f64> = 0.1..=200_000.0;
 
 table! {
-    /// The camera: Table 1 of Do & Yoo 2020 unless said otherwise.
+    /// The camera: Table 1 of Do & Yoo 2020 if not noted otherwise.
     #[serde(deny_unknown_fields, default)]
     "[camera]" Camera as camera {
         /// Focal length of the lens.
@@ -55,19 +55,19 @@ table! {
         iso_max: f64 = 32_000.0, in camera.iso_min..=1e7, # "3200 in the paper's Table 1";
         /// Reflected-light meter constant K of ISO 2720.
         meter_constant: f64 = 12.5, in 5.0..=30.0;
-        /// The curve that makes grey levels of light.
+        /// The curve from light to grey levels.
         encoding: Encoding = Encoding::Gamma, # "linear, srgb, rec709, shoulder";
         /// γ of the curves `gamma` and `shoulder`.
         gamma: f64 = Standard::USUAL_GAMMA, in 1.0..=4.0;
         /// The grey level of no light.
         black_grey: f64 = 0.0, in 0.0..=64.0, unit "grey levels";
-        /// Standard deviation of the lens blur: the geometric mean of that along x and that along y.
+        /// Standard deviation of the lens blur: the geometric mean of those along x and along y.
         blur_sigma_px: f64 = LinkCamera::USUAL_BLUR_SIGMA_PX, in 0.0..=20.0, unit "px";
         /// The shape of the blur.
         psf: Psf = Psf::Gauss, # "disc: of a radius of 2 blur_sigma_px";
         /// The blur along x over that along y.
         blur_aspect: f64 = 1.0, in 0.25..=4.0, # "along x over along y";
-        /// How far the exposure is set from the meter's.
+        /// The offset of the exposure from the meter's.
         exposure_bias_ev: f64 = 0.0, in -8.0..=8.0, unit "EV";
         /// Whether the lens darkens towards the corners (cos⁴).
         vignetting: bool = false;
@@ -89,21 +89,21 @@ table! {
         shake_highest_hz: f64 = 15.0, in camera.shake_lowest_hz..=1000.0, unit "Hz";
         /// Whether frames are raw mosaics: red and green pixels by turns in even rows, green and blue ones in odd rows.
         mosaic: bool = false, # "true: raw frames of red, green, green and blue pixels";
-        /// How unlike pixels are in what they make of light (PRNU), the standard deviation.
+        /// Standard deviation of the pixels' gain (PRNU).
         prnu_percent: f64 = 0.0, in 0.0..=20.0, unit "%";
-        /// How unlike pixels are in what they read in the dark (DSNU), the standard deviation.
+        /// Standard deviation of the pixels' dark offset (DSNU).
         dsnu_e: f64 = 0.0, in 0.0..=1000.0, unit "electrons";
-        /// Hot pixels among a million.
+        /// Hot pixels per million.
         hot_pixels_ppm: f64 = 0.0, in 0.0..=10_000.0, unit "ppm";
-        /// The grey level below which no hot pixel reads.
+        /// The least grey level of a hot pixel.
         hot_pixel_grey: f64 = 255.0, in 0.0..=255.0, unit "grey levels";
-        /// Which camera of its kind it is: where its fixed pattern and its hot pixels are.
+        /// The specimen of the camera: its fixed pattern and its hot pixels.
         seed: u32 = 0, # "of the fixed pattern and the hot pixels";
-        /// Amount of the unsharp mask that the camera lays on its frames.
+        /// Amount of the camera's unsharp mask.
         sharpening: f64 = 0.0, in 0.0..=5.0, # "amount of an unsharp mask";
         /// Standard deviation of that mask's mean.
         sharpening_radius_px: f64 = 1.0, in 0.3..=10.0, unit "px";
-        /// The quality at which each frame passes as JPEG; none: no loss.
+        /// The JPEG quality of each frame; none: no loss.
         jpeg_quality: Option<u8> = None, in 1.0..=100.0, such as "75", # "left out: no loss";
     }
 }
@@ -118,24 +118,24 @@ table! {
         interval: f64 = 1.0, in 0.05..=10.0, unit "× LED", # "gap / diameter";
         /// Reflectance of the LED's surface.
         reflectance: f64 = 0.4, in 0.01..=1.0, unit "part";
-        /// The least luminance an On LED can give; none: no limit.
+        /// The least luminance of an On LED; none: no limit.
         luminance_min_cd_m2: Option<f64> = None, in 0.0..=1e7, unit "cd/m²", such as "50", # "left out: unlimited";
-        /// The most luminance an On LED can give; none: no limit.
+        /// The greatest luminance of an On LED; none: no limit.
         luminance_max_cd_m2: Option<f64> = None, in panel.luminance_min_cd_m2.unwrap_or(0.0).max(1e-3)..=1e7, unit "cd/m²", such as "8000";
-        /// Relative standard deviation of the luminance from LED to LED.
+        /// Relative standard deviation of the luminance between LEDs.
         led_spread: f64 = 0.0, in 0.0..=0.5;
-        /// The parts of the LEDs' own light that red, green and blue pixels of a mosaic see.
+        /// The parts of the LEDs' own light that red, green and blue pixels of a mosaic receive.
         colour: [f64; 3] = [1.0; 3], in 0.0..=1.0, unit "part",
             # "what such pixels see of the LEDs' own light; red: [1, 0.15, 0.05]";
-        /// LEDs that never light: how many, or which ones.
+        /// LEDs that never light: a number, or a list.
         dead_leds: Leds = Leds::Count(0), in 0.0..=LEDS as f64, # "how many, or which: [3, 17] with 8*row + column";
-        /// LEDs that always light: how many, or which ones.
+        /// LEDs that always light: a number, or a list.
         stuck_leds: Leds = Leds::Count(0), in 0.0..=LEDS as f64;
-        /// A row whose LEDs are dimmer, counted from the upper one, 0; none: none is.
+        /// The row of dimmer LEDs, counted from the top row, 0; none: no such row.
         dim_row: Option<u8> = None, in 0.0..=(SIDE - 1) as f64, such as "2", # "left out: none";
-        /// The part of their luminance that LEDs of the dim row give.
+        /// The relative luminance of LEDs in the dim row.
         dim_row_light: f64 = 0.5, in 0.0..=1.0, unit "part";
-        /// Which panel of its kind it is: how bright which LED is, and which are broken.
+        /// The specimen of the panel: the brightness of its LEDs, and its broken ones.
         seed: u32 = 0, # "of the spread and of which LEDs are broken";
         /// Frequency of the dimming PWM; 0 is ideal dimming.
         pwm_hz: f64 = 0.0, in 0.0..=1e7, unit "Hz", # "0: ideal dimming";
@@ -152,7 +152,7 @@ table! {
 }
 
 table! {
-    /// Where a panel is and how it is turned. Camera axes: x right, y down, z forward.
+    /// The position and orientation of a panel. Camera axes: x right, y down, z forward.
     #[serde(deny_unknown_fields, default)]
     "[pose]" Pose as pose {
         /// Depth of the panel's centre.
@@ -161,13 +161,13 @@ table! {
         x_m: f64 = 0.0, in -2000.0..=2000.0, unit "m", # "right";
         /// The panel's centre below the optical axis.
         y_m: f64 = 0.0, in -2000.0..=2000.0, unit "m", # "down";
-        /// Turn about the optical axis.
+        /// Rotation about the optical axis.
         roll_deg: f64 = 0.0, in -180.0..=180.0, unit "°";
-        /// Turn about the vertical.
+        /// Rotation about the vertical.
         yaw_deg: f64 = 0.0, in -80.0..=80.0, unit "°";
-        /// Turn about the horizontal.
+        /// Rotation about the horizontal.
         pitch_deg: f64 = 0.0, in -80.0..=80.0, unit "°";
-        /// Velocity of the panel relative to the camera, each part.
+        /// Velocity of the panel relative to the camera, each component.
         velocity_m_s: [f64; 3] = [0.0; 3], in -200.0..=200.0, unit "m/s";
     }
 }
@@ -176,7 +176,7 @@ table! {
     /// The ambient light and the background.
     #[serde(deny_unknown_fields, default)]
     "[ambient]" Ambient as ambient {
-        /// Illuminance on the panel and on what the light meter sees.
+        /// Illuminance on the panel and on the background that the light meter sees.
         illuminance_lx: f64 = 10_000.0, in ILLUMINANCE_LX, unit "lx";
         /// Mean reflectance of the background.
         background_reflectance: f64 = 0.18, in 0.01..=1.0, unit "part";
@@ -189,11 +189,11 @@ table! {
     /// The air between panel and camera.
     #[serde(deny_unknown_fields, default)]
     "[atmosphere]" Atmosphere as atmosphere {
-        /// The part of the light that passes 70 m of air (Table 1: 0.9932).
+        /// The part of the light transmitted by 70 m of air (Table 1: 0.9932).
         transmission_at_70m: f64 = 0.9932, in 1e-6..=1.0, unit "part";
-        /// Whether the air itself shines, lit by the ambient light (Koschmieder).
+        /// Whether the air scatters ambient light to the camera (Koschmieder).
         airlight: bool = false;
-        /// Luminance of the horizon; none: what the illuminance gives a white diffuser, E/π.
+        /// Luminance of the horizon; none: that of a white diffuser in the ambient light, E/π.
         airlight_cd_m2: Option<f64> = None, in 0.0..=1e6, unit "cd/m²", such as "3000", # "left out: from the illuminance";
     }
 }
@@ -211,26 +211,26 @@ table! {
         contrast: Contrast = Contrast::Exposure, # "1 + pi*r; \"eq10\": 1 + r";
         /// Panels a second.
         symbol_rate_hz: f64 = 100.0, in 0.1..=10_000.0, unit "Hz";
-        /// Where in a symbol the first exposure begins.
+        /// The phase within a symbol at which the first exposure starts.
         phase: f64 = 0.5, in 0.0..=1.0;
-        /// How much faster the transmitter's clock runs than the camera's.
+        /// The relative excess of the transmitter's clock over the camera's.
         clock_ppm: f64 = 0.0, in -10_000.0..=10_000.0, unit "ppm";
-        /// Cycles of the carrier that bears a symbol: see [`link::waveform`]; none, or 0: panels stand still.
+        /// Cycles of the carrier a symbol: see [`link::waveform`]; none, or 0: still panels.
         carrier_cycles: Option<u16> = None, in 0.0..=Waveform::MAX_CYCLES.into(), such as "16", # "left out: panels stand still";
-        /// Whether the transmitter says how large its panel is: see [`link::geometry`].
+        /// Whether the transmitter sends its panel's size: see [`link::geometry`].
         tells_size: bool = false, # "true: the panel says how large it is";
     }
 }
 
 table! {
-    /// Which effects are simulated: a tolerance, and a word for each effect that shall not be left to it.
+    /// The simulated effects: a tolerance, and a mode for each effect that does not follow it.
     #[serde(default)]
     "[effects]" EffectSettings as effects {
-        /// An effect is left out when that changes no pixel by more than this, before rounding.
+        /// An effect is left out if that changes no pixel by more than this, before rounding.
         tolerance_grey: f64 = 0.5, in 0.0..=255.0, unit "grey levels", # "for each effect: NAME = \"auto\", \"on\" or \"off\"";
     }
     with {
-        /// `auto`, `on` or `off` by the effect's name; `auto` where nothing is said.
+        /// `auto`, `on` or `off` by the effect's name; `auto` if not given.
         #[serde(flatten)]
         modes: BTreeMap<String, Mode> = BTreeMap::new();
     }

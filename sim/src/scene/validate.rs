@@ -1,13 +1,13 @@
-//! That every key is within its range, which the scene's [tables](super::tables) say.
+//! Checks every key against the ranges of the scene's [tables](super::tables).
 
 use super::range::{RangeError, Ranged};
 use super::{Link, Scene};
 
-/// The most panels of a scene: so that they and their tables are less than 1 GB.
+/// The most panels of a scene, so that they and their tables take less than 1 GB.
 const PANELS_MAX: usize = 4096;
 
 impl Scene {
-    /// Checks every key against its range; the names in `[effects]` are checked where the effects are known.
+    /// Checks every key against its range; the names in `[effects]` are checked by the module of effects.
     ///
     /// # Errors
     /// The first key that is out of range.

@@ -1,4 +1,4 @@
-//! The values of a scene's keys that are more than a number, a word or a path.
+//! The values of scene keys beyond numbers, words and paths.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ pub enum Psf {
     Disc,
 }
 
-/// The curve by which a camera makes grey levels of light: see [`crate::camera::curve`].
+/// A camera's curve from light to grey levels: see [`crate::camera::curve`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Encoding {
@@ -26,12 +26,12 @@ pub enum Encoding {
     Srgb,
     /// ITU-R BT.709.
     Rec709,
-    /// The gamma curve, bent from grey 150 on so that bright things clip later.
+    /// The gamma curve, bent from grey 150 on so that bright areas clip later.
     Shoulder,
 }
 
 impl Encoding {
-    /// The names by which scenes call them.
+    /// Their names in scenes.
     pub const NAMES: [&'static str; 5] = ["gamma", "linear", "srgb", "rec709", "shoulder"];
 }
 
@@ -39,9 +39,9 @@ impl Encoding {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Leds {
-    /// A number of LEDs, 0 to 64, picked by the panel's seed.
+    /// A number of LEDs, 0 to 64, selected by the panel's seed.
     Count(u8),
-    /// Those of these numbers, 8·row + column.
+    /// LEDs by number, 8·row + column.
     List(Vec<u8>),
 }
 
@@ -49,9 +49,10 @@ pub enum Leds {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum L2a {
-    /// The ratio L/(E·R) itself; a transmitter keeps to [`L2A_MIN`](link::l2a_table::L2A_MIN) to [`L2A_MAX`](link::l2a_table::L2A_MAX).
+    /// The ratio L/(E·R) itself; a transmitter is limited to [`L2A_MIN`](link::l2a_table::L2A_MIN) to
+    /// [`L2A_MAX`](link::l2a_table::L2A_MAX).
     Ratio(f64),
-    /// `"table"`: what the table of `link.table` says, or the transmitter's own without one.
+    /// `"table"`: the ratio of `link.table`'s table, or of the transmitter's own without one.
     Table(TableWord),
 }
 
@@ -63,18 +64,18 @@ pub enum TableWord {
     Table,
 }
 
-/// How much brighter an On LED is than an Off one.
+/// The ratio of an On LED's light to an Off one's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Contrast {
-    /// 1 + π·r, as the exposures of Do & Yoo 2020, Eqs. (12) and (13), give it.
+    /// 1 + π·r, by the exposures of Do & Yoo 2020, Eqs. (12) and (13).
     Exposure,
-    /// 1 + r, as their Eq. (10) prints it.
+    /// 1 + r, as their Eq. (10) is printed.
     Eq10,
 }
 
 impl Contrast {
-    /// On luminous exposure over Off luminous exposure at the ratio `l2a`.
+    /// The ratio of On to Off luminous exposure at the ratio `l2a`.
     ///
     /// ```
     /// use sim::scene::Contrast;
@@ -93,7 +94,7 @@ impl Contrast {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
-    /// When leaving it out could change a pixel by more than the tolerance.
+    /// If leaving it out could change a pixel by more than the tolerance.
     #[default]
     Auto,
     /// Always.

@@ -11,10 +11,10 @@ pub(crate) const PITCH_MIN_PX: f64 = 1.0;
 /// Why a scene cannot be seen.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
-    /// A key was set to what it must not be.
+    /// A key has a forbidden value.
     #[error(transparent)]
     OutOfRange(#[from] Box<RangeError>),
-    /// An LED is behind the camera, or as good as beside it.
+    /// An LED is behind the camera, or nearly beside it.
     #[error(
         "panel {panel} reaches to {depth_m} m before the camera: \
          all of it must be at least {DEPTH_MIN_M} m in front; raise pose.distance_m or turn it less"
@@ -25,7 +25,7 @@ pub enum ViewError {
         /// Depth of its nearest corner.
         depth_m: f64,
     },
-    /// The panel's image is not whole on the sensor.
+    /// The panel's image is not wholly on the sensor.
     #[error(
         "panel {panel} spans columns {left:.1} to {right:.1} and rows {top:.1} to {bottom:.1} px: \
          the sensor has {width} × {height}; move it nearer to the axis or farther away"
@@ -46,7 +46,7 @@ pub enum ViewError {
         /// Rows of the sensor.
         height: usize,
     },
-    /// The lens formula does not hold where the panel is.
+    /// The lens model does not hold at the panel's position.
     #[error(
         "panel {panel} reaches {radius:.3} focal lengths from the axis, where camera.distortion_k1 = {k1} folds the image over: \
          with it, up to {most:.3} make sense; bring k1 nearer to 0, or the panel to the axis"
@@ -54,11 +54,11 @@ pub enum ViewError {
     Folded {
         /// Index of the panel.
         panel: usize,
-        /// The radius its farthest point is imaged at without distortion, in focal lengths.
+        /// The image radius of its farthest point without distortion, in focal lengths.
         radius: f64,
         /// The distortion.
         k1: f64,
-        /// The radius from which on the formula does not hold.
+        /// The limit of the model's radius.
         most: f64,
     },
     /// The panel's LEDs are too close together in the image.
@@ -80,7 +80,7 @@ pub enum ViewError {
     Background {
         /// The file.
         path: String,
-        /// What is wrong.
+        /// The cause.
         why: String,
     },
 }

@@ -1,12 +1,12 @@
-//! Which boxes have a part in common.
+//! Finds overlapping boxes.
 
 use glam::DVec2;
 
-/// A rectangle along the axes: its lowest corner and its highest one.
+/// An axis-aligned rectangle: its lowest corner and its highest one.
 pub type Box2 = [DVec2; 2];
 
-/// Reports each pair of boxes that overlap by more than an edge. A sweep from left to right takes the time of sorting and of the pairs that
-/// overlap along x.
+/// Reports each pair of boxes that overlap by more than an edge. The sweep from left to right takes the time of sorting plus that of the
+/// pairs that overlap along x.
 pub(crate) fn for_each_meeting(boxes: &[Box2], mut met: impl FnMut(usize, usize)) {
     let mut rightwards: Vec<usize> = (0..boxes.len()).collect();
     rightwards.sort_by(|&a, &b| boxes[a][0].x.total_cmp(&boxes[b][0].x));

@@ -1,4 +1,4 @@
-//! A scene with all that effects need to know of it worked out once.
+//! A scene with the quantities that effects need, computed once.
 
 mod error;
 mod meeting;
@@ -22,14 +22,14 @@ use crate::air::Air;
 use crate::camera::exposure::{self, Exposure};
 use crate::scene::Scene;
 
-/// A scene worked out: its exposure, panels, air and background.
+/// A prepared scene: its exposure, panels, air and background.
 #[derive(Clone, Debug)]
 pub struct View {
     /// The scene.
     pub scene: Scene,
-    /// What the automatic exposure set.
+    /// The result of the automatic exposure.
     pub exposure: Exposure,
-    /// How symbols are shown.
+    /// The waveform of symbols.
     pub waveform: Waveform,
     /// The panels.
     pub panels: Vec<PanelView>,
@@ -39,24 +39,24 @@ pub struct View {
     pub background_air: Air,
     /// Linear value of the plain background, without the air before it.
     pub background: f64,
-    /// The photograph behind the panels; none: a plain background.
+    /// The photograph behind the panels; `None`: a plain background.
     pub photograph: Option<Photograph>,
-    /// What the first panel's reflectance may come to be besides its own: the ends of a range.
+    /// Further reflectances of the first panel: the ends of a range.
     pub reflectances: Option<[f64; 2]>,
-    /// How many panels may lie one behind the other in a pixel.
+    /// The greatest number of panels behind each other in a pixel.
     pub layers: usize,
 }
 
 impl View {
-    /// Works a scene out.
+    /// Prepares a scene.
     ///
     /// # Errors
-    /// When a key is out of its range, a panel is behind the camera, off the sensor or too small, or a file the scene names cannot be used.
+    /// If a key is out of its range, a panel is behind the camera, off the sensor or too small, or a file of the scene cannot be used.
     pub fn new(scene: &Scene) -> Result<Self, ViewError> {
         Self::with_reflectances(scene, None)
     }
 
-    /// The same where the first panel's reflectance will be anything in a range: its linear range then holds for all of them.
+    /// The same with a range of the first panel's reflectance: the linear range then holds for all of them.
     ///
     /// # Errors
     /// As [`View::new`].
@@ -64,16 +64,16 @@ impl View {
         Self::with_photograph(scene, reflectances, Photograph::of(scene)?)
     }
 
-    /// The same before a picture in memory in place of the background that the scene names.
+    /// The same with a picture in memory in place of the scene's background.
     ///
     /// # Errors
-    /// As [`View::new`], and when the picture has no pixels or is black.
+    /// As [`View::new`], and if the picture has no pixels or is black.
     pub fn before(scene: &Scene, picture: &GrayImage) -> Result<Self, ViewError> {
         let photograph = Photograph::new(picture, "the picture given", scene)?;
         Self::with_photograph(scene, None, Some(photograph))
     }
 
-    /// Works another scene out, taking the photograph over if both have the same.
+    /// Prepares another scene, reusing the photograph if both have the same.
     ///
     /// # Errors
     /// As [`View::new`].
@@ -111,7 +111,8 @@ impl View {
     }
 }
 
-/// One panel, and the most that any one may meet in the image: their boxes are widened by their own size, and by the blur.
+/// The greatest number of panels that any one can overlap in the image, itself included: boxes are widened by their own size and by the
+/// blur.
 fn layers(view: &View) -> usize {
     let boxes: Vec<_> = view
         .panels
@@ -126,7 +127,7 @@ fn layers(view: &View) -> usize {
     layers.into_iter().max().unwrap_or(1)
 }
 
-/// The box around a panel's LEDs, wider by its size and a margin on each side.
+/// The box around a panel's LEDs, widened by its size and a margin on each side.
 fn wide_box(panel: &PanelView, margin_px: f64) -> [DVec2; 2] {
     let centres = panel.ellipses.iter().map(|ellipse| ellipse.centre);
     let (low, high) = centres.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));

@@ -1,4 +1,4 @@
-//! One panel as the camera sees it, and whether it does.
+//! One panel in the camera's view, and whether it is visible.
 
 use glam::{DMat2, DVec2};
 use link::panel::{LEDS, SIDE};
@@ -13,7 +13,7 @@ use crate::scene::{Camera, Panel, Pose, Scene};
 /// Rows and columns, in LEDs, of the corners of a panel's 8 × 8 cells.
 pub(crate) const BOARD_CORNERS: [(f64, f64); 4] = [(-0.5, -0.5), (-0.5, 7.5), (7.5, 7.5), (7.5, -0.5)];
 
-/// One panel as the camera sees it.
+/// One panel in the camera's view.
 #[derive(Clone, Debug)]
 pub struct PanelView {
     /// The panel.
@@ -22,7 +22,7 @@ pub struct PanelView {
     pub pose: Pose,
     /// Its projection.
     pub projection: Projection,
-    /// The LED-to-ambient ratio it is driven to.
+    /// Its LED-to-ambient ratio.
     pub l2a: f64,
     /// Its LEDs, at the panel's own reflectance, without the air between.
     pub light: LedLight,
@@ -55,21 +55,21 @@ impl PanelView {
         Ok(view)
     }
 
-    /// How far any corner of its 8 × 8 cells is from its centre in the image.
+    /// The greatest distance of a corner of its 8 × 8 cells from its centre in the image.
     pub(crate) fn radius_px(&self) -> f64 {
         let centre = self.projection.pixel(DVec2::ZERO);
         let corners = BOARD_CORNERS.map(|(row, column)| self.projection.pixel(self.projection.led_m(row, column)));
         corners.into_iter().map(|corner| (corner - centre).length()).fold(0.0, f64::max)
     }
 
-    /// What a vibration of the camera does to its image at most.
+    /// Bounds of the effect of the camera's vibration on its image.
     pub(crate) fn reach_of(&self, shake: &Shake, camera: &Camera) -> Reach {
         let off_axis = self.projection.pixel(DVec2::ZERO) - DVec2::from_array(camera.principal_px());
         shake.reach(camera, off_axis.length() + self.radius_px())
     }
 }
 
-/// That the panel is whole on the sensor and large enough, as the lens images it.
+/// Checks that the panel's image is wholly on the sensor and large enough.
 fn check_place(scene: &Scene, index: usize, panel: &PanelView) -> Result<(), ViewError> {
     let camera = &scene.camera;
     let k1 = scene.distortion_k1();
@@ -83,7 +83,7 @@ fn check_place(scene: &Scene, index: usize, panel: &PanelView) -> Result<(), Vie
         let radius = panel.projection.pixel(panel.projection.led_m(at.0, at.1));
         let radius = (radius - DVec2::from_array(camera.principal_px())).length();
         let radius = radius / camera.focal_px();
-        // Where ρ·(1 + k₁·ρ²) no longer rises, the formula folds the image over: no lens does.
+        // Where ρ·(1 + k₁·ρ²) no longer rises, the formula folds the image over, which no lens does.
         if 1.0 + 3.0 * k1 * radius * radius <= 0.0 {
             return Err(ViewError::Folded {
                 panel: index,
@@ -96,7 +96,7 @@ fn check_place(scene: &Scene, index: usize, panel: &PanelView) -> Result<(), Vie
         (low, high) = (low.min(pixel), high.max(pixel));
     }
     let (width, height) = (camera.width_px, camera.height_px);
-    // A rim of two pixels is left for the gradient and for a shift of less than one pixel.
+    // A rim of two pixels for the gradient and for a shift of less than one pixel.
     if low.min_element() < 2.0 || high.x > width as f64 - 3.0 || high.y > height as f64 - 3.0 {
         return Err(ViewError::OffSensor {
             panel: index,
@@ -116,7 +116,7 @@ fn check_place(scene: &Scene, index: usize, panel: &PanelView) -> Result<(), Vie
     Ok(())
 }
 
-/// Rows and columns, in LEDs, of points around a panel's 8 × 8 cells: a lens bends its edges outwards or inwards.
+/// Rows and columns, in LEDs, of points around a panel's 8 × 8 cells, because distortion bends its edges outwards or inwards.
 fn rim() -> impl Iterator<Item = (f64, f64)> {
     let (first, last) = (BOARD_CORNERS[0].0, BOARD_CORNERS[2].0);
     (0..=SIDE).flat_map(move |step| {
@@ -151,7 +151,7 @@ mod tests {
 
     #[test]
     fn a_lens_does_not_fold_the_image() {
-        // 8 mm from the axis at a focal length of 4 mm: the formula would bring the panel back to the middle.
+        // 8 mm from the axis at a focal length of 4 mm: the formula would return the panel to the middle.
         let folded = view(&[
             "camera.focal_length_mm=4",
             "camera.distortion_k1=-0.5",

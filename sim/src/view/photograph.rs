@@ -1,4 +1,4 @@
-//! A photograph as the camera sees it.
+//! A photograph in the camera's view.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -23,10 +23,10 @@ pub struct Photograph {
 }
 
 impl Photograph {
-    /// The photograph that the scene names, if it does.
+    /// The photograph of the scene, if it has one.
     ///
     /// # Errors
-    /// When the file is no picture, or a black one.
+    /// If the file is not a picture, or is black.
     pub fn of(scene: &Scene) -> Result<Option<Self>, ViewError> {
         let Some(path) = &scene.ambient.background_image else {
             return Ok(None);
@@ -42,7 +42,7 @@ impl Photograph {
     /// A picture of any size, scaled to the scene's sensor; `path` names it in errors.
     ///
     /// # Errors
-    /// When it has no pixels, or is black.
+    /// If it has no pixels, or is black.
     pub fn new(picture: &GrayImage, path: &str, scene: &Scene) -> Result<Self, ViewError> {
         let fault = |why: &str| ViewError::Background {
             path: path.into(),
@@ -88,7 +88,7 @@ impl Photograph {
         &self.relative
     }
 
-    /// Between its pixels, linearly; beyond its edges its last pixels go on.
+    /// The value between pixels, by linear interpolation; beyond the edges the last pixels continue.
     pub fn at(&self, place: DVec2) -> f64 {
         let [width, height] = self.size_px;
         let last = DVec2::new((width - 1) as f64, (height - 1) as f64);
@@ -101,7 +101,7 @@ impl Photograph {
         row(top) + (row(below) - row(top)) * part.y
     }
 
-    /// The least and the greatest of them.
+    /// The least and the greatest value.
     pub fn range(&self) -> [f64; 2] {
         self.range
     }

@@ -1,4 +1,4 @@
-//! The linear values that pixels can take, and how far changes of light move grey levels among them.
+//! The range of pixels' linear values, and bounds of grey-level changes by changes of light in it.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -8,26 +8,26 @@ use crate::camera::curve::Curve;
 use crate::camera::projection::Ellipse;
 use crate::scene::{Camera, Psf};
 
-/// The range of a view's linear values, whichever effects are simulated, and what changes within it come to.
+/// The range of a view's linear values, with any effects, and bounds of changes within it.
 ///
-/// It starts with that of background and LEDs, and each effect widens it.
+/// It starts with the range of background and LEDs, and each effect widens it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearRange {
-    /// No pixel is darker than this linear value, noise apart.
+    /// The least linear value of a pixel, without noise.
     pub floor: f64,
-    /// No pixel is brighter than this linear value, noise apart. It may be above what is encoded as 255.
+    /// The greatest linear value of a pixel, without noise. It may be above that of grey 255.
     pub peak: f64,
-    /// The Gaussian whose edges are as steep as any of the image can be: 0 where the lens blur is left out.
+    /// The Gaussian with the steepest possible edges of the image: 0 if the lens blur is left out.
     pub sigma_px: f64,
-    /// How many panels may lie one behind the other in a pixel.
+    /// The greatest number of panels behind each other in a pixel.
     pub layers: usize,
-    /// How many times as large a pixel may make a difference between linear values.
+    /// The greatest factor of a pixel on differences between linear values.
     pub pixel_gain: f64,
-    /// How much darker than it should a pixel may read.
+    /// The greatest negative offset of a pixel.
     pub pixel_offset: f64,
-    /// How many times as large what follows the encoding may make a difference between grey levels.
+    /// The greatest factor on differences between grey levels after the encoding.
     pub grey_gain: f64,
-    /// The curve that makes grey levels: gamma where the encoding is left out.
+    /// The curve to grey levels: gamma if the encoding is left out.
     pub curve: Curve,
     smallest_radius_px: f64,
 }
@@ -45,7 +45,7 @@ fn sharpest_sigma_px(camera: &Camera) -> f64 {
 }
 
 impl LinearRange {
-    /// The range that the plain background and LEDs span; the own light of panel k's LEDs is `gain(k)` times as bright at most.
+    /// The range of the plain background and LEDs; the own light of panel k's LEDs is up to `gain(k)` times as bright.
     pub(crate) fn of(view: &View, gain: impl Fn(usize) -> f64) -> Self {
         let radii = view
             .panels
@@ -76,17 +76,17 @@ impl LinearRange {
         range
     }
 
-    /// Makes room for something of the linear value `light`, with or without the air before it.
+    /// Widens the range for the linear value `light`, with or without the air before it.
     pub(crate) fn widen(&mut self, light: f64, air: Air) {
         self.floor = self.floor.min(light * air.transmission);
         self.peak = self.peak.max(light + air.veil);
     }
 
-    /// The most, in unrounded grey, that moving LEDs by `shift_px` and their rims by another `rim_px` can change.
+    /// A bound of the change, in unrounded grey, from moving LEDs by `shift_px` and their rims by another `rim_px`.
     ///
-    /// An image between floor and peak that has been blurred changes by at most their difference over σ·√(2π) a pixel of
-    /// shift, and through the four sides of a square pixel alone by √2 of it. Moving the rim of a disc of radius a also makes
-    /// it larger, by at most (1 + rim/a)². Panels one behind the other each do so, as far as they are not hidden.
+    /// A blurred image between floor and peak changes by at most their difference over σ·√(2π) per pixel of shift, and through the four
+    /// sides of a square pixel alone by √2 of it. Moving the rim of a disc of radius a also makes it larger, by at most (1 + rim/a)².
+    /// Panels behind each other each contribute, as far as they are visible.
     pub(crate) fn change_by_geometry(&self, shift_px: f64, rim_px: f64) -> f64 {
         self.change_by_geometry_before(shift_px, rim_px, 0.0)
     }
@@ -98,32 +98,32 @@ impl LinearRange {
         self.change_by_layers(slope * (shift_px + rim_px) + larger + behind)
     }
 
-    /// The most, in unrounded grey, that can change where the image of a lone panel changes by at most `part` of the whole range.
+    /// A bound of the change, in unrounded grey, if the image of a lone panel changes by at most `part` of the whole range.
     pub(crate) fn change_by_layers(&self, part: f64) -> f64 {
         self.change((self.peak - self.floor) * (part * self.layers as f64).min(1.0))
     }
 
-    /// The most, in unrounded grey, that can change where LEDs' own light strays by at most the greatest of some parts of itself.
+    /// A bound of the change, in unrounded grey, if LEDs' own light deviates by at most the greatest of some relative deviations.
     pub(crate) fn change_by_strays(&self, strays: impl Iterator<Item = f64>) -> f64 {
         self.change((self.peak - self.floor) * strays.fold(0.0, f64::max))
     }
 
-    /// The most that a change of `linear_change` can move an unrounded grey level.
+    /// A bound of the change of an unrounded grey level by a change of `linear_change`.
     pub fn change(&self, linear_change: f64) -> f64 {
         let seen = linear_change * self.pixel_gain;
         self.sharpened(self.curve.greatest_change(self.floor, seen))
     }
 
-    /// The most, in unrounded grey, that scaling all light by a factor of at least `factor` (at most 1) can change.
+    /// A bound of the change, in unrounded grey, if all light is scaled by at least `factor` (at most 1).
     pub(crate) fn change_by_factor(&self, factor: f64) -> f64 {
-        // Pixels that read too little bring a loss of bright light to the floor, where the curve is steeper.
+        // A negative offset moves bright light towards the floor, where the curve is steeper.
         if self.pixel_offset > 0.0 {
             return self.change(self.peak * (1.0 - factor.max(0.0)));
         }
         self.sharpened(self.curve.greatest_loss(self.peak, factor))
     }
 
-    /// The most that a change of an encoded level can be after all that follows.
+    /// A bound of the change of an encoded level after all further stages.
     pub fn sharpened(&self, change_grey: f64) -> f64 {
         (change_grey * self.grey_gain).min(255.0)
     }

@@ -1,25 +1,25 @@
-//! Walker's alias method, reading eight random bits where eight decide.
+//! Walker's alias method, with eight random bits if they suffice.
 //!
-//! A law over N levels becomes N equally likely columns, each of which holds a part of its own level and is filled up by one
-//! other (Walker 1977). A column is split at a 40-bit place. Eight random bits tell on which side of it a draw falls, but
-//! for the one case in 256 where they equal its upper eight; then 32 more bits are drawn. So a draw costs 8 bits and the
-//! column's own, and a probability is off by at most 2⁻⁴⁰.
+//! A distribution over N levels becomes N equally likely columns, each of which holds a part of its own level and is filled by one other
+//! (Walker 1977). A column is split at a 40-bit position. Eight random bits decide on the side of a draw, except in the one case in 256 in
+//! which they equal its upper eight bits; then 32 more bits are drawn. So a draw costs 8 bits and those of the column, and a probability is
+//! off by at most 2⁻⁴⁰.
 
 use rand::Rng;
 
-/// One column: which of two levels is drawn.
+/// One column: its own level and another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C, align(4))]
 pub struct Column {
     /// The upper eight bits of the part that is `own`, in 2⁻⁸.
     part: u8,
-    /// The level that fills the column up.
+    /// The level that fills the column.
     other: u8,
-    /// The bits in which the column's own level differs from that.
+    /// The XOR of the column's own level and that.
     change: u8,
 }
 
-/// The lower 32 bits of a column's part, for the draws that the upper eight leave open.
+/// The lower 32 bits of a column's part, for draws that the upper eight do not decide.
 pub type Fine = u32;
 
 impl Column {
@@ -27,23 +27,23 @@ impl Column {
         self.other ^ self.change
     }
 
-    /// The level for eight random bits, or nothing where they leave it open: see [`Column::settle`].
+    /// The level for eight random bits, or `None` if they do not decide: see [`Column::settle`].
     #[inline(always)]
     pub fn level(self, chance: u8) -> Option<u8> {
-        // Eight ones or none: a jump would be mispredicted half of the time.
+        // Eight ones or none, because a jump would be mispredicted half of the time.
         let mask = u8::from(chance < self.part).wrapping_neg();
         let level = self.other ^ (self.change & mask);
         (chance != self.part).then_some(level)
     }
 
-    /// Adds `share` times the law of the column to a law of all levels.
+    /// Adds `share` times the distribution of the column to a distribution over all levels.
     pub fn add_law(self, fine: Fine, share: f64, law: &mut [f64; 256]) {
         let own = (f64::from(self.part) + f64::from(fine) / 2f64.powi(32)) / 256.0;
         law[usize::from(self.own())] += share * own;
         law[usize::from(self.other)] += share * (1.0 - own);
     }
 
-    /// The level where eight bits left it open.
+    /// The level if eight bits did not decide.
     #[cold]
     #[inline(never)]
     pub fn settle(self, fine: Fine, random: &mut impl Rng) -> u8 {
@@ -51,7 +51,7 @@ impl Column {
     }
 }
 
-/// Builds columns; holds the room that this takes.
+/// Builds columns; owns the memory for it.
 #[derive(Debug, Default)]
 pub struct Builder {
     parts: Vec<f64>,
@@ -60,8 +60,8 @@ pub struct Builder {
 }
 
 impl Builder {
-    /// Fills `columns`, and `fine` beside them, with the law of the levels from `first` on; levels of no probability fill
-    /// up what is left. There must be at least as many columns as probabilities.
+    /// Fills `columns`, and `fine` beside them, with the distribution of the levels from `first` on; levels of probability 0 fill the rest.
+    /// There must be at least as many columns as probabilities.
     pub fn build(&mut self, first: u8, probabilities: &[f64], columns: &mut [Column], fine: &mut [Fine]) {
         let sum: f64 = probabilities.iter().sum();
         let scale = columns.len() as f64 / sum;
@@ -72,7 +72,7 @@ impl Builder {
         self.large.clear();
         for (index, &part) in self.parts.iter().enumerate() {
             let own = first.saturating_add(index as u8);
-            // A full column is its own level on either side.
+            // A full column holds its own level on either side.
             (columns[index], fine[index]) = (split(own, own, 0.0), 0);
             if part < 1.0 {
                 self.small.push(index);

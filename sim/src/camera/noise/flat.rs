@@ -1,4 +1,4 @@
-//! Grey levels of pixels that all have one linear value: the plain background.
+//! Grey levels of pixels with one linear value: the plain background.
 
 use rand::Rng;
 
@@ -12,7 +12,7 @@ pub struct FlatNoise {
     fine: [Fine; 256],
 }
 
-/// Pixels whose random bits are drawn together.
+/// Pixels per block of random bits.
 const BLOCK: usize = 512;
 
 impl FlatNoise {

@@ -2,14 +2,14 @@
 
 use libm::erfc;
 
-/// Expected electrons from which on the Edgeworth series stands in for the sum over electrons.
+/// Expected electrons from which on the Edgeworth series replaces the sum over electrons.
 const MANY: f64 = 200.0;
-/// Tails below this are left out.
+/// Smaller tails are left out.
 const NEGLIGIBLE: f64 = 1e-13;
-/// A normal number is farther than this many standard deviations from its mean with less than the negligible probability.
+/// A normal number exceeds this many standard deviations with less than the negligible probability.
 const FAR: f64 = 7.5;
 
-/// Probabilities of consecutive levels, the negligible ones at both ends left out.
+/// Probabilities of consecutive levels, without negligible ones at both ends.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Band {
     /// The first level.
@@ -18,7 +18,7 @@ pub struct Band {
     pub probabilities: Vec<f64>,
 }
 
-/// The law of the level between ascending thresholds, in electrons, that Poisson electrons with normal read noise fall to.
+/// The distribution of levels between ascending thresholds, in electrons, for Poisson electrons with normal read noise.
 #[derive(Clone, Debug)]
 pub struct Law {
     thresholds_e: Vec<f64>,
@@ -26,7 +26,7 @@ pub struct Law {
 }
 
 impl Law {
-    /// For levels divided by ascending thresholds.
+    /// For levels with these ascending thresholds.
     pub fn new(thresholds_e: Vec<f64>, read_noise_e: f64) -> Self {
         Self {
             thresholds_e,
@@ -34,7 +34,7 @@ impl Law {
         }
     }
 
-    /// The probabilities of all levels, one more than there are thresholds, by the sum over electrons itself.
+    /// The probabilities of all levels, one more than there are thresholds, by the sum over electrons.
     pub fn exact(&self, expected_e: f64) -> Vec<f64> {
         let mut law = vec![0.0; self.thresholds_e.len() + 1];
         poisson(expected_e, |electrons, weight| {
@@ -46,7 +46,7 @@ impl Law {
         law
     }
 
-    /// The level of a pixel, by the electrons that it caught.
+    /// The level of a pixel, given its electrons.
     pub fn of_electrons(&self, electrons: f64) -> Band {
         let reach = FAR * self.read_noise_e;
         let [first, last] = [-reach, reach].map(|r| self.thresholds_e.partition_point(|&t| t <= electrons + r));
@@ -60,18 +60,18 @@ impl Law {
     }
 }
 
-/// Laws for many expectations, faster than one by one.
+/// Distributions for many expectations, faster than one by one.
 ///
-/// Up to 200 expected electrons they are sums over electrons, what each of them is read as being kept. Beyond, they are the
-/// Edgeworth series to the order 1/variance (Kolassa 2006, section 3.6). Its error in the probability to be below a threshold
-/// is less than 2·10⁻⁵ there.
+/// Up to 200 expected electrons they are sums over electrons, with a cache of each electron number's levels. Beyond, they are the Edgeworth
+/// series to the order 1/variance (Kolassa 2006, section 3.6). Its error in the probability of being below a threshold is less than 2·10⁻⁵
+/// there.
 #[derive(Clone, Debug)]
 pub struct ManyLaws {
     law: Law,
     of_electrons: Vec<Band>,
-    /// For each threshold, where the series is taken, each with its weight.
+    /// For each threshold, the arguments of the series, each with its weight.
     places: Vec<Vec<(f64, f64)>>,
-    /// The variance that is added to the Poisson part's.
+    /// Addition to the variance of the Poisson part.
     extra_variance: f64,
     sum: Vec<f64>,
 }
@@ -92,15 +92,15 @@ impl ManyLaws {
         Self {
             of_electrons: (0..most).map(|n| law.of_electrons(n as f64)).collect(),
             places: places.collect(),
-            // A smooth law whose integrals over unit intervals are those of whole numbers has less variance than they
-            // (Sheppard's correction).
+            // A smooth distribution with the same integrals over unit intervals has less variance than the discrete one (Sheppard's
+            // correction).
             extra_variance: if smooth { sigma * sigma } else { -1.0 / 12.0 },
             sum: vec![0.0; law.thresholds_e.len() + 1],
             law,
         }
     }
 
-    /// The law of `expected_e` electrons.
+    /// The distribution for `expected_e` electrons.
     pub fn of(&mut self, expected_e: f64) -> Band {
         if expected_e <= MANY {
             self.by_electrons(expected_e)
@@ -143,8 +143,8 @@ impl ManyLaws {
     }
 }
 
-/// The half-integers at which a Poisson law is to be taken, and their weights, for the probability that its number with
-/// normal noise added is below a threshold: Σₙ p(n)·Φ((t − n)/σ) summed by parts.
+/// The half-integers at which to evaluate a Poisson distribution, and their weights, for the probability that its number with normal noise
+/// added is below a threshold: Σₙ p(n)·Φ((t − n)/σ) summed by parts.
 fn half_integers(threshold: f64, sigma: f64) -> Vec<(f64, f64)> {
     if sigma == 0.0 {
         return vec![(threshold.ceil() - 0.5, 1.0)];
@@ -161,7 +161,7 @@ fn half_integers(threshold: f64, sigma: f64) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// The law of a sum whose cumulants beyond the second are those of a Poisson number.
+/// A distribution whose cumulants beyond the second are those of a Poisson number.
 struct Edgeworth {
     mean: f64,
     deviation: f64,
@@ -180,7 +180,7 @@ impl Edgeworth {
         }
     }
 
-    /// The probability to be below `place`.
+    /// The probability of being below `place`.
     fn below(&self, place: f64) -> f64 {
         let z = (place - self.mean) / self.deviation;
         let z2 = z * z;
@@ -207,13 +207,13 @@ fn differences(below: impl Iterator<Item = f64>) -> Vec<f64> {
     probabilities
 }
 
-/// The numbers that a Poisson law of that expectation gives, negligible tails left out.
+/// The range of a Poisson distribution with that expectation, without negligible tails.
 fn poisson_range(expected: f64) -> std::ops::Range<usize> {
     let reach = 8.0 * expected.sqrt();
     (expected - reach).max(0.0) as usize..(expected + reach + 20.0) as usize
 }
 
-/// Tells each number of a Poisson law with its probability.
+/// Calls `tell` with each number of a Poisson distribution and its probability.
 fn poisson(expected: f64, mut tell: impl FnMut(usize, f64)) {
     let range = poisson_range(expected);
     let n = range.start as f64;

@@ -1,11 +1,10 @@
 //! Shot noise and read noise of the sensor.
 //!
-//! A pixel at grey 255 holds `full_well_e`·100/ISO electrons. Their number is Poisson distributed, the amplifier adds a
-//! normal number of `read_noise_e`, and the result is clipped and encoded (the linear camera model of EMVA 1288).
+//! A pixel at grey 255 holds `full_well_e`·100/ISO electrons. Their number is Poisson distributed, the amplifier adds a normal number of
+//! `read_noise_e`, and the result is clipped and encoded (the linear camera model of EMVA 1288).
 //!
-//! [`Noise`] is the model and its law. [`FlatNoise`] draws pixels of one linear value, exactly; [`PixelNoise`] draws pixels of
-//! any, within [`LAW_ERROR`]. Both look a grey level up by random bits,
-//! by Walker's alias method: no logarithm, no rejection.
+//! [`Noise`] is the model and its distribution. [`FlatNoise`] draws pixels of one linear value, exactly; [`PixelNoise`] draws pixels of
+//! any, within [`LAW_ERROR`]. Both look a grey level up by random bits, with Walker's alias method: no logarithm, no rejection.
 
 mod alias;
 mod flat;
@@ -28,11 +27,11 @@ pub struct Noise {
     curve: Curve,
 }
 
-/// A normal number exceeds this many standard deviations on either side in one of 10⁹ cases, be they larger by a thousandth
-/// as those of [`PixelNoise`] may be.
+/// A normal number exceeds this many standard deviations on either side in one of 10⁹ cases, even if they are larger by a thousandth, as
+/// those of [`PixelNoise`] may be.
 const RARE: f64 = 6.12;
 
-/// So few electrons are never read: levels below black do not occur.
+/// A number of electrons that is never read, because levels below black do not occur.
 const NEVER_E: f64 = -1e12;
 
 /// Electrons of a pixel of linear value 1.
@@ -42,7 +41,7 @@ pub fn electrons_per_linear(scene: &Scene, exposure: &Exposure) -> f64 {
 }
 
 impl Noise {
-    /// The noise of the scene's camera at `exposure`, its grey levels made by `curve`.
+    /// The noise of the scene's camera at `exposure`, with grey levels by `curve`.
     pub fn new(scene: &Scene, exposure: &Exposure, curve: Curve) -> Self {
         Self {
             electrons_per_linear: electrons_per_linear(scene, exposure),
@@ -53,7 +52,7 @@ impl Noise {
 
     /// The change of unrounded grey, up or down, that one reading in 10⁹ of a pixel of that linear value exceeds.
     ///
-    /// The Poisson part's longer upper tail is allowed for by the first term of its Cornish–Fisher expansion.
+    /// The first term of the Cornish–Fisher expansion covers the longer upper tail of the Poisson part.
     pub(crate) fn rare_change_grey(&self, linear: f64) -> f64 {
         let expected = linear * self.electrons_per_linear;
         let spread = RARE * (expected + self.read_noise_e.powi(2)).sqrt();
@@ -63,14 +62,14 @@ impl Noise {
         (level(expected + spread + skew) - centre).max(centre - level(expected - spread))
     }
 
-    /// The distribution of the grey level that a pixel of a linear value is read as: 256 probabilities.
+    /// The distribution of the grey level of a pixel of a linear value: 256 probabilities.
     pub fn distribution(&self, linear: f64) -> [f64; 256] {
         let law = self.law().exact(linear.max(0.0) * self.electrons_per_linear);
         let sum: f64 = law.iter().sum();
         std::array::from_fn(|level| law[level] / sum)
     }
 
-    /// The law of the grey level.
+    /// The distribution of the grey level.
     fn law(&self) -> Law {
         let threshold = |level: i32| {
             let below = f64::from(level) - 0.5;

@@ -1,22 +1,21 @@
-//! Grey levels of pixels of any linear values, one after another.
+//! Grey levels of pixels of any linear values, drawn one after another.
 //!
-//! The laws of the grey level are tabulated at *knots*: expected electrons λ, equally spaced in √(λ + σ²) so that their
-//! distance Δ is the sixteenth part of the standard deviation s = √(λ + σ²). A pixel between two knots is drawn from either,
-//! by chance and so that its expectation is met. What this does to the law of the electrons read:
+//! The distributions of the grey level are tabulated at *knots*: expected electrons λ, equally spaced in √(λ + σ²) so that their distance Δ
+//! is the sixteenth part of the standard deviation s = √(λ + σ²). A pixel between two knots is drawn from either at random, such that its
+//! expectation is exact. The effect on the distribution of the electrons:
 //!
-//! - The mean is exact. The variance v grows by w·(1 − w)·Δ² where the next knot's chance is w, relatively by at most
-//!   (√(v + Δ) − √v)² = 1/1024.
-//! - A mixture of the laws p of two knots differs from the law between them by at most w·(1 − w)/2·Δ²·max‖p″‖ in the sum over
-//!   all values. For a Poisson law p″ is its second difference, whose sum is at most √2/λ; smeared by a normal law it is at
-//!   most √2/σ², too. As min(1/λ, 1/σ²) ≤ 2/s², no event's probability is off by more than √2/8·(Δ/s)² = 0.0007. The grey
-//!   level is a function of the electrons read, so this holds for it as well. [`LAW_ERROR`] leaves room for the
-//!   series that many electrons are tabulated by.
+//! - The mean is exact. The variance v grows by w·(1 − w)·Δ² if the next knot has the probability w, relatively by at most (√(v + Δ) − √v)²
+//!   = 1/1024.
+//! - A mixture of the distributions p of two knots differs from the distribution between them by at most w·(1 − w)/2·Δ²·max‖p″‖ in the sum
+//!   over all values. For a Poisson distribution p″ is its second difference, whose sum is at most √2/λ; smeared by a normal distribution
+//!   it is at most √2/σ², too. As min(1/λ, 1/σ²) ≤ 2/s², no event's probability is off by more than √2/8·(Δ/s)² = 0.0007. The grey level is
+//!   a function of the electrons, so this holds for it as well. [`LAW_ERROR`] leaves room for the series that tabulates many electrons.
 //! - No tail is heavier than that of a pixel a sixteenth of a standard deviation brighter or darker.
 //!
-//! Above 65 000 electrons in a white pixel there would be more than [`MOST_KNOTS`]; they are then farther apart than that, by a
-//! thirtieth of a grey level at a gamma of 2.2, where the noise itself is less than half a grey level.
+//! Above 65 000 electrons in a white pixel there would be more than [`MOST_KNOTS`]. Their distance is then greater, a thirtieth of a grey
+//! level at a gamma of 2.2, while the noise itself is less than half a grey level.
 //!
-//! A draw takes 32 random bits: 16 choose the knot, 8 the column of its alias table, 8 the side of it.
+//! A draw takes 32 random bits: 16 for the knot, 8 for the column of its alias table, 8 for the side of the column.
 
 use rand::Rng;
 
@@ -24,18 +23,18 @@ use super::Noise;
 use super::alias::{Builder, Column, Fine};
 use super::law::{Band, ManyLaws};
 
-/// No probability of an event in the grey level of a pixel is off by more than this.
+/// The greatest error of the probability of any event in the grey level of a pixel.
 pub const LAW_ERROR: f64 = 8e-4;
 
 /// Knots in a standard deviation.
 const KNOTS_PER_DEVIATION: f64 = 16.0;
 const MOST_KNOTS: f64 = 8192.0;
-/// Pixels whose random bits are drawn together.
+/// Pixels per block of random bits.
 const BLOCK: usize = 256;
-/// Less than this share of white pixels' readings may be any other level.
+/// The greatest share of readings of white pixels at any other level.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// Where a linear value lies between the knots: the knot's number and, in the lower 16 bits, the chance of the next one.
+/// The position of a linear value between the knots: the knot's number and, in the lower 16 bits, the probability of the next one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Site(u32);
 
@@ -75,7 +74,7 @@ impl Scale {
         let root = (linear * self.electrons_per_linear + self.variance).sqrt();
         let root = if root < self.white { root } else { self.white };
         let position = ((root - self.deviation) * self.knots_per_root).min(self.last);
-        // The nearest whole number to half a knot below is the knot below, or beside a knot the one or the other.
+        // Half a knot below, the nearest integer is the knot below; beside a knot it may be either one.
         let knot = nearest(position.max(0.5) - 0.5);
         let step = 1.0 / self.knots_per_root;
         let below = knot as f32 * step + self.deviation;
@@ -84,8 +83,8 @@ impl Scale {
     }
 }
 
-/// The nearest whole number to one from 0 to 2²². Adding 2²³ leaves a float no room for a fraction; loops of this can be
-/// vectorised, those of a checked cast can not.
+/// Rounds a number from 0 to 2²² to the nearest integer. Adding 2²³ leaves a float no fraction bits; unlike a checked cast, this is
+/// vectorised.
 #[inline(always)]
 fn nearest(number: f32) -> u32 {
     const NO_FRACTION: f32 = (1 << 23) as f32;
@@ -115,7 +114,7 @@ impl PixelNoise {
         }
     }
 
-    /// Where linear values lie between the knots.
+    /// The positions of linear values between the knots.
     pub(crate) fn sites(&self, linear: &[f32], sites: &mut [Site]) {
         let scale = self.scale;
         for (site, &linear) in sites.iter_mut().zip(linear) {
@@ -123,7 +122,7 @@ impl PixelNoise {
         }
     }
 
-    /// The law that draws for a linear value follow: 256 probabilities, within [`LAW_ERROR`] of [`Noise::distribution`].
+    /// The distribution of draws for a linear value: 256 probabilities, within [`LAW_ERROR`] of [`Noise::distribution`].
     pub fn distribution(&self, linear: f32) -> [f64; 256] {
         let Site(site) = self.scale.site(linear);
         let (knot, next) = ((site >> 16) as usize, f64::from(site & 0xffff) / 65536.0);
@@ -169,16 +168,16 @@ impl PixelNoise {
     }
 }
 
-/// The law by which [`PixelNoise`] draws, to be drawn from by quantiles: what is read then changes little where the light does.
+/// The distribution of [`PixelNoise`], for draws by quantiles, which change little if the light does.
 #[derive(Clone, Debug)]
 pub struct PixelLaw {
     scale: Scale,
-    /// For each knot the probability of each level or a lower one.
+    /// The cumulative probabilities of all levels, for each knot.
     up_to: Vec<[f32; 256]>,
 }
 
 impl PixelLaw {
-    /// That of `noise`.
+    /// The distribution of `noise`.
     pub fn new(noise: &PixelNoise) -> Self {
         let count = 1 << noise.column_bits;
         let columns = noise.columns.chunks(count).zip(noise.fine.chunks(count));
@@ -199,7 +198,7 @@ impl PixelLaw {
         }
     }
 
-    /// The grey level of a pixel of a linear value such that a `part` of all readings, from 0 up to 1, are lower or the same.
+    /// The grey level at the quantile `part`, from 0 up to 1, of readings of a pixel of a linear value.
     #[inline]
     pub fn grey(&self, linear: f32, part: f32) -> u8 {
         let Site(site) = self.scale.site(linear);
@@ -219,7 +218,7 @@ impl PixelLaw {
     }
 }
 
-/// Knots from darkness to where all pixels are white.
+/// Knots from darkness to the first with white pixels only.
 fn scale(noise: &Noise, laws: &mut ManyLaws) -> Scale {
     let deviation = noise.read_noise_e;
     let mut scale = Scale {
@@ -324,7 +323,7 @@ mod tests {
                 let met = a + (b - a) * f64::from(site & 0xffff) / 65536.0;
                 let expected = f64::from(linear) * noise.electrons_per_linear;
                 let deviation = (expected + noise.read_noise_e.powi(2)).sqrt();
-                // Of the deviation: 2⁻¹⁶ of a knot's distance and the rounding of f32.
+                // Relative to the deviation: 2⁻¹⁶ of a knot's distance and the rounding of f32.
                 let allowed = 1e-5 + 4e-7 * (deviation + expected / deviation.max(1e-3));
                 assert!(
                     (met - expected).abs() < allowed * deviation.max(1e-3),
