@@ -1,12 +1,12 @@
-//! A sensor's readings → the ambient illuminance E.
+//! The ambient illuminance E from a sensor's readings.
 //!
-//! Light is smoothed on a logarithmic scale, as eyes and exposure controls see it. The filter is of first order,
+//! Light is smoothed on a logarithmic scale, like that of eyes and exposure controls. The filter is of first order,
 //!
 //! ```text
 //! y ← y + (1 − exp(−T/τ))·(log₂(reading) − y),      E = 2^y
 //! ```
 //!
-//! with the sample period T and a time constant τ that depends on where the reading lies:
+//! with the sample period T and a time constant τ that depends on the reading:
 //!
 //! | reading against y | τ of [`Smoothing`] | why |
 //! |---|---|---|
@@ -14,17 +14,16 @@
 //! | above by more than [`BAND_OCTAVES`] | `brighter_ms`, longer | too dim for a while does no harm, and headlamps pass |
 //! | within it | `still_ms`, long | what is left of a lamp's 100 or 120 Hz after the sensor's integration does not show |
 //!
-//! **Hysteresis**: once outside the band, y moves at the quicker pace until it is within [`SETTLED_OCTAVES`] of
-//! the readings or they come from the other side, so that it does not stop at the band's edge. A step of the light
-//! from E₀ to E₁ gives, n readings later, E = E₁·(E₀/E₁)^exp(−n·T/τ), until it has settled: 63 % of the octaves
-//! between the two after τ, 95 % after 3 τ, and no overshoot. The first reading is taken as it is, so that a panel
-//! does not fade in for seconds after power-up.
+//! **Hysteresis**: once outside the band, y moves at the quicker pace until it is within [`SETTLED_OCTAVES`] of the readings or passes
+//! them, so that it does not stop at the band's edge. A step of the light from E₀ to E₁ gives, n readings later, E =
+//! E₁·(E₀/E₁)^exp(−n·T/τ), until it has settled: 63 % of the octaves between the two after τ, 95 % after 3 τ, and no overshoot. The first
+//! reading applies unfiltered, so that a panel does not fade in for seconds after power-up.
 //!
-//! **Flicker**: a sensor that integrates for t sees a lamp which flickers at f by 100 % with a ripple of at most
-//! 1/(π·f·t): 3.5 % for 100 Hz and 90 ms, 0.1 octaves from trough to crest, within the band.
+//! **Flicker**: a sensor that integrates for t sees a lamp with 100 % flicker at f as a ripple of at most 1/(π·f·t): 3.5 % for 100 Hz and
+//! 90 ms, 0.1 octaves from trough to crest, within the band.
 //!
-//! Whatever the reading, E stays in [`DARKEST_LX`] to [`BRIGHTEST_LX`]: zero and negative readings count as the
-//! darkest. Readings that do not come are [`light_watch`](crate::light_watch)'s affair.
+//! E always stays in [`DARKEST_LX`] to [`BRIGHTEST_LX`]: zero and negative readings count as the darkest.
+//! [`light_watch`](crate::light_watch) handles missing readings.
 
 use fixed::types::{I6F26, I32F32, U12F20, U32F32};
 use link::l2a_table::{Illuminance, log2};
@@ -37,30 +36,30 @@ pub const DARKEST_LX: Illuminance = Illuminance::lit("0.01");
 /// The greatest illuminance, lx: direct sun at the zenith, with a clear sky around it.
 pub const BRIGHTEST_LX: Illuminance = Illuminance::lit("130000");
 
-/// How far a reading may be from the smoothed light, in octaves, to count as the same light: 9 %.
+/// The greatest distance between a reading and the smoothed light that counts as the same light, in octaves: 9 %.
 pub const BAND_OCTAVES: I6F26 = I6F26::lit("0.125");
 
-/// How close to the readings the smoothed light comes at the quicker pace, in octaves: 1.1 %.
+/// The distance to the readings at which the quicker pace ends, in octaves: 1.1 %.
 pub const SETTLED_OCTAVES: I6F26 = I6F26::lit("0.015625");
 
 /// Bound of the filter's error against the formula of the [module](self), in octaves, for T/τ of
 /// 1/1000 and more; the result is then rounded to the nearest of [`Illuminance`]'s steps, 1/4096
 /// lx.
 ///
-/// A test holds it: `cargo test -p vocc-tx-firmware ambient`.
+/// A test checks it: `cargo test -p vocc-tx-firmware ambient`.
 pub const FILTER_ERROR_OCTAVES: f64 = 2e-5;
 
-/// How much the readings are smoothed: times in milliseconds, 1 to 65 535. A sample period of 0
-/// counts as 1; a time constant of 0 switches the smoothing off.
+/// The smoothing of readings: times in milliseconds, 1 to 65 535. A sample period of 0 counts as 1; a time constant of 0 disables the
+/// smoothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Smoothing {
-    /// The time from one reading to the next, T.
+    /// The time between readings, T.
     pub sample_period_ms: u16,
-    /// The time in which 63 % of a step's octaves are made up, τ, when the light falls.
+    /// The time constant τ for falling light: after it, 63 % of a step's octaves are done.
     pub darker_ms: u16,
-    /// The same when it rises.
+    /// The same for rising light.
     pub brighter_ms: u16,
-    /// The same while it stays within [`BAND_OCTAVES`].
+    /// The same for light within [`BAND_OCTAVES`].
     pub still_ms: u16,
 }
 
@@ -78,7 +77,7 @@ impl Default for Smoothing {
 }
 
 impl Smoothing {
-    /// 1 − exp(−T/τ): the share of the distance to a new reading that is gone at once.
+    /// 1 − exp(−T/τ): the filter's gain per reading.
     fn share(self, time_constant_ms: u16) -> I6F26 {
         let period = U32F32::from_num(self.sample_period_ms.max(1));
         match period.checked_div_int(time_constant_ms.into()) {
@@ -91,7 +90,7 @@ impl Smoothing {
     }
 }
 
-/// Which way the light is going.
+/// The direction of the light's change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pace {
     Darker,
@@ -114,15 +113,14 @@ enum Pace {
 #[derive(Clone, Debug)]
 pub struct Ambient {
     sensor_gain: U12F20,
-    /// The filter's share at each [`Pace`].
+    /// The filter's gain at each [`Pace`].
     shares: [I6F26; 3],
     pace: Pace,
     log2_lx: Option<I6F26>,
 }
 
 impl Ambient {
-    /// A filter that has seen no light yet, for a sensor whose readings times `sensor_gain` are
-    /// lux.
+    /// A filter before its first reading, for a sensor whose readings times `sensor_gain` are lux.
     pub fn new(sensor_gain: U12F20, smoothing: Smoothing) -> Self {
         let Smoothing {
             darker_ms,
@@ -144,24 +142,23 @@ impl Ambient {
         self.smooth(nearest(reading_lx.saturating_mul(self.sensor_gain.into())))
     }
 
-    /// Takes it that there is as much light as there can be, and returns the illuminance E, lx.
+    /// Sets the greatest illuminance, and returns the illuminance E, lx.
     pub fn sense_daylight(&mut self) -> Illuminance {
         self.smooth(BRIGHTEST_LX)
     }
 
-    /// Forgets what is above `most_lx`: E is at most that from now on.
+    /// Limits E to at most `most_lx`.
     pub fn fall_back(&mut self, most_lx: Illuminance) {
         let most = log2(most_lx.clamp(DARKEST_LX, BRIGHTEST_LX));
         self.log2_lx = Some(self.log2_lx.map_or(most, |y| y.min(most)));
     }
 
-    /// Takes another gain of the sensor, for the readings to come.
+    /// Sets the sensor's gain for later readings.
     pub fn set_sensor_gain(&mut self, sensor_gain: U12F20) {
         self.sensor_gain = sensor_gain;
     }
 
-    /// The illuminance E, lx: from [`DARKEST_LX`] to [`BRIGHTEST_LX`]; none before the first
-    /// reading.
+    /// The illuminance E, lx: from [`DARKEST_LX`] to [`BRIGHTEST_LX`]; `None` before the first reading.
     pub fn illuminance_lx(&self) -> Option<Illuminance> {
         self.log2_lx.map(illuminance_lx)
     }
@@ -182,7 +179,7 @@ impl Ambient {
 }
 
 impl Pace {
-    /// The pace at which to go the `distance` to a reading, in octaves.
+    /// The pace for the `distance` to a reading, in octaves.
     fn after(self, distance: I6F26) -> Self {
         let way = if distance < 0 { Self::Darker } else { Self::Brighter };
         if distance.abs() > BAND_OCTAVES || (self == way && distance.abs() > SETTLED_OCTAVES) {
@@ -197,7 +194,7 @@ fn illuminance_lx(log2_lx: I6F26) -> Illuminance {
     nearest(exp2(log2_lx)).clamp(DARKEST_LX, BRIGHTEST_LX)
 }
 
-/// To the nearest step of the type, or its end.
+/// The nearest step of the type, clamped to its range.
 fn nearest(lx: U32F32) -> Illuminance {
     const HALF_STEP: U32F32 = U32F32::from_bits(1 << 19);
     Illuminance::saturating_from_num(lx.saturating_add(HALF_STEP))
@@ -212,7 +209,7 @@ mod tests {
 
     const GAIN: U12F20 = U12F20::ONE;
 
-    /// The same time constant whatever the light does.
+    /// The same time constant for any change of the light.
     fn even(sample_period_ms: u16, time_constant_ms: u16) -> Smoothing {
         Smoothing {
             sample_period_ms,
@@ -232,7 +229,7 @@ mod tests {
         (one.to_num::<f64>() / other.to_num::<f64>()).log2().abs()
     }
 
-    /// As likely in the dark as in the sun.
+    /// Uniform in the logarithm from darkness to sun.
     fn any_light() -> impl Strategy<Value = Illuminance> {
         (0.0102f64.log2()..130_000f64.log2()).prop_map(|octave| Illuminance::from_num(octave.exp2()))
     }
@@ -321,7 +318,7 @@ mod tests {
         }
     }
 
-    /// What a sensor reads that integrates for `integration_s` under a lamp that flickers at `lamp_hz` by 100 %.
+    /// The reading of a sensor that integrates for `integration_s` under a lamp with 100 % flicker at `lamp_hz`.
     fn flickering(mean_lx: f64, lamp_hz: f64, integration_s: f64, start_s: f64) -> I32F32 {
         let phase = |at_s: f64| core::f64::consts::TAU * lamp_hz * at_s;
         let swing = (phase(start_s).cos() - phase(start_s + integration_s).cos()) / (core::f64::consts::TAU * lamp_hz * integration_s);
@@ -341,7 +338,7 @@ mod tests {
             });
             let smoothed: std::vec::Vec<f64> = readings.map(|lx| lx.to_num::<f64>().log2()).collect();
             for pair in smoothed[1..].windows(2) {
-                // 0.15 % from one reading to the next is the most that the band's width and `still_ms` allow.
+                // The band's width and `still_ms` allow at most 0.15 % between readings.
                 prop_assert!((pair[1] - pair[0]).abs() < 0.125 * 0.01 + 0.001 / mean_lx, "{pair:?}");
             }
             for octave in smoothed {

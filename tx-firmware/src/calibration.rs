@@ -12,26 +12,24 @@ use thiserror::Error;
 use crate::drive::{EXPOSURE_LONG_NS, period_ns};
 use crate::matrix::Duty;
 
-/// The luminance that a panel may have at full duty, cd/m²: an L2A of 4 on a white panel in the
-/// brightest sun takes 520 000.
+/// The range of a panel's luminance at full duty, cd/m²: an L2A of 4 on a white panel in the brightest sun takes 520 000.
 pub const LUMINANCE_CD_M2: RangeInclusive<U32F32> = U32F32::ONE..=U32F32::lit("1000000");
-/// The period that a panel's dimming may have, ns: from 10 MHz down to 100 Hz, below which people
-/// see it flicker.
+/// The range of the dimming's period, ns: from 10 MHz down to 100 Hz, below which flicker is visible.
 pub const PWM_PERIOD_NS: RangeInclusive<u32> = 100..=10_000_000;
-/// The reflectance that an LED's surface may have.
+/// The range of the reflectance of an LED's surface.
 pub const REFLECTANCE: RangeInclusive<U1F31> = U1F31::lit("0.05")..=U1F31::ONE;
-/// The LED interval that a panel may have (Do & Yoo 2020, Eq. (17)).
+/// The range of a panel's LED interval (Do & Yoo 2020, Eq. (17)).
 pub const INTERVAL: RangeInclusive<Interval> = Interval::lit("0.5")..=Interval::lit("3");
-/// The share of its full light that an LED may give at the low current.
+/// The range of an LED's light at the low current, as a share of its full light.
 pub const LOW_CURRENT_SHARE: RangeInclusive<U1F31> = U1F31::lit("0.01")..=U1F31::ONE;
-/// The gain that a light sensor may need.
+/// The range of a light sensor's gain.
 pub const SENSOR_GAIN: RangeInclusive<U12F20> = U12F20::lit("0.01")..=U12F20::lit("1000");
 
-/// From how much light on [`BENCH`]'s panel may have full duty (lx): four times the duty that it wants at the greatest ratio. A panel of less
-/// than a quarter of its luminance wants more light: it takes fewer lux.
+/// The illuminance from which on [`BENCH`]'s panel may have full duty (lx): four times the duty that it needs at the greatest ratio. A
+/// panel with less than a quarter of its luminance needs more light, and so a lower value.
 pub const BENCH_FULL_DUTY_LX: u32 = 4_000;
 
-/// The panel of `docs/hardware/road-kit.md` as a bench measures it: what a board takes its own for until somebody has measured that.
+/// The bench measurements of the panel of `docs/hardware/road-kit.md`: the default of a board until its own panel is measured.
 pub const BENCH: Measured = Measured {
     luminance_full_cd_m2: U32F32::lit("26000"),
     shortest_pulse_ns: 100,
@@ -42,7 +40,7 @@ pub const BENCH: Measured = Measured {
     low_current_share: U1F31::lit("0.125"),
 };
 
-/// Which measured value cannot be.
+/// A measured value out of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 pub enum CalibrationError {
     /// The luminance at full duty is outside [`LUMINANCE_CD_M2`].
@@ -59,9 +57,9 @@ pub enum CalibrationError {
          lower the PWM frequency or use a faster LED driver"
     )]
     ShortestPulse {
-        /// The shortest pulse given, ns.
+        /// The given shortest pulse, ns.
         pulse_ns: u32,
-        /// The PWM period given, ns.
+        /// The given PWM period, ns.
         period_ns: u32,
     },
     /// The PWM period is outside [`PWM_PERIOD_NS`].
@@ -106,7 +104,7 @@ pub enum CalibrationError {
     LowCurrentShare(U1F31),
 }
 
-/// Measured values that have been found possible.
+/// Measured values within their ranges.
 ///
 /// ```
 /// use fixed::types::{U1F31, U32F32};
@@ -132,15 +130,15 @@ pub struct Calibration {
     most_cd_m2: U32F32,
 }
 
-/// What a driver's step may add to the light at most: 1/512 of it, as [`drive`](crate::drive) rounds, and once the light of the shortest
-/// pulse, as the steps of a [`max7219`](crate::max7219) do.
+/// The greatest addition to the light by a driver's step: 1/512 of it, as [`drive`](crate::drive) rounds, plus the light of the shortest
+/// pulse once, as for the steps of a [`max7219`](crate::max7219).
 const STEP_SHIFT: u32 = 9;
 
 impl Calibration {
     /// Checks the measured values.
     ///
     /// # Errors
-    /// [`CalibrationError`] for the first value that is out of its range.
+    /// [`CalibrationError`] for the first value out of its range.
     pub fn new(measured: Measured) -> Result<Self, CalibrationError> {
         let Measured {
             luminance_full_cd_m2,
@@ -179,7 +177,7 @@ impl Calibration {
         })
     }
 
-    /// The same panel, whose luminous intensity is never to be above a limit, or has none.
+    /// The same panel with a limit of its luminous intensity, or without one.
     ///
     /// ```
     /// use link::intensity::IntensityLimit;
@@ -202,7 +200,7 @@ impl Calibration {
         Self { limit, most_cd_m2, ..self }
     }
 
-    /// The same panel, which is given no more than this duty.
+    /// The same panel with this limit of the duty.
     pub(crate) fn with_duty_at_most(self, most: Duty) -> Self {
         if most == Duty::MAX {
             return self;
@@ -217,7 +215,7 @@ impl Calibration {
         self.limit
     }
 
-    /// How large the panel is; none where there is no limit, which alone tells how wide an LED is.
+    /// The panel's size; `None` without a limit, because only the limit includes the diameter of an LED.
     ///
     /// ```
     /// use link::intensity::IntensityLimit;
@@ -233,19 +231,18 @@ impl Calibration {
         Geometry::new(self.limit?.led_diameter_um(), self.measured.interval).ok()
     }
 
-    /// The brightest luminance that an On LED is given, cd/m²: full luminance, or what its limit leaves. No step of its dimming takes the
-    /// panel above the limit.
+    /// The greatest luminance of an On LED, cd/m²: full luminance, or less within the limit. No step of its dimming takes the panel above
+    /// the limit.
     pub fn luminance_most_cd_m2(&self) -> U32F32 {
         self.most_cd_m2
     }
 
-    /// The values as they were given.
+    /// The values as given.
     pub fn measured(&self) -> &Measured {
         &self.measured
     }
 
-    /// The dimmest luminance above none that the driver can give, cd/m²: the shortest pulse in each
-    /// of the longest periods, at the low current.
+    /// The least luminance above 0 that the driver can give, cd/m²: the shortest pulse in each of the longest periods, at the low current.
     // Inlined twice, its division of 128 bits would take 1000 bytes more of a small processor's program.
     #[inline(never)]
     pub fn luminance_floor_cd_m2(&self) -> U32F32 {
@@ -376,7 +373,7 @@ mod tests {
                 reflectance: U1F31::from_bits(reflectance), interval: Interval::from_bits(interval),
                 sensor_gain: U12F20::from_bits(sensor_gain), low_current_share: U1F31::from_bits(low_current_share),
             };
-            // Few wild sets are possible as a whole: each value is also tried among possible ones.
+            // Few random sets are valid as a whole, so each value is also tried among valid ones.
             for measured in [
                 wild,
                 Measured { luminance_full_cd_m2: wild.luminance_full_cd_m2, ..PANEL },

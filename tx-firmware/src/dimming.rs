@@ -1,4 +1,4 @@
-//! Ambient light and an L2A ratio → the duty of the LEDs.
+//! The duty of the LEDs from ambient light and an L2A ratio.
 //!
 //! The L2A is r = L/(E·R) (Do & Yoo 2020, Eq. (9)): the LED's own luminance L over the ambient illuminance E times the reflectance R of the
 //! LED's surface. Solved for the luminance of the table's ratio:
@@ -7,7 +7,7 @@
 //! L* = r·E·R
 //! ```
 //!
-//! A panel cannot always give it. [`Dimming`] has both the wanted and the given luminance, and the limit between them:
+//! A panel cannot always give it. [`Dimming`] has the wanted and the actual luminance, and the limit between them:
 //!
 //! | [`Limit`] | when | given |
 //! |---|---|---|
@@ -27,7 +27,7 @@
 //! L* is truncated once, at 2⁻³² cd/m², and the duty once, at 2⁻³² of full luminance. Against the
 //! same formula in `f64` the errors are at most [`LUMINANCE_ERROR_CD_M2`] and [`DUTY_ERROR`], for E
 //! up to 130 000 lx, any R of a [`Calibration`] and r up to 4: `cargo test -p vocc-tx-firmware dimming`.
-//! What limits a panel at night is its driver: [`drive`](crate::drive).
+//! At night the driver limits a panel: [`drive`](crate::drive).
 
 use fixed::types::U32F32;
 use link::l2a_table::{self, Illuminance, L2a};
@@ -41,17 +41,17 @@ pub use crate::matrix::Duty;
 /// which LEDs flare.
 pub const L2A_MAX: L2a = L2a::from_bits((l2a_table::L2A_MAX * (1u32 << L2a::FRAC_NBITS) as f32) as u16);
 
-/// The illuminance that counts as night, lx: a well-lit road. At an L2A of [`L2A_MAX`] it gives the night limit,
-/// 4·50 lx·R = 200·R cd/m², the most that a panel has which does not know how light it is.
+/// The illuminance that counts as night, lx: a well-lit road. At an L2A of [`L2A_MAX`] it gives the night limit, 4·50 lx·R = 200·R cd/m²,
+/// the greatest luminance of a panel in unknown light.
 pub const NIGHT_LX: Illuminance = Illuminance::lit("50");
 
 /// Bound of the wanted luminance's error, cd/m²: one step of its type.
 pub const LUMINANCE_ERROR_CD_M2: f64 = 1.0 / (1u64 << 32) as f64;
 
-/// Bound of the duty's error: one step of its type, and what the luminance's error adds on a panel of 1 cd/m².
+/// Bound of the duty's error: one step of its type, plus the effect of the luminance's error on a panel of 1 cd/m².
 pub const DUTY_ERROR: f64 = 1.0 / (1u64 << 32) as f64 + LUMINANCE_ERROR_CD_M2;
 
-/// How bright the panel is, and why.
+/// The panel's brightness, and the reason for it.
 ///
 /// ```
 /// use fixed::types::{U1F31, U32F32};
@@ -86,11 +86,11 @@ pub struct Dimming {
     pub l2a: L2a,
     /// The wanted luminance L* of an On LED, cd/m².
     pub wanted_cd_m2: U32F32,
-    /// The luminance it is given, cd/m².
+    /// The actual luminance, cd/m².
     pub luminance_cd_m2: U32F32,
     /// The same as a share of full luminance.
     pub duty: Duty,
-    /// Why the luminance is not the wanted one; none when it is.
+    /// Why the luminance differs from the wanted one; `None` if it does not.
     pub limited: Option<Limit>,
 }
 
@@ -131,21 +131,20 @@ impl Dimming {
 fn luminance_cd_m2(l2a: L2a, illuminance_lx: Illuminance, calibration: &Calibration) -> U32F32 {
     let illuminance_lx = illuminance_lx.min(BRIGHTEST_LX);
     let reflectance = calibration.measured().reflectance;
-    // 16 + 29 + 32 bits, of them 13 + 12 + 31 of fraction: exact in 128 bits, truncated once, to
-    // 32.
+    // 16 + 29 + 32 bits, of them 13 + 12 + 31 of fraction: exact in 128 bits, truncated once, to 32.
     let product = u128::from(l2a.to_bits()) * u128::from(illuminance_lx.to_bits()) * u128::from(reflectance.to_bits());
     U32F32::from_bits((product >> 24) as u64)
 }
 
-/// The share of `full_cd_m2` that `luminance_cd_m2` is, at most 1.
+/// The ratio of `luminance_cd_m2` to `full_cd_m2`, at most 1.
 fn duty(luminance_cd_m2: U32F32, full_cd_m2: U32F32) -> Duty {
     let luminance = u128::from(luminance_cd_m2.to_bits()) << Duty::FRAC_NBITS;
     let share = luminance / u128::from(full_cd_m2.to_bits().max(1));
     Duty::from_bits(share.try_into().unwrap_or(u32::MAX))
 }
 
-/// The greatest duty in this light, read by the sensor before any gain, of LEDs that may have full duty from `full_duty_lx` on: in
-/// proportion to the light below, and never less than at [`NIGHT_LX`].
+/// The greatest duty at the sensor's reading before any gain, for LEDs that may have full duty from `full_duty_lx` on: in proportion to the
+/// light below, and never less than at [`NIGHT_LX`].
 ///
 /// ```
 /// use link::l2a_table::Illuminance;
@@ -160,7 +159,7 @@ pub fn ceiling(full_duty_lx: u32, reading_lx: Illuminance) -> Duty {
     share.map_or(Duty::MAX, Duty::from_bits)
 }
 
-/// The steps of a PWM of `max_duty_cycle` steps that are nearest to `duty`.
+/// The number of PWM steps, of `max_duty_cycle`, nearest to `duty`.
 ///
 /// ```
 /// use tx_firmware::dimming::{Duty, duty_cycle};
@@ -206,7 +205,7 @@ mod tests {
         }
     }
 
-    /// Illuminances as likely in the dark as in the sun.
+    /// Illuminances uniform in the logarithm from darkness to sun.
     fn illuminances_lx() -> impl Strategy<Value = Illuminance> {
         (0.01f64.log2()..130_000f64.log2()).prop_map(|octave| Illuminance::from_num(octave.exp2()))
     }
@@ -215,7 +214,7 @@ mod tests {
         (0.2f64..4.0).prop_map(L2a::from_num)
     }
 
-    /// The same path in `f64`: wanted luminance, given luminance, duty.
+    /// The same path in `f64`: wanted luminance, actual luminance, duty.
     fn reference(l2a: L2a, illuminance_lx: Illuminance, calibration: &Calibration) -> (f64, f64, f64) {
         let measured = calibration.measured();
         let full = measured.luminance_full_cd_m2.to_num::<f64>();
@@ -235,7 +234,7 @@ mod tests {
         fn fixed_point_keeps_its_bound(l2a in l2as(), lx in illuminances_lx(), calibration in calibrations()) {
             let dimming = Dimming::new(l2a, lx, &calibration);
             let (wanted, given, duty) = reference(l2a, lx, &calibration);
-            // The reference's own rounding, a few parts in 2⁵³, is not the fixed point's error.
+            // The reference's own rounding, a few parts in 2⁵³, does not belong to the fixed point's error.
             let rounding = 1.0 + 1e-15;
             prop_assert!((dimming.wanted_cd_m2.to_num::<f64>() - wanted).abs() <= LUMINANCE_ERROR_CD_M2 + wanted * (rounding - 1.0));
             prop_assert!((dimming.luminance_cd_m2.to_num::<f64>() - given).abs() <= LUMINANCE_ERROR_CD_M2 + given * (rounding - 1.0));
@@ -247,7 +246,7 @@ mod tests {
             l2a in any::<u16>(), lx in any::<u32>(), calibration in calibrations(),
             most_mcd in IntensityLimit::MOST_MCD, octaves in 0u32..30, diameter_um in Geometry::LED_DIAMETER_UM,
         ) {
-            // As many faint limits as bright ones.
+            // Limits uniform in the logarithm.
             let limit = IntensityLimit::new(Some((most_mcd >> octaves).max(1)), diameter_um).unwrap();
             let calibration = calibration.limited_to(Some(limit));
             let dimming = Dimming::new(L2a::from_bits(l2a), Illuminance::from_bits(lx), &calibration);

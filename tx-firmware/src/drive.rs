@@ -1,14 +1,14 @@
-//! Duty → the pulses of a PWM: which frequency, at which resolution, and what they cost in accuracy.
+//! The pulses of a PWM for a duty: frequency, resolution, and their cost in accuracy.
 //!
-//! A camera sums the pulses that fall into its exposure T. With a period P and a lit share d the sum strays from its mean by
+//! A camera sums the pulses within its exposure T. With a period P and a lit share d the sum deviates from its mean by at most
 //!
 //! ```text
 //! ripple = (1 − d)·P/T            the exposure's ends cut a period anywhere
 //! step   = 1/(2·P·f)              the period is a whole number of counts of the timer's clock f
 //! ```
 //!
-//! at most, relative to the mean. Short periods ripple less. But a driver's pulse is clean from τ_min on only, so a period of P
-//! cannot be lit for less than τ_min/P: dim light needs long periods. Hence the rule, in counts of the clock:
+//! relative to the mean. Short periods have less ripple. But a driver's pulse is clean from τ_min on only, so a period of P cannot be lit
+//! for less than τ_min/P: dim light needs long periods. Hence the rule, in counts of the clock:
 //!
 //! ```text
 //! w = ⌈τ_min·f⌉                                   the shortest pulse
@@ -20,37 +20,33 @@
 //! less                     lit = d·P_long,    period = P_long        below the floor: pulses too short to be clean
 //! ```
 //!
-//! with lit and period rounded to whole counts, the period last: that is why the step is one of the period and not of the pulse,
-//! which at 13 counts could be off by 4 %. T_long is the exposure in dim light, T_short the one in the brightest: a camera
-//! shortens it only when there is light in plenty ([`exposure_ns`]), and then the panel is bright too.
+//! Lit time and period are rounded to whole counts, the period last. So the step is one of the period and not of the pulse, which at 13
+//! counts could be off by 4 %. T_long is the exposure in dim light, T_short that in the brightest: a camera shortens its exposure only in
+//! bright light ([`exposure_ns`]), and then the panel is bright too.
 //!
-//! With τ_min = 100 ns, 125 MHz, T from 1/1000 s to 1/6300 s and a panel of 26 000 cd/m² (which an L2A of 4 on R = 0.4 asks for
-//! at 16 000 lx), `cargo run -p vocc-tx-firmware --example drive` prints what is left for each illuminance. The tests hold ripple and
-//! step together to [`FIDELITY_PPM`] from 50 to 100 000 lx.
+//! With τ_min = 100 ns, 125 MHz, T from 1/1000 s to 1/6300 s and a panel of 26 000 cd/m² (for an L2A of 4 on R = 0.4 at 16 000 lx), `cargo
+//! run -p vocc-tx-firmware --example drive` prints the error at each illuminance. The tests limit ripple and step together to
+//! [`FIDELITY_PPM`] from 50 to 100 000 lx.
 
 use fixed::types::U1F31;
 use link::{exposure::AutoExposure, serial::Measured};
 
 use crate::matrix::Duty;
 
-/// The ripple that periods are chosen for, in parts per million of the light; the rest of
-/// [`FIDELITY_PPM`] is the step's.
+/// The target of the ripple, in parts per million of the light; the rest of [`FIDELITY_PPM`] is for the step.
 pub const RIPPLE_MAX_PPM: u32 = 49_000;
 
-/// Bound of ripple and step together, in parts per million of the light, for every duty from the
-/// floor up and the exposure that a camera takes there.
+/// Bound of ripple and step together, in parts per million of the light, for every duty from the floor up and the camera's exposure there.
 pub const FIDELITY_PPM: u32 = 50_000;
 
-/// The slowest clock of the counter, Hz, with which the step leaves the ripple its share of
-/// [`FIDELITY_PPM`].
+/// The least clock of the counter, Hz, at which the step fits beside the ripple in [`FIDELITY_PPM`].
 pub const CLOCK_MIN_HZ: u32 = 65_000_000;
 
-/// The longest exposure that a camera for this link takes, ns (Do & Yoo 2020, Table 1).
+/// The longest exposure of a camera for this link, ns (Do & Yoo 2020, Table 1).
 pub const EXPOSURE_LONG_NS: u32 = 1_000_000;
 /// The shortest one, ns: 1/6300 s, at 100 000 lx.
 pub const EXPOSURE_SHORT_NS: u32 = 158_730;
-/// The illuminance, lx, above which the camera's ISO speed is at its least, so that its exposure
-/// shortens.
+/// The illuminance, lx, above which the camera's ISO speed is at its minimum, so that its exposure shortens.
 const ISO_FLOOR_LX: u32 = 15_873;
 
 /// The [automatic exposure](AutoExposure) at an illuminance, ns.
@@ -70,8 +66,7 @@ pub fn exposure_ns(illuminance_lx: u32) -> u32 {
     (time_s * 1e9 + 0.5) as u32
 }
 
-/// The longest period that an exposure bears, ns: what a calibration's period of the dimming should
-/// be for the longest exposure.
+/// The longest period for an exposure, ns. A calibration should use that of the longest exposure.
 ///
 /// ```
 /// use tx_firmware::drive::{EXPOSURE_LONG_NS, period_ns};
@@ -81,14 +76,14 @@ pub const fn period_ns(exposure_ns: u32) -> u32 {
     (exposure_ns as u64 * RIPPLE_MAX_PPM as u64 / 1_000_000) as u32
 }
 
-/// The pulses of one duty.
+/// The pulses for one duty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pulses {
     /// Counts of the clock for which the LEDs are lit in each period.
     pub lit: u16,
     /// Counts of a period; 0 with a `lit` of 0 for no pulses at all.
     pub period: u16,
-    /// Whether they are lit at the low current.
+    /// Whether the LEDs have the low current.
     pub low_current: bool,
 }
 
@@ -113,8 +108,8 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// The rule for a panel, with a 16-bit counter at `clock_hz`. A period that the counter cannot
-    /// hold is the longest it can: light below the floor that this leaves is dimmer than asked for.
+    /// The rule for a panel, with a 16-bit counter at `clock_hz`. A period that exceeds the counter is reduced to its maximum: light below
+    /// the resulting floor is dimmer than requested.
     pub fn new(panel: &Measured, clock_hz: u32) -> Self {
         let counts = |ns: u32| u64::from(ns) * u64::from(clock_hz);
         let longest = (counts(panel.pwm_period_ns) / NANOS_PER_S).clamp(1, u16::MAX.into());
@@ -128,7 +123,7 @@ impl Drive {
         }
     }
 
-    /// The pulses for a duty, after those of `before`; none at all for a duty of 0.
+    /// The pulses for a duty, after those of `before`; none for a duty of 0.
     pub fn pulses(&self, duty: Duty, before: Pulses) -> Pulses {
         let mut floor = self.floor_at_full_current();
         if before.low_current {
@@ -146,7 +141,7 @@ impl Drive {
         }
     }
 
-    /// The least duty that the shortest pulse gives at the full current.
+    /// The duty of the shortest pulse at the full current.
     pub fn floor_at_full_current(&self) -> Duty {
         share(self.shortest_pulse, self.longest_period)
     }
@@ -155,7 +150,7 @@ impl Drive {
     fn at_one_current(&self, duty: u32) -> Pulses {
         let duty = u64::from(duty);
         let [pulse, shortest, longest] = [self.shortest_pulse, self.shortest_period, self.longest_period].map(u64::from);
-        // Below the floor a pulse may be shorter than is clean: dimmer than asked for, never brighter.
+        // Below the floor a pulse may be shorter than a clean one: dimmer than requested, never brighter.
         if duty * longest < pulse * ONE {
             return Pulses {
                 lit: ((duty * longest) >> ONE_BITS) as u16,
@@ -167,7 +162,7 @@ impl Drive {
         let period = ((lit << ONE_BITS) + duty / 2) / duty;
         Pulses {
             lit: lit as u16,
-            // A duty of almost one is one.
+            // A duty of almost 1 becomes 1.
             period: period.clamp(lit, longest) as u16,
             low_current: false,
         }
@@ -175,7 +170,7 @@ impl Drive {
 }
 
 impl Pulses {
-    /// The share of full luminance that they give on a panel of this `low_current_share`.
+    /// The share of full luminance of these pulses on a panel with this `low_current_share`.
     pub fn duty(&self, low_current_share: U1F31) -> Duty {
         let lit = share(self.lit, self.period);
         if self.low_current {
@@ -186,7 +181,7 @@ impl Pulses {
         }
     }
 
-    /// How far the light of an exposure strays from its mean at most, in parts per million.
+    /// The greatest deviation of an exposure's light from its mean, in parts per million.
     pub fn ripple_ppm(&self, exposure_ns: u32, clock_hz: u32) -> u32 {
         let dark = u64::from(self.period.saturating_sub(self.lit));
         let dark_ns = dark * NANOS_PER_S / u64::from(clock_hz.max(1));
@@ -194,14 +189,13 @@ impl Pulses {
         ppm.try_into().unwrap_or(u32::MAX)
     }
 
-    /// How far rounding takes the light from the wanted one at most, in parts per million.
+    /// The greatest error of the light by rounding, in parts per million.
     pub fn step_ppm(&self) -> u32 {
         500_000u32.div_ceil(u32::from(self.period).max(1))
     }
 }
 
-/// Of the floor, by which a duty must be above it again before the full current returns, so that one
-/// at the floor does not switch to and fro: 1/8.
+/// The margin above the floor from which on the full current returns, as 1/8 of the floor, so that a duty at the floor does not alternate.
 const HYSTERESIS: u32 = 8;
 const NANOS_PER_S: u64 = 1_000_000_000;
 const ONE_BITS: u32 = Duty::FRAC_NBITS;
@@ -269,7 +263,7 @@ mod tests {
         let drive = Drive::new(&panel, CLOCK_HZ);
         let pulses = |duty| drive.pulses(duty, Pulses::default());
         let floor = drive.floor_at_full_current();
-        // 13/6125 is not a whole number of steps of a duty.
+        // 13/6125 is not a whole number of duty steps.
         let above = pulses(floor + Duty::DELTA);
         assert_eq!((above.lit, above.period), (13, 6125));
         let below = pulses(floor / 5);
@@ -277,7 +271,7 @@ mod tests {
     }
 
     properties! {
-        /// A panel that gives an L2A of 4 at some bright light, under any light from 50 lx up to it, as far as its floor allows.
+        /// A panel with an L2A of 4 at some bright light, in any light from 50 lx up to that, as far as its floor allows.
         #[test]
         fn ripple_and_step_stay_within_five_percent(
             full_lx in 16_000f64..100_000.0, octave in 0f64..1.0, l2a in 0.2f64..4.0, phase in 0f64..1.0,
@@ -289,7 +283,7 @@ mod tests {
             let exposure = exposure_ns(lx as u32);
             prop_assert!(pulses.ripple_ppm(exposure, CLOCK_HZ) + pulses.step_ppm() <= FIDELITY_PPM, "{pulses:?}");
 
-            // What an exposure that begins anywhere gets, against what was wanted.
+            // The light of an exposure with any start, compared with the requested light.
             let start_ns = phase * f64::from(pulses.period) * 1e9 / f64::from(CLOCK_HZ);
             let exposure_ns = f64::from(exposure);
             let current = if pulses.low_current { 0.125 } else { 1.0 };

@@ -111,7 +111,7 @@ pub mod store;
 pub mod symbol_clock;
 pub mod transmitter;
 
-/// The loop that a port begins with.
+/// The main loop of a port.
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/porting.md")]
 struct Porting;

@@ -1,4 +1,4 @@
-//! The light sensor's plausibility: its readings → the known light.
+//! Plausibility of the light sensor: the known light from its readings.
 //!
 //! A panel controlled by a broken sensor dazzles at night or vanishes at noon. Each [`LightSample`] therefore either is evidence of the
 //! light or is not, and light without evidence for [`HOLD_MS`] counts as lost:
@@ -34,34 +34,34 @@
 use fixed::types::I32F32;
 use link::serial::{Faults, Light};
 
-/// How long light counts for which there is no evidence any more, ms.
+/// Time for which light without new evidence still counts, ms.
 pub const HOLD_MS: u64 = 2_000;
-/// How long a register may stay the same before it is asked for in the other range, ms.
+/// Time for which a register may stay the same before a reading in the other range, ms.
 pub const PROBE_MS: u64 = 1_000;
-/// How long a register may stay the same before it is stuck, ms.
+/// Time for which a register may stay the same before it counts as stuck, ms.
 pub const STUCK_MS: u64 = 3_000;
-/// Within which time a saturated reading is confirmed by one in the other range, ms.
+/// Time within which a reading in the other range confirms a saturated one, ms.
 pub const CONFIRM_MS: u64 = 1_000;
-/// Readings in succession that are evidence, after which a lost sensor is trusted again.
+/// Successive readings with evidence, after which a lost sensor is trusted again.
 pub const RECOVERY: u8 = 5;
 
-/// One of two ranges of a sensor, set by its gain or its integration time: its register differs in the same light.
+/// One of two ranges of a sensor, by gain or integration time: its register differs in the same light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SensorRange {
-    /// The one that suits most light.
+    /// The range for most light.
     Operating,
-    /// Another to compare with, less sensitive if there is a choice.
+    /// Another range for comparison, preferably less sensitive.
     CrossCheck,
 }
 
-/// What one attempt to read the light sensor gave.
+/// The result of one attempt to read the light sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightSample {
     /// An illuminance.
     Light {
         /// Lux, before the sensor's gain.
         lux: I32F32,
-        /// The register it was made from.
+        /// The register behind it.
         word: u16,
     },
     /// Too much light for this range.
@@ -70,18 +70,18 @@ pub enum LightSample {
     Missing,
 }
 
-/// What a reading is evidence for.
+/// The evidence of a reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Evidence {
-    /// That many lux, before the sensor's gain.
+    /// An illuminance in lux, before the sensor's gain.
     Light(I32F32),
     /// More light than the sensor can read in either range.
     Daylight,
-    /// Nothing.
+    /// No measurement.
     None,
 }
 
-/// What is known of the light, and since when.
+/// The known light, and its age.
 ///
 /// ```
 /// use fixed::types::I32F32;
@@ -101,24 +101,24 @@ pub enum Evidence {
 #[derive(Clone, Debug)]
 pub struct LightWatch {
     light: Light,
-    /// When there was evidence last; at first, when the watch began.
+    /// The time of the last evidence; at first, of the start.
     known_ms: u64,
-    /// When the sensor was asked last.
+    /// The time of the last attempt to read the sensor.
     asked_ms: u64,
     /// Why the latest reading was no evidence.
     doubt: Faults,
-    /// The latest register, and since when it has been the same.
+    /// The latest register, and below, since when it has been the same.
     word: Option<u16>,
     changed_ms: u64,
-    /// When each range was saturated last, unless it was not since.
+    /// The time of each range's saturation; `None` if its last reading was not saturated.
     saturated_ms: [Option<u64>; 2],
     next: SensorRange,
-    /// Readings in succession that were evidence, while light is lost.
+    /// Successive readings with evidence, while light is lost.
     recovered: u8,
 }
 
 impl LightWatch {
-    /// A watch that begins at time 0 and knows nothing.
+    /// A watch that starts at time 0 without any evidence.
     pub const fn new() -> Self {
         Self {
             light: Light::Unknown,
@@ -133,8 +133,7 @@ impl LightWatch {
         }
     }
 
-    /// Takes what the sensor gave in `range`, and returns what is to be made of it: nothing as long as a lost
-    /// sensor is not believed again.
+    /// Adds a sample of the sensor in `range`, and returns its evidence: none until a lost sensor is trusted again.
     pub fn observe(&mut self, now_ms: u64, range: SensorRange, sample: LightSample) -> Evidence {
         self.watch(now_ms);
         self.asked_ms = now_ms;
@@ -144,7 +143,7 @@ impl LightWatch {
             Evidence::Daylight => Light::Daylight,
             Evidence::None => {
                 self.recovered = 0;
-                // After one saturated reading nothing is wrong yet: the other range decides.
+                // One saturated reading is not a fault yet: the other range decides.
                 if self.doubt != Faults::SENSOR_SATURATED && matches!(self.light, Light::Measured | Light::Daylight) {
                     self.light = Light::Held;
                 }
@@ -175,12 +174,12 @@ impl LightWatch {
         }
     }
 
-    /// What is known of the light.
+    /// The state of the light.
     pub const fn light(&self) -> Light {
         self.light
     }
 
-    /// Why light is held or lost; none while it is known.
+    /// Why light is held or lost; empty while it is known.
     pub const fn faults(&self) -> Faults {
         match self.light {
             Light::Held | Light::Lost => self.doubt,
@@ -188,7 +187,7 @@ impl LightWatch {
         }
     }
 
-    /// The range in which the sensor is to be asked next.
+    /// The range for the next reading of the sensor.
     pub const fn next_range(&self) -> SensorRange {
         self.next
     }
@@ -252,7 +251,7 @@ mod tests {
         LightSample::Light { lux: LUX, word }
     }
 
-    /// A watch that has seen light at 100 ms.
+    /// A watch after light at 100 ms.
     fn measured() -> LightWatch {
         let mut watch = LightWatch::new();
         watch.observe(100, SensorRange::Operating, light(1));
@@ -260,7 +259,7 @@ mod tests {
         watch
     }
 
-    /// A watch to which both ranges were saturated, at 100 and 200 ms.
+    /// A watch after saturation in both ranges, at 100 and 200 ms.
     fn daylight() -> LightWatch {
         let mut watch = LightWatch::new();
         assert_eq!(watch.observe(100, SensorRange::Operating, LightSample::Saturated), Evidence::None);
@@ -274,7 +273,7 @@ mod tests {
         watch
     }
 
-    /// A watch that has had light and lost it.
+    /// A watch that has lost the light.
     fn lost() -> LightWatch {
         let mut watch = measured();
         watch.watch(5_000);
@@ -467,7 +466,7 @@ mod tests {
     }
 
     properties! {
-        /// The moves of the module's diagram, and no others; and none without its cause.
+        /// The transitions of the module's diagram and no others, each with its cause.
         #[test]
         fn there_are_no_other_transitions(events in prop::collection::vec((0u64..1500, readings()), 1..200)) {
             let mut watch = LightWatch::new();

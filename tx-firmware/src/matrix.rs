@@ -3,18 +3,17 @@
 use fixed::types::U0F32;
 use link::{panel::PanelFrame, serial::Measured, waveform::SymbolTiming};
 
-/// The share of full luminance that a panel gives, 0 to 1; the greatest number of its type stands for 1.
+/// The share of full luminance of a panel, 0 to 1; the greatest number of its type means 1.
 pub type Duty = U0F32;
 
 /// 64 LEDs that can be switched as one panel and dimmed together.
 ///
-/// An implementation owes its users three things:
+/// An implementation guarantees three things:
 ///
-/// - it is dark from its construction until both a panel and a duty were given;
-/// - a panel appears on all LEDs at once (within a small part of the camera's exposure time), or,
-///   if the hardware scans its rows, in scans so short that an exposure holds many whole ones;
-/// - the light of an On LED is proportional to the duty, and an exposure holds many whole periods
-///   of the dimming.
+/// - it is dark from its construction until it has got both a panel and a duty;
+/// - a panel appears on all LEDs at once (within a small part of the camera's exposure time), or, if the hardware scans its rows, in scans
+///   so short that an exposure holds many whole ones;
+/// - the light of an On LED is proportional to the duty, and an exposure holds many whole periods of the dimming.
 ///
 /// ## A whole driver
 ///
@@ -65,34 +64,33 @@ pub type Duty = U0F32;
 ///
 /// [`ShiftRegisterPanel`]: crate::shift_register::ShiftRegisterPanel
 pub trait LedMatrix {
-    /// What can go wrong on the way to the LEDs.
+    /// The error of the hardware.
     type Error;
 
-    /// Whether it shows each panel by the carrier of [`set_timing`](Self::set_timing), where there is one: that takes LEDs that change all
-    /// at once, four times a cycle.
+    /// Whether it shows each panel by the carrier of [`set_timing`](Self::set_timing), if there is one: that needs LEDs that all change at
+    /// once, four times a cycle.
     const SHOWS_CARRIER: bool = false;
 
-    /// From how much light on these LEDs may have full duty, lx as the sensor itself reads it: [`ceiling`](crate::dimming::ceiling). So a
-    /// calibration whose numbers nobody measured does not dazzle. 0 for LEDs that may have it in the dark.
+    /// The illuminance from which on these LEDs may have full duty, lx as the sensor itself reads it: [`ceiling`](crate::dimming::ceiling).
+    /// So a calibration without measurements does not dazzle. 0 for LEDs that may have full duty in the dark.
     const FULL_DUTY_LX: u32 = 0;
 
-    /// Shows `panel` until the next call: bit 8·row + column is the LED of that row and column, as
-    /// the camera sees them.
+    /// Shows `panel` until the next call: bit 8·row + column is the LED of that row and column, as seen by the camera.
     ///
     /// # Errors
-    /// When the hardware did not take the panel; it may show the old one, the new one or a mixture.
+    /// If the hardware did not accept the panel; it may show the old one, the new one or a mixture.
     fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error>;
 
-    /// Lights On LEDs with this share of full luminance from now on: 0 is dark, [`Duty::MAX`] is full.
+    /// Sets the share of full luminance of On LEDs: 0 is dark, [`Duty::MAX`] is full.
     ///
     /// # Errors
-    /// When the hardware did not take the duty; it may still have the old one.
+    /// If the hardware did not accept the duty; it may still have the old one.
     fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error>;
 
-    /// Learns what was measured of the panel: duties to come are for that.
+    /// Sets the panel's measurements, which later duties assume.
     fn set_calibration(&mut self, _: &Measured) {}
 
-    /// Learns how often panels will change, and how each is shown, from one of the next on.
+    /// Sets the symbol rate and the waveform, from one of the next panels on.
     fn set_timing(&mut self, _: SymbolTiming) {}
 }
 
@@ -120,7 +118,7 @@ impl<M: LedMatrix + ?Sized> LedMatrix for &mut M {
     }
 }
 
-/// A matrix without LEDs: it keeps what it was last given, for simulations and tests.
+/// A matrix without LEDs: it records its last values, for simulations and tests.
 ///
 /// ```
 /// use link::panel::PanelFrame;

@@ -1,4 +1,4 @@
-//! A row-scanned panel: an 8×8 LED module on a MAX7219 (or MAX7221), as it is sold for a few coins.
+//! A row-scanned panel: a cheap 8×8 LED module with a MAX7219 (or MAX7221).
 //!
 //! ## Wiring
 //!
@@ -7,9 +7,9 @@
 //! chip select ─▶ LOAD  its rising edge takes 16 bits over
 //! ```
 //!
-//! Digit d drives row d, segment DP the left column and segment G the right one, as the modules have it.
+//! Digit d drives row d, segment DP the left column and segment G the right one, as wired on the modules.
 //!
-//! ## What it cannot do
+//! ## Limits
 //!
 //! The chip lights one row at a time, for 1/8 of a scan of 1/800 s (MAX7219 datasheet, "Electrical Characteristics": 500 to 1300
 //! scans a second), and dims within each row's time in sixteen steps ("Intensity Register"). Hence
@@ -40,7 +40,7 @@ pub const STEPS: u16 = 16;
 /// The scans that the slowest chip makes in a second.
 pub const SCANS_HZ_MIN: u32 = 500;
 
-/// The shortest exposure whose light strays by 5 % at most, at the slowest chip, ms: it holds 20 whole scans.
+/// The shortest exposure whose light deviates by 5 % at most, at the slowest chip, ms: it holds 20 whole scans.
 pub const EXPOSURE_MIN_MS: u32 = 20 * 1000 / SCANS_HZ_MIN;
 
 /// The chip's registers (MAX7219 datasheet, Table 2).
@@ -53,12 +53,12 @@ mod register {
     pub const DISPLAY_TEST: u8 = 0xf;
 }
 
-/// The bus did not take a register, with the error of the HAL's driver in it.
+/// A write on the bus failed, with the error of the HAL's driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error("the SPI bus did not take a register ({0:?}): rows may show two panels; show the next")]
 pub struct Max7219Error<S>(pub S);
 
-/// The LED panel of a MAX7219. See the [module](self) for the wiring, and for what it cannot do.
+/// The LED panel of a MAX7219. See the [module](self) for the wiring, and for its limits.
 ///
 /// ```
 /// use embedded_hal_mock::eh1::spi::{Mock, Transaction};
@@ -81,15 +81,15 @@ pub struct Max7219Error<S>(pub S);
 #[derive(Debug)]
 pub struct Max7219Panel<S> {
     spi: S,
-    /// Intensity, or none in shutdown.
+    /// Intensity; `None` in shutdown.
     step: Option<u8>,
 }
 
 impl<S: SpiDevice> Max7219Panel<S> {
-    /// Takes the chip over and blanks it: it powers up in shutdown, with anything in its rows.
+    /// Initialises the chip and blanks it, because it powers up in shutdown with arbitrary rows.
     ///
     /// # Errors
-    /// Of the bus; the panel may then be in any state.
+    /// Errors of the bus; the panel may then be in any state.
     pub fn new(spi: S) -> Result<Self, Max7219Error<S::Error>> {
         let mut panel = Self { spi, step: None };
         for [register, value] in controls(None) {
@@ -99,7 +99,7 @@ impl<S: SpiDevice> Max7219Panel<S> {
         Ok(panel)
     }
 
-    /// Gives the bus back; the chip goes on.
+    /// Returns the bus; the chip continues.
     pub fn release(self) -> S {
         self.spi
     }
@@ -138,11 +138,10 @@ impl<S: SpiDevice> LedMatrix for Max7219Panel<S> {
     }
 }
 
-/// The registers beside the rows, with their values at an intensity of 0 to 15, or in shutdown. In this order a chip in any state goes
-/// dark first.
+/// The control registers with their values at an intensity of 0 to 15, or in shutdown. In this order a chip in any state goes dark first.
 ///
-/// A board that writes them again with each panel, and not the changes alone, takes a module back that lost them: a spike on its supply
-/// does that.
+/// A board that writes all of them again with each panel, rather than changes alone, restores a module that lost them, for example by a
+/// spike on its supply.
 pub fn controls(intensity: Option<u8>) -> [[u8; 2]; 5] {
     [
         [register::SHUTDOWN, intensity.is_some().into()],
@@ -164,7 +163,7 @@ pub fn rows(panel: PanelFrame) -> [[u8; 2]; SIDE] {
     rows
 }
 
-/// The intensity nearest to a share of the brightest step's light: step n has (2n + 1)/31 of it. None below half of the first.
+/// The intensity nearest to a share of the brightest step's light: step n has (2n + 1)/31 of it. `None` below half of the first.
 ///
 /// ```
 /// use tx_firmware::{dimming::Duty, max7219::intensity};
@@ -176,7 +175,7 @@ pub fn intensity(duty: Duty) -> Option<u8> {
     const BRIGHTEST: u64 = 2 * STEPS as u64 - 1;
     const HALF: u32 = Duty::FRAC_NBITS - 1;
     let halves = u64::from(duty.to_bits()) * BRIGHTEST;
-    // Rounded to the nearest odd number of 31sts: floor(x/2) of x = 31·duty, for what is above one half.
+    // Rounded to the nearest odd number of 31sts: floor(x/2) of x = 31·duty, for values above one half.
     (halves >= 1 << HALF).then(|| ((halves >> Duty::FRAC_NBITS) / 2).min(u64::from(STEPS) - 1) as u8)
 }
 
@@ -189,7 +188,7 @@ mod tests {
     use properties::prelude::*;
     use std::{vec, vec::Vec};
 
-    /// A chip: registers that the bus writes, until it fails.
+    /// A chip with registers that the bus writes until it fails.
     #[derive(Debug, Default)]
     struct Chip {
         registers: [u8; 16],
@@ -234,7 +233,7 @@ mod tests {
     fn it_starts_blank_and_dark() {
         let chip = panel().release();
         assert_eq!(chip.registers, [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 7, 0, 0, 0, 0]);
-        // In shutdown before anything else: what the rows hold is not to be seen.
+        // Shutdown comes first, because the old rows must not show.
         assert_eq!(chip.writes[0], [0xc, 0]);
     }
 

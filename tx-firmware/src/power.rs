@@ -1,8 +1,8 @@
-//! Powers of 2 in fixed point: the way back from the logarithmic scale on which light is smoothed.
+//! Powers of 2 in fixed point, the inverse of the logarithmic scale on which light is smoothed.
 
 use fixed::types::{I6F26, U2F30, U32F32};
 
-/// Bound of the relative error of [`exp2`], beside the step of 2⁻³² that the result's type costs.
+/// Bound of the relative error of [`exp2`], beside the step of 2⁻³² of the result's type.
 pub const EXP2_ERROR: f64 = 5e-9;
 
 /// 2 to the power y.
@@ -14,8 +14,7 @@ pub const EXP2_ERROR: f64 = 5e-9;
 /// ```
 pub fn exp2(y: I6F26) -> U32F32 {
     let mantissa = u64::from(exp2_of_fraction(U2F30::from_num(y.frac())).to_bits());
-    // From 30 fraction bits to 32, and 2 to the whole part of y: from −30 to 33 places, of which a
-    // mantissa below 2 has room.
+    // From 30 fraction bits to 32, and 2 to the integer part of y: a shift by −30 to 33 places, of which a mantissa below 2 has room.
     let places = 2 + y.int().to_num::<i32>();
     let bits = if places < 0 {
         mantissa >> places.unsigned_abs()

@@ -1,14 +1,13 @@
-//! Messages → the sequence of panels: a message's repeats, then beacons.
+//! The sequence of panels: a message's repeats, then beacons.
 //!
-//! A [`Schedule`] always has a next panel. It beacons until there is a message and again after its
-//! last repeat, so that receivers keep seeing a transmitter that is there and idle.
+//! A [`Schedule`] always has a next panel. It shows beacons until there is a message and again after the message's last repeat, so that
+//! receivers still detect an idle transmitter.
 //!
-//! **A new message begins at once**, with the next panel, wherever the old one stands. On the road
-//! the newer message is the one that counts, and waiting for the old one's end could take 640
-//! panels: seven seconds at 90 a second. A receiver looks for the start of a segment at every
-//! panel, so it misses nothing of the new message; what is lost is the segment that was broken off.
+//! **A new message starts at once**, with the next panel, wherever the old one is. On the road the newer message matters, and waiting for
+//! the old one's end could take 640 panels: seven seconds at 90 a second. A receiver looks for the start of a segment at every panel, so it
+//! misses nothing of the new message; only the interrupted segment is lost.
 //!
-//! Each message toggles the `fresh` bit of the headers: the same text sent anew is delivered anew.
+//! Each message toggles the `fresh` bit of the headers: the same text sent again is delivered again.
 
 #[cfg(feature = "signing")]
 use link::framing::{Signature, SignedFramer};
@@ -19,23 +18,23 @@ use link::{
     panel::PanelFrame,
 };
 
-/// Only a transmitter that signs has room for signatures.
+/// Only a transmitter with signing has memory for signatures.
 #[cfg(feature = "signing")]
 type Panels = SignedFramer;
 #[cfg(not(feature = "signing"))]
 type Panels = Framer;
 
-/// How often a message is shown.
+/// The number of repeats of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Repeats {
-    /// Until another message takes its place.
+    /// Until another message replaces it.
     Forever,
-    /// This many repeats, then beacons. An even number lights every LED for exactly half of the time, except for the three panels that show
-    /// a known size. 0 shows nothing of it.
+    /// This many repeats, then beacons. With an even number, every LED is On for exactly half of the time, except in the three panels that
+    /// show a known size. 0 shows none.
     Times(u32),
 }
 
-/// What is being shown, and what comes after it.
+/// The current message and its repeats.
 ///
 /// ```
 /// use link::fec::Code;
@@ -54,7 +53,7 @@ pub enum Repeats {
 #[derive(Clone, Debug)]
 pub struct Schedule {
     framer: Panels,
-    /// None while beaconing.
+    /// `None` while beaconing.
     repeats: Option<Repeats>,
     fresh: bool,
 }
@@ -66,7 +65,7 @@ impl Default for Schedule {
 }
 
 impl Schedule {
-    /// A schedule that beacons.
+    /// A schedule that shows beacons.
     pub fn new() -> Self {
         Self {
             framer: Panels::from(Framer::beacon()),
@@ -75,11 +74,10 @@ impl Schedule {
         }
     }
 
-    /// Shows `message` (1 to 1024 bytes) under `code` from the next panel on, in place of whatever
-    /// is being shown.
+    /// Shows `message` (1 to 1024 bytes) under `code` from the next panel on, in place of the current content.
     ///
     /// # Errors
-    /// [`FramingError`] when the message is empty or too long; what is being shown then goes on.
+    /// [`FramingError`] if the message is empty or too long; the current content then continues.
     pub fn send(&mut self, message: &[u8], code: Code, repeats: Repeats) -> Result<(), FramingError> {
         let framer = Framer::new(message, code, !self.fresh)?;
         self.begin(Panels::from(framer), repeats);
@@ -103,7 +101,7 @@ impl Schedule {
         self.repeats = Some(repeats);
     }
 
-    /// Beacons from the next panel on.
+    /// Shows beacons from the next panel on.
     pub fn stop(&mut self) {
         self.framer = Panels::from(Framer::beacon());
         self.repeats = None;
@@ -131,7 +129,7 @@ impl Schedule {
         }
     }
 
-    /// Panels that show what was shown last, message or beacon, once.
+    /// Panels per repeat of the last content, message or beacon.
     pub fn panels_per_repeat(&self) -> u32 {
         self.framer.panels_per_repeat()
     }
@@ -159,7 +157,7 @@ mod tests {
         take(&mut Schedule::new(), panels)
     }
 
-    /// The messages that a receiver delivers from `panels`, read without error.
+    /// The messages that a receiver delivers from `panels` without reading errors.
     fn delivered(panels: &[PanelFrame]) -> Vec<Vec<u8>> {
         let mut deframer = Box::new(Deframer::new());
         let mut messages = vec![];

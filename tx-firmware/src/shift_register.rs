@@ -12,12 +12,10 @@
 //! PWM      ─▶ output enable of all eight           a pull resistor keeps it disabled while the microcontroller starts
 //! ```
 //!
-//! Output QA (Q0) of a register drives column 0, QH (Q7) column 7, as the camera sees the panel.
-//! SPI mode 0, most significant bit first. What is shifted first travels furthest, so the byte of
-//! row 7 goes first, and in it column 7.
+//! Output QA (Q0) of a register drives column 0, QH (Q7) column 7, as the camera sees the panel. SPI mode 0, most significant bit first.
+//! The first bits travel furthest, so the byte of row 7 goes first, and in it column 7.
 //!
-//! The latch pulse lasts as long as the HAL takes to set a pin and clear it again; a 74HC595 at 3.3
-//! V wants some 40 ns.
+//! The latch pulse is as short as the HAL can set and clear a pin; a 74HC595 at 3.3 V needs some 40 ns.
 //!
 //! Shifting does not disturb the outputs: the 64 LEDs change together, at the latch's edge. All are
 //! driven all the time, and dimmed together through output enable, so an exposure sees every LED
@@ -33,16 +31,16 @@ use crate::{
     matrix::LedMatrix,
 };
 
-/// Which level of the output-enable line lights the LEDs.
+/// The level of the output-enable line that lights the LEDs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputEnable {
-    /// Low lights them, as the 74HC595 and its kin have it.
+    /// Low lights them, as on the 74HC595 and similar chips.
     ActiveLow,
-    /// High lights them: an inverting driver stands before the registers.
+    /// High lights them, through an inverting driver before the registers.
     ActiveHigh,
 }
 
-/// Which bit lights an LED.
+/// The bit value that lights an LED.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LitBy {
     /// 1, as with a TLC5916, a TPIC6B595, and a 74HC595 whose LEDs go to ground.
@@ -52,16 +50,16 @@ pub enum LitBy {
     Zero,
 }
 
-/// Where the way to the LEDs broke, with the error of the HAL's driver in it.
+/// The failed line to the LEDs, with the error of the HAL's driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum ShiftRegisterError<S, L, P> {
-    /// The SPI bus did not take the 64 bits.
+    /// Writing the 64 bits to the SPI bus failed.
     #[error("the SPI bus did not take the panel ({0:?}): the LEDs still show the one before; show the next")]
     Spi(S),
-    /// The latch line did not move.
+    /// Setting the latch line failed.
     #[error("the latch line did not move ({0:?}): the LEDs may show either panel; show the next")]
     Latch(L),
-    /// The PWM of the output-enable line did not take the duty.
+    /// Setting the duty of the output-enable line's PWM failed.
     #[error("the PWM did not take the duty ({0:?}): the LEDs keep their brightness; set the duty again")]
     Pwm(P),
 }
@@ -103,10 +101,10 @@ pub struct ShiftRegisterPanel<S, L, P> {
 }
 
 impl<S: SpiBus, L: OutputPin, P: SetDutyCycle> ShiftRegisterPanel<S, L, P> {
-    /// Takes the lines over and blanks the panel: registers power up with anything in them.
+    /// Initialises the lines and blanks the panel, because registers power up with arbitrary bits.
     ///
     /// # Errors
-    /// Of the first line that fails; the panel may then be in any state.
+    /// The first line that fails; the panel may then be in any state.
     pub fn new(spi: S, latch: L, pwm: P, output_enable: OutputEnable, lit_by: LitBy) -> Result<Self, <Self as LedMatrix>::Error> {
         let mut panel = Self {
             spi,
@@ -121,7 +119,7 @@ impl<S: SpiBus, L: OutputPin, P: SetDutyCycle> ShiftRegisterPanel<S, L, P> {
         Ok(panel)
     }
 
-    /// Gives the lines back, as they stand.
+    /// Returns the lines in their current state.
     pub fn release(self) -> (S, L, P) {
         (self.spi, self.latch, self.pwm)
     }
@@ -200,7 +198,7 @@ mod tests {
         Spi::new(&events)
     }
 
-    /// A latch line that expects to be taken over and to copy `panels` panels.
+    /// A latch line that expects its initialisation and `panels` latch pulses.
     fn latch(panels: usize) -> Pin {
         let events: Vec<_> = core::iter::once(PinEvent::set(State::Low))
             .chain((0..panels).flat_map(|_| pulse()))
@@ -208,7 +206,7 @@ mod tests {
         Pin::new(&events)
     }
 
-    /// A PWM that expects its output to be high for these steps of a period, one after the other.
+    /// A PWM that expects these numbers of steps with a high output, one after the other.
     fn pwm(highs: &[u16]) -> Pwm {
         let events: Vec<_> = highs.iter().copied().flat_map(dimmed).collect();
         Pwm::new(&events)
@@ -264,7 +262,7 @@ mod tests {
         #[test]
         fn every_led_reaches_its_register_and_output(bits in any::<u64>()) {
             let panel = PanelFrame::from_bits(bits);
-            // A register chain in the open: each clock moves every bit on by one output.
+            // A register chain, simulated: each clock shifts every bit by one output.
             let mut outputs = [false; 64];
             for byte in chain_bytes(panel, LitBy::One) {
                 for bit in (0..8).rev() {
@@ -314,7 +312,7 @@ mod tests {
         done(panel.release());
     }
 
-    /// A bus that takes some writes and flushes and then fails: the mock's own cannot.
+    /// A bus that accepts some writes and flushes and then fails, which the mock's own cannot.
     struct FailingSpi {
         good_calls: u32,
     }

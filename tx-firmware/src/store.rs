@@ -1,24 +1,24 @@
-//! The table, the calibration, the symbol rate with its carrier, the intensity limit and the key that signs in flash memory, which lose
-//! nothing when the power goes.
+//! Storage in flash memory of the table, the calibration, the symbol rate with its carrier, the intensity limit and the signing key. A
+//! power cut loses none of them.
 //!
-//! All of them together are one record, and each save writes a whole one beside those before it:
+//! All of them together are one record, and each save writes a whole one after the earlier ones:
 //!
-//! | bytes | what |
+//! | bytes | content |
 //! |---|---|
-//! | 1 | the format: a record of another one is not read |
-//! | 4 | a number: that of the record before, and one for each place from there on |
-//! | 503 | the items, each at its place: its length in 2 bytes, and as many bytes as it may have at most; FF where there is none |
+//! | 1 | the format: records of other formats are not read |
+//! | 4 | a number: that of the last record, plus one for each place from there on |
+//! | 503 | the items, each at its place: its length in 2 bytes, and its greatest number of bytes; FF if there is none |
 //! | 4 | CRC-32C of all before it |
 //!
-//! The whole record with the greatest number counts. It is never written to, and a save erases at most one unit, the next one, when this
-//! one is full; a change of the key erases all others. Records stand at fixed places, so a torn one is left out, whatever was cut: a power
-//! cut leaves the old value or the new, and what is saved after it is found. A test cuts the power at every byte: `cargo test -p
+//! The valid record with the greatest number is the current one. It is never overwritten, and a save erases at most one unit, the next one,
+//! if the current one is full; a change of the key erases all others. Records are at fixed places, so a torn one is skipped, wherever it
+//! was cut. A power cut leaves the old value or the new one, and later saves are found. A test cuts the power at every byte: `cargo test -p
 //! vocc-tx-firmware --test power_cut`.
 //!
-//! A memory that holds something else is taken over unit by unit, as the records reach it.
+//! A memory with other content is overwritten unit by unit, as records reach it.
 //!
-//! The flash is anything that implements the blocking traits of [`embedded_storage`]. Two erase units of it are
-//! enough; with more, each is erased more seldom.
+//! The flash is any implementation of the blocking traits of [`embedded_storage`]. Two erase units suffice; with more, each is erased less
+//! often.
 //!
 //! ```
 //! # mod flash { include!("../tests/flash/mod.rs"); }
@@ -65,21 +65,21 @@ const TABLE: Range<usize> = item(NUMBER.end, IMAGE_MAX);
 const CALIBRATION: Range<usize> = item(TABLE.end, 64);
 const SYMBOL_TIMING: Range<usize> = item(CALIBRATION.end, 4);
 const INTENSITY_LIMIT: Range<usize> = item(SYMBOL_TIMING.end, 8);
-/// What a transmitter that signs keeps; others leave it as it is.
+/// The item of a transmitter with signing; others leave it unchanged.
 const SIGNING_KEY: Range<usize> = item(INTENSITY_LIMIT.end, 68);
 const CRC_AT: usize = RECORD - 4;
 const _: () = assert!(SIGNING_KEY.end <= CRC_AT);
 
 /// The format of a record.
 const FORMAT: u8 = 1;
-/// The bits of a symbol rate; above them stand the carrier's cycles, which are 0 for panels that stand still.
+/// The bits of a symbol rate; the carrier's cycles are above them, 0 for still panels.
 const CYCLES_SHIFT: u32 = 20;
 const _: () = assert!(SymbolRate::MAX.millihertz() < 1 << CYCLES_SHIFT && (Waveform::MAX_CYCLES as u32) < 1 << (32 - CYCLES_SHIFT));
 
-/// Why the flash memory gave or took nothing.
+/// Why an access to the flash memory failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum StoreError {
-    /// These addresses are none for a store.
+    /// The addresses do not suit a store.
     #[error("the flash from {start:#x} to {end:#x} is no place for a store: give 2 or more whole erase units")]
     Addresses {
         /// Its first address.
@@ -90,56 +90,56 @@ pub enum StoreError {
     /// The flash memory reported an error.
     #[error("the flash memory failed: the old value stays in use; try again")]
     Flash,
-    /// What is stored makes no sense.
+    /// A stored value is invalid.
     #[error("what the flash memory holds is damaged or no store's: write it again")]
     Damaged,
-    /// There is no place for a key, or nothing that signs.
+    /// The memory does not support signing.
     #[error("this firmware signs no messages: build it with the feature `signing`")]
     NoSigning,
-    /// The key's signatures have all been made.
+    /// The counter of the key's signatures is exhausted.
     #[error("the key has no counter left to sign with: give it a new key")]
     NoCounter,
 }
 
-/// Where a transmitter keeps what it must not forget.
+/// The persistent memory of a transmitter.
 pub trait Memory {
-    /// Keeps `table` in place of the one before: wholly, or not at all.
+    /// Replaces the stored table: wholly, or not at all.
     ///
     /// # Errors
-    /// [`StoreError`]; the one before is then still there.
+    /// [`StoreError`]; the old one is then still there.
     fn save_table(&mut self, table: &L2aTable) -> Result<(), StoreError>;
 
-    /// Keeps `calibration` in place of the one before: wholly, or not at all.
+    /// Replaces the stored calibration: wholly, or not at all.
     ///
     /// # Errors
-    /// [`StoreError`]; the one before is then still there.
+    /// [`StoreError`]; the old one is then still there.
     fn save_calibration(&mut self, calibration: &Calibration) -> Result<(), StoreError>;
 
-    /// Keeps `timing` in place of the one before: wholly, or not at all.
+    /// Replaces the stored timing: wholly, or not at all.
     ///
     /// # Errors
-    /// [`StoreError`]; the one before is then still there.
+    /// [`StoreError`]; the old one is then still there.
     fn save_timing(&mut self, timing: SymbolTiming) -> Result<(), StoreError>;
 
-    /// Keeps `limit`, or that there is none, in place of the one before: wholly, or not at all.
+    /// Replaces the stored limit, or removes it: wholly, or not at all.
     ///
     /// # Errors
-    /// [`StoreError`]; the one before is then still there.
+    /// [`StoreError`]; the old one is then still there.
     fn save_intensity_limit(&mut self, limit: Option<IntensityLimit>) -> Result<(), StoreError>;
 
-    /// The name of the key that signs, and the counter of its next signature; none where there is no key.
+    /// The name of the signing key, and the counter of its next signature; `None` without a key.
     ///
     /// # Errors
-    /// [`StoreError::NoSigning`] where this memory keeps none; others when it cannot be read.
+    /// [`StoreError::NoSigning`] if this memory does not support signing; others if it cannot be read.
     fn key(&mut self) -> Result<Option<(KeyId, u32)>, StoreError> {
         Err(StoreError::NoSigning)
     }
 
-    /// Keeps the key of this seed in place of the one before, whose every trace is erased. Its first signature has this counter; that of
-    /// the key that is there already has the next one, where that is greater.
+    /// Stores the key of this seed, and erases every trace of the old one. Its first signature has this counter. If the key is already
+    /// stored, the greater of this and the next counter applies.
     ///
     /// # Errors
-    /// [`StoreError`]; then the old key or the new is there, and traces of the old one may be: do it again.
+    /// [`StoreError`]; then either key is stored, and traces of the old one may remain: call it again.
     fn save_key(&mut self, _seed: [u8; 32], _counter: u32) -> Result<(), StoreError> {
         Err(StoreError::NoSigning)
     }
@@ -152,7 +152,7 @@ pub trait Memory {
         Err(StoreError::NoSigning)
     }
 
-    /// Signs a message; none where there is no key. No two signatures of a key have one counter, whenever the power goes.
+    /// Signs a message; `None` without a key. No two signatures of a key have the same counter, even after a power cut.
     ///
     /// # Errors
     /// [`StoreError`]; then nothing was signed.
@@ -161,16 +161,16 @@ pub trait Memory {
     }
 }
 
-/// What a transmitter starts with.
+/// The settings at a transmitter's start.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remembered {
-    /// The calibration that was saved, or a typical one, with the intensity limit that was saved.
+    /// The stored calibration, or a typical one, with the stored intensity limit.
     pub calibration: Calibration,
-    /// The table that was saved, or the shipped one.
+    /// The stored table, or the shipped one.
     pub table: L2aTable,
-    /// The symbol rate and the carrier that were saved, or the default.
+    /// The stored symbol rate and carrier, or the default.
     pub timing: SymbolTiming,
-    /// What was not there, or could not be read.
+    /// Faults for values that are missing or unreadable.
     pub faults: Faults,
 }
 
@@ -178,23 +178,23 @@ pub struct Remembered {
 pub struct Store<F: NorFlash> {
     flash: F,
     addresses: Range<u32>,
-    /// What was found when it was first looked for, and has been saved since.
+    /// The content of the memory, once it was read or saved.
     found: Option<Found>,
-    /// The record that counts, or a blank one.
+    /// The current record, or a blank one.
     record: Record,
-    /// Counters of signatures that are stored as used, and are not used yet.
+    /// Reserved counters of signatures that are not used yet.
     #[cfg(feature = "signing")]
     reserved: Range<u32>,
 }
 
-/// What a flash memory holds.
+/// The content of a flash memory.
 #[derive(Clone, Copy, Debug)]
 enum Found {
     /// Nothing, or records of another format.
     Nothing,
-    /// Something that no store has written.
+    /// Content that no store has written.
     Foreign,
-    /// A record that counts, at this address.
+    /// A current record, at this address.
     Record(u32),
 }
 
@@ -202,7 +202,7 @@ impl<F: NorFlash> Store<F> {
     /// A store in the addresses `addresses` of `flash`: two or more whole erase units. Reads nothing yet.
     ///
     /// # Errors
-    /// [`StoreError::Addresses`] when they are no whole units, or fewer than two.
+    /// [`StoreError::Addresses`] if they are not whole units, or fewer than two.
     pub fn new(flash: F, addresses: Range<u32>) -> Result<Self, StoreError> {
         const { assert!(F::ERASE_SIZE.is_multiple_of(RECORD) && RECORD.is_multiple_of(F::WRITE_SIZE) && RECORD.is_multiple_of(F::READ_SIZE)) };
         let (start, end) = (addresses.start, addresses.end);
@@ -221,17 +221,17 @@ impl<F: NorFlash> Store<F> {
         })
     }
 
-    /// The table that was saved last; none when there never was one.
+    /// The last saved table; `None` if there is none.
     ///
     /// # Errors
-    /// [`StoreError`] when the flash cannot be read, or holds damaged values.
+    /// [`StoreError`] if the flash cannot be read, or holds damaged values.
     pub fn table(&mut self) -> Result<Option<L2aTable>, StoreError> {
         self.load(TABLE)?
             .map(|image| L2aTable::from_image(image).map_err(|_| StoreError::Damaged))
             .transpose()
     }
 
-    /// The calibration that was saved last, without a limit; none when there never was one.
+    /// The last saved calibration, without a limit; `None` if there is none.
     ///
     /// # Errors
     /// As [`Self::table`].
@@ -244,7 +244,7 @@ impl<F: NorFlash> Store<F> {
             .transpose()
     }
 
-    /// The symbol rate and the carrier that were saved last; none when there never were any.
+    /// The last saved symbol rate and carrier; `None` if there are none.
     ///
     /// # Errors
     /// As [`Self::table`].
@@ -259,7 +259,7 @@ impl<F: NorFlash> Store<F> {
             .transpose()
     }
 
-    /// The limit of the luminous intensity that was saved last; none when that was none, or there never was one.
+    /// The last saved limit of the luminous intensity; `None` if there is none.
     ///
     /// # Errors
     /// As [`Self::table`].
@@ -273,7 +273,7 @@ impl<F: NorFlash> Store<F> {
         IntensityLimit::from_numbers(numbers).map_err(|_| StoreError::Damaged)
     }
 
-    /// All that was saved last, and `typical` where no calibration was.
+    /// All last saved values, with `typical` in place of a missing calibration.
     pub fn remembered(&mut self, typical: Calibration) -> Remembered {
         let mut faults = Faults::empty();
         let calibration = readable(self.calibration(), &mut faults);
@@ -290,12 +290,12 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Gives the flash back.
+    /// Returns the flash.
     pub fn release(self) -> F {
         self.flash
     }
 
-    /// An item of the record that counts.
+    /// An item of the current record.
     fn load(&mut self, item: Range<usize>) -> Result<Option<&[u8]>, StoreError> {
         if let Found::Foreign = self.find()? {
             return Err(StoreError::Damaged);
@@ -304,17 +304,17 @@ impl<F: NorFlash> Store<F> {
         Ok(value.get(..u16::from_le_bytes(*length).into()))
     }
 
-    /// Writes the record that counts with this item in it as the next one.
+    /// Writes the current record with this item as the next record.
     fn save(&mut self, item: Range<usize>, value: &[u8]) -> Result<(), StoreError> {
         let found = self.find()?;
         let address = self.blank_place(found)?;
         self.write(found, address, item, Some(value))
     }
 
-    /// Writes the record that counts with this item in it, or without it, at this address.
+    /// Writes the current record with this item, or without it, to this address.
     fn write(&mut self, found: Found, address: u32, item: Range<usize>, value: Option<&[u8]>) -> Result<(), StoreError> {
         let mut record = self.record;
-        // What is torn in between may read whole another time: it is older than this then.
+        // A torn record in between may read as whole another time: it is then older than this one.
         let number = match found {
             Found::Record(last) => number(&record).wrapping_add(self.places_on(last, address)),
             Found::Nothing | Found::Foreign => 0,
@@ -341,7 +341,7 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// The first place behind the record that counts where nothing stands. The first of an erase unit is made one.
+    /// The first blank place after the current record. The first place of an erase unit is erased.
     fn blank_place(&mut self, found: Found) -> Result<u32, StoreError> {
         let mut address = self.addresses.start;
         if let Found::Record(last) = found {
@@ -363,7 +363,7 @@ impl<F: NorFlash> Store<F> {
         self.flash.erase(address, end).map_err(|_| StoreError::Flash)
     }
 
-    /// How many places behind `from` another one, `to`, stands.
+    /// The number of places from `from` to `to`.
     fn places_on(&self, from: u32, to: u32) -> u32 {
         let Range { start, end } = self.addresses;
         let bytes = if to > from { to - from } else { end - start - (from - to) };
@@ -377,7 +377,7 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// Looks for the record that counts, the first time.
+    /// Finds the current record, on the first call.
     fn find(&mut self) -> Result<Found, StoreError> {
         if let Some(found) = self.found {
             return Ok(found);
@@ -389,7 +389,7 @@ impl<F: NorFlash> Store<F> {
                 continue;
             }
             if record[CRC_AT..] != crc_of(&record) {
-                // In the first unit it may be the first record of all, torn.
+                // In the first unit it may be the very first record, torn.
                 is_foreign |= address >= self.addresses.start + F::ERASE_SIZE as u32;
             } else if record[FORMAT_AT] != FORMAT {
                 is_other_format = true;
@@ -457,7 +457,7 @@ impl<F: NorFlash> Memory for Store<F> {
     }
 }
 
-/// What was found; nothing, and a fault, where it cannot be read.
+/// The value, or `None` and a fault if it cannot be read.
 fn readable<T>(found: Result<Option<T>, StoreError>, faults: &mut Faults) -> Option<T> {
     found.unwrap_or_else(|_| {
         faults.insert(Faults::STORE);
@@ -474,7 +474,7 @@ fn crc_of(record: &Record) -> [u8; 4] {
     crc32c(&[&record[..CRC_AT]]).to_le_bytes()
 }
 
-/// The place of an item behind another: its length, and at most `most` bytes.
+/// The place of an item after another: its length, and at most `most` bytes.
 const fn item(behind: usize, most: usize) -> Range<usize> {
     behind..behind + 2 + most
 }

@@ -1,4 +1,4 @@
-//! The symbol clock: when a counter latches the LEDs, and what they then show.
+//! The symbol clock: the times at which a counter latches the LEDs, and their states.
 //!
 //! ```text
 //!   still    │ panel                                         │ panel                         one tick a symbol
@@ -7,21 +7,21 @@
 //! ```
 //!
 //! With a [carrier](link::waveform) each tick is a quarter of a cycle and latches the panel or its complement, in the order of
-//! [`QUARTERS`]; where two in succession are alike nothing is seen of the tick between them. So each LED is lit for two of four quarters
-//! and 32 of 64 are On on average over a cycle, whatever the message. The mean intensity of
-//! [`IntensityLimit`](link::intensity::IntensityLimit), half of the LEDs On, is then exact for each panel.
+//! [`QUARTERS`]; between two equal quarters the tick has no visible effect. So each LED is lit for two of four quarters, and 32 of 64 are
+//! On on average over a cycle, for any message. The mean intensity of [`IntensityLimit`](link::intensity::IntensityLimit), half of the LEDs
+//! On, is then exact for each panel.
 //!
-//! Ticks are whole counts of the clock, all alike: the rate is off by half a count at most, the light has no jitter.
+//! Ticks are equal whole counts of the clock: the rate is off by half a count at most, and the light has no jitter.
 
 use link::waveform::SymbolTiming;
 
-/// Whether an LED that is 1 is On in each quarter of a carrier's cycle; one that is 0 is the opposite.
+/// Whether an LED with bit 1 is On in each quarter of a carrier's cycle; one with bit 0 is the opposite.
 pub const QUARTERS: [bool; 4] = [true, false, false, true];
 
-/// The shortest pulse that latches, in counts of the undivided clock: 47 ns at 150 MHz.
+/// The shortest latch pulse, in counts of the undivided clock: 47 ns at 150 MHz.
 const LATCH_COUNTS: u16 = 7;
 
-/// How a 16-bit counter behind a divider of 8 bits makes the ticks of a symbol timing.
+/// The settings of a 16-bit counter with an 8-bit divider for the ticks of a symbol timing.
 ///
 /// ```
 /// use link::{symbol_rate::SymbolRate, waveform::{SymbolTiming, Waveform}};
@@ -38,23 +38,23 @@ const LATCH_COUNTS: u16 = 7;
 pub struct SymbolClock {
     /// Ticks of a symbol.
     pub ticks: u32,
-    /// What the system clock is divided by.
+    /// The divider of the system clock.
     pub divider: u8,
-    /// The counter's last value: a tick is one count more.
+    /// The counter's last value: a tick has one more count.
     pub top: u16,
-    /// From this count on the latch is high, until the tick ends. The next panel is shifted from then on, which a latch that is transparent
-    /// while it is high must not let through.
+    /// The latch is high from this count to the tick's end. The next panel is shifted from then on, so the latch must not be transparent
+    /// while high.
     pub latch_from: u16,
 }
 
 impl SymbolClock {
-    /// The finest division that the 16-bit counter can hold. Half a count is 15 parts in a million or less of a symbol that stands still,
-    /// and 48 of a cycle of the fastest carrier at 125 MHz.
+    /// The finest division that fits the 16-bit counter. Half a count is at most 15 parts in a million of a still symbol, and 48 of a cycle
+    /// of the fastest carrier at 125 MHz.
     pub fn new(timing: SymbolTiming, system_hz: u32) -> Self {
         let cycles = u32::from(timing.waveform().cycles());
         let ticks = (QUARTERS.len() as u32 * cycles).max(1);
         let millihertz = timing.rate().millihertz();
-        // A carrier's tick has few cycles and takes the nearest count, a symbol that stands still the next below.
+        // A carrier's short tick takes the nearest count, a still symbol the next below.
         let [ticks_millihertz, half] = [millihertz * ticks, millihertz * (ticks / 2)].map(u64::from);
         let system_cycles = (u64::from(system_hz) * 1000 + half) / ticks_millihertz;
         let divider = system_cycles.div_ceil(1 << 16).clamp(1, 255);
@@ -83,7 +83,7 @@ mod tests {
 
     /// The RP2040's and the RP2350's.
     const CLOCKS_HZ: [u32; 2] = [125_000_000, 150_000_000];
-    /// What eight registers take at 4 MHz, s.
+    /// The time for eight registers at 4 MHz, s.
     const SHIFTED_S: f64 = 16e-6;
 
     prop_compose! {
@@ -95,7 +95,7 @@ mod tests {
         }
     }
 
-    /// When each tick of a symbol begins, and when the last ends, s.
+    /// The start of each tick of a symbol, and the end of the last, s.
     fn ticks_s(clock: SymbolClock, system_hz: u32) -> Vec<f64> {
         let tick_s = f64::from(clock.divider) * (f64::from(clock.top) + 1.0) / f64::from(system_hz);
         (0..=clock.ticks).map(|tick| f64::from(tick) * tick_s).collect()
@@ -114,7 +114,7 @@ mod tests {
                     let is_panel = QUARTERS[tick % QUARTERS.len()];
                     prop_assert!(waveform.is_still() || waveform.is_on(true, middle) == is_panel, "{timing:?}, tick {tick}");
                 }
-                // Half a count of 65 536/2 where the clock is divided, or of what a tick has.
+                // Half a count of 65 536/2 with a divided clock, or of the counts of a tick.
                 let symbol_s = ticks_s[ticks_s.len() - 1];
                 let counts = f64::from(clock.top) + 1.0;
                 let error = (symbol_s * timing.rate().hz() - 1.0).abs();

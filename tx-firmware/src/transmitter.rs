@@ -1,4 +1,4 @@
-//! The whole transmitter, but for its timers.
+//! The whole transmitter without its timers.
 
 #[cfg(feature = "signing")]
 use link::framing::Signature;
@@ -22,18 +22,17 @@ use crate::{
     schedule::{Repeats, Schedule},
 };
 
-/// Light in, panels out: what a board's program calls from its two timers, and a simulator from its
-/// own clock.
+/// Light in, panels out. A board's program calls it from its two timers, and a simulator from its own clock:
 ///
-/// - once a sensor period, [`sense`](Self::sense) with what the sensor gave in the range that
-///   [`next_range`](Self::next_range) asked for: dims the panel;
-/// - some ten times a second, [`watch`](Self::watch): makes the panel safe when readings stay away;
-/// - once a symbol, as often as [`symbol_rate`](Self::symbol_rate) says, [`tick`](Self::tick): shows the next panel;
-/// - whenever there is a message, [`send`](Self::send).
+/// - once a sensor period, [`sense`](Self::sense) with the sensor's sample in the range of [`next_range`](Self::next_range): dims the
+///   panel;
+/// - some ten times a second, [`watch`](Self::watch): makes the panel safe if readings stop;
+/// - once a symbol, at the rate of [`symbol_rate`](Self::symbol_rate), [`tick`](Self::tick): shows the next panel;
+/// - for each message, [`send`](Self::send).
 ///
-/// Until the first reading the panel stays dark: there is no telling how bright it may be. **When light is lost**
-/// ([`light_watch`](crate::light_watch) says when) its luminance falls to the night limit, that of [`L2A_MAX`] at
-/// [`NIGHT_LX`], and stays as it is where it was below. A panel that never had a reading takes the night limit.
+/// Until the first reading the panel stays dark, because its allowed brightness is unknown. **When light is lost** (see
+/// [`light_watch`](crate::light_watch)) its luminance falls to the night limit, that of [`L2A_MAX`] at [`NIGHT_LX`], or stays if it was
+/// below. A panel without any reading then takes the night limit.
 ///
 /// Times are milliseconds from the start, which never go back.
 ///
@@ -47,9 +46,9 @@ pub struct Transmitter<M> {
     light_watch: LightWatch,
     schedule: Schedule,
     timing: SymbolTiming,
-    /// The L2A and the illuminance that the panel was dimmed to while light was known.
+    /// The last L2A and illuminance while light was known.
     known: Option<(L2a, Illuminance)>,
-    /// The most that the latest evidence of the light allows.
+    /// The greatest duty by the latest evidence of the light.
     most_duty: Duty,
     dimming: Option<Dimming>,
     now_ms: u64,
@@ -58,7 +57,7 @@ pub struct Transmitter<M> {
 }
 
 impl<M: LedMatrix> Transmitter<M> {
-    /// A transmitter that has seen no light and beacons, on a `matrix` that is dark.
+    /// A transmitter before its first reading, which shows beacons on a dark `matrix`.
     pub fn new(matrix: M, calibration: Calibration, table: L2aTable, smoothing: Smoothing) -> Self {
         let ambient = Ambient::new(calibration.measured().sensor_gain, smoothing);
         Self {
@@ -78,12 +77,11 @@ impl<M: LedMatrix> Transmitter<M> {
         }
     }
 
-    /// Takes what the light sensor gave in `range`, and dims the panel to the light; none while the panel stays
-    /// dark because nothing is known of it yet.
+    /// Adds the light sensor's sample in `range`, and dims the panel to the light. Returns `None` while the panel stays dark because the
+    /// light is unknown.
     ///
     /// # Errors
-    /// Of the matrix, which then may not have the new duty; the next reading or [`watch`](Self::watch) tries
-    /// again.
+    /// Errors of the matrix, which then may not have the new duty; the next reading or [`watch`](Self::watch) tries again.
     pub fn sense(&mut self, now_ms: u64, range: SensorRange, sample: LightSample) -> Result<Option<Dimming>, M::Error> {
         self.now_ms = self.now_ms.max(now_ms);
         count(match sample {
@@ -108,8 +106,7 @@ impl<M: LedMatrix> Transmitter<M> {
         self.dim()
     }
 
-    /// Lets time pass: makes the panel's luminance a safe one when there has been no evidence of the light for too
-    /// long.
+    /// Advances the time: makes the panel's luminance safe after too long without evidence of the light.
     ///
     /// # Errors
     /// As [`sense`](Self::sense).
@@ -122,9 +119,9 @@ impl<M: LedMatrix> Transmitter<M> {
     /// Shows the panel of the next symbol, and returns it.
     ///
     /// # Errors
-    /// Of the matrix; the symbol is then lost, and the next call goes on with the one after it.
+    /// Errors of the matrix; the symbol is then lost, and the next call continues with the one after it.
     pub fn tick(&mut self) -> Result<PanelFrame, M::Error> {
-        // A typical panel's size is not this one's.
+        // The size of a typical panel is not that of this one.
         let is_measured = !self.faults.contains(Faults::NO_CALIBRATION);
         let geometry = self.calibration.geometry().filter(|_| is_measured);
         let panel = self.schedule.next_panel_of(geometry);
@@ -142,7 +139,7 @@ impl<M: LedMatrix> Transmitter<M> {
     /// [`Schedule::send`].
     ///
     /// # Errors
-    /// [`FramingError`] when the message is empty or too long; what is being shown then goes on.
+    /// [`FramingError`] if the message is empty or too long; the current content then continues.
     pub fn send(&mut self, message: &[u8], code: Code, repeats: Repeats) -> Result<(), FramingError> {
         self.schedule.send(message, code, repeats)
     }
@@ -156,19 +153,19 @@ impl<M: LedMatrix> Transmitter<M> {
         self.schedule.send_signed(message, code, repeats, signature)
     }
 
-    /// Beacons from the next symbol on.
+    /// Shows beacons from the next symbol on.
     pub fn stop(&mut self) {
         self.schedule.stop();
     }
 
-    /// Puts another table in place; it takes effect with the next reading, and [`Faults::NO_TABLE`] and [`Faults::STORE`] are over.
+    /// Replaces the table from the next reading on, and clears [`Faults::NO_TABLE`] and [`Faults::STORE`].
     pub fn set_table(&mut self, table: L2aTable) {
         self.table = table;
         self.faults.remove(Faults::NO_TABLE.union(Faults::STORE));
     }
 
-    /// Takes other measured values; they take effect with the next reading, and [`Faults::NO_CALIBRATION`] and
-    /// [`Faults::STORE`] are over. The limit of the luminous intensity stays.
+    /// Replaces the measured values from the next reading on, and clears [`Faults::NO_CALIBRATION`] and [`Faults::STORE`]. The limit of the
+    /// luminous intensity stays.
     pub fn set_calibration(&mut self, calibration: Calibration) {
         self.ambient.set_sensor_gain(calibration.measured().sensor_gain);
         self.calibration = calibration.limited_to(self.calibration.limit());
@@ -176,23 +173,23 @@ impl<M: LedMatrix> Transmitter<M> {
         self.faults.remove(Faults::NO_CALIBRATION.union(Faults::STORE));
     }
 
-    /// Takes another limit of the luminous intensity, or none; it takes effect with the next reading.
+    /// Replaces or removes the limit of the luminous intensity, from the next reading on.
     pub fn set_intensity_limit(&mut self, limit: Option<IntensityLimit>) {
         self.calibration = self.calibration.limited_to(limit);
     }
 
-    /// Takes another symbol rate, at which [`tick`](Self::tick) is to be called from the next symbol on, and another waveform.
+    /// Sets the symbol rate, at which to call [`tick`](Self::tick) from the next symbol on, and the waveform.
     pub fn set_timing(&mut self, timing: SymbolTiming) {
         self.timing = timing;
         self.matrix.set_timing(timing);
     }
 
-    /// Reports faults that only the board knows of, such as [`Faults::WATCHDOG`], or takes them back.
+    /// Sets or clears faults that only the board detects, such as [`Faults::WATCHDOG`].
     pub fn set_faults(&mut self, faults: Faults, present: bool) {
         self.faults.set(faults, present);
     }
 
-    /// Counts from 0 again.
+    /// Resets the counters.
     pub fn reset_counters(&mut self) {
         self.counters = Counters::default();
     }
@@ -222,33 +219,33 @@ impl<M: LedMatrix> Transmitter<M> {
     }
 }
 
-/// One more, up to the greatest number there is.
+/// Counts up to the greatest number of the type.
 fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }
 
 impl<M> Transmitter<M> {
-    /// The ambient illuminance E, lx; none before the first reading.
+    /// The ambient illuminance E, lx; `None` before the first reading.
     pub fn illuminance_lx(&self) -> Option<Illuminance> {
         self.ambient.illuminance_lx()
     }
 
-    /// How bright the panel is, and why; none before the first reading.
+    /// The panel's brightness, and the reason for it; `None` before the first reading.
     pub fn dimming(&self) -> Option<Dimming> {
         self.dimming
     }
 
-    /// The range in which the light sensor is to be asked next.
+    /// The range for the next reading of the light sensor.
     pub fn next_range(&self) -> SensorRange {
         self.light_watch.next_range()
     }
 
-    /// What is wrong.
+    /// The current faults.
     pub fn faults(&self) -> Faults {
         self.faults.union(self.light_watch.faults())
     }
 
-    /// How the transmitter is; the serial port's own counters are 0.
+    /// The transmitter's status; the serial port's own counters are 0.
     pub fn status(&self) -> Status {
         let (l2a, luminance_cd_m2, duty) = self
             .dimming
@@ -278,17 +275,17 @@ impl<M> Transmitter<M> {
         &self.table
     }
 
-    /// How often [`tick`](Self::tick) is to be called.
+    /// The rate at which to call [`tick`](Self::tick).
     pub fn symbol_rate(&self) -> SymbolRate {
         self.timing.rate()
     }
 
-    /// How often symbols come, and how each is shown.
+    /// The symbol rate and the waveform.
     pub fn timing(&self) -> SymbolTiming {
         self.timing
     }
 
-    /// What was measured of the panel.
+    /// The panel's measurements.
     pub fn calibration(&self) -> &Calibration {
         &self.calibration
     }
@@ -298,12 +295,12 @@ impl<M> Transmitter<M> {
         &self.matrix
     }
 
-    /// The LEDs, to be prepared for what comes; their panel and duty are the transmitter's to set.
+    /// The LEDs, for preparation; only the transmitter may set their panel and duty.
     pub fn matrix_mut(&mut self) -> &mut M {
         &mut self.matrix
     }
 
-    /// Gives the LEDs back, as they are lit.
+    /// Returns the LEDs in their current state.
     pub fn release(self) -> M {
         self.matrix
     }
@@ -354,7 +351,7 @@ mod tests {
         }
     }
 
-    /// One reading at once.
+    /// A single reading.
     fn lit<M: LedMatrix>(transmitter: &mut Transmitter<M>, lux: u32) -> Result<Dimming, M::Error> {
         let now_ms = transmitter.now_ms;
         let dimming = transmitter.sense(now_ms, SensorRange::Operating, light(lux, lux as u16))?;
@@ -400,7 +397,7 @@ mod tests {
         }
     }
 
-    /// LEDs whose board has a ceiling of the duty.
+    /// LEDs of a board with a ceiling of the duty.
     #[derive(Default)]
     struct Dazzling(RecordingMatrix);
 
@@ -419,7 +416,7 @@ mod tests {
     }
 
     properties! {
-        /// Whatever is calibrated and pushed, and limited by a number that may be as wrong.
+        /// For any calibration, table and intensity limit, however wrong.
         #[test]
         fn no_calibration_takes_the_duty_above_the_ceiling(
             full in 1.0f64..1e6, gain in 0.02f64..999.0, reflectance in 0.06f64..1.0, pulse_ns in 0u32..49_000, lux in 0u32..130_000,
@@ -442,7 +439,7 @@ mod tests {
             prop_assert!(transmitter.status().light == Light::Lost && duty(&transmitter) <= most(50));
         }
 
-        /// The bench's panel never asks for it.
+        /// The bench's panel never needs more.
         #[test]
         fn the_ceiling_leaves_the_benchs_panel_as_it_is(lux in 0u32..130_000, l2a in 0.2f32..4.0) {
             let table = L2aTable::new(&[1.0], &[1.0], &[l2a]).unwrap();
@@ -500,8 +497,8 @@ mod tests {
         assert!(transmitter.matrix().duty > before);
     }
 
-    /// Goes on from 20 000 lx with `reading` in place of the sensor's, and tells after how many ms the panel was at
-    /// the night limit, and why.
+    /// Continues from 20 000 lx with `sample` in place of the sensor's, and returns the time in ms until the panel was at the night limit,
+    /// and the reason.
     fn time_to_night(sample: impl Fn(u64) -> Option<LightSample>) -> (u64, Faults) {
         let mut transmitter = transmitter(RecordingMatrix::default());
         lit(&mut transmitter, 20_000).unwrap();
@@ -626,7 +623,7 @@ mod tests {
         assert!(after.duty > before.duty);
     }
 
-    /// What may happen to a sensor, with the time until the next event, ms.
+    /// The events of a sensor, with the time until the next one, ms.
     fn events() -> impl Strategy<Value = (u64, Option<LightSample>)> {
         let sample = prop_oneof![
             any::<(i64, u16)>().prop_map(|(bits, word)| Some(LightSample::Light {

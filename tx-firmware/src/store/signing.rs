@@ -1,10 +1,9 @@
-//! The private key that signs, and the counters of its signatures. Feature `signing`.
+//! The signing key, and the counters of its signatures. Feature `signing`.
 //!
-//! The key stands in the record beside the first counter that is not reserved. A signature takes a counter that was reserved since the last
-//! start; when there is none, a record reserves the next [`RESERVED`] before the first of them is used. A power cut loses what was
-//! reserved, and no counter is used twice.
+//! The record holds the key and the first counter that is not reserved. A signature takes a counter that was reserved since the last start;
+//! if there is none, a record first reserves the next [`RESERVED`]. A power cut loses the reserved counters, and no counter is used twice.
 //!
-//! A record that counts no longer still holds its key. So another key, or none, begins a unit, and all other units are erased.
+//! An old record still holds its key. So a change or removal of the key starts a new unit, and all other units are erased.
 
 use core::ops::Range;
 
@@ -16,13 +15,13 @@ use link::{
 
 use super::{BLANK, Found, RECORD, SIGNING_KEY, Store, StoreError};
 
-/// Counters that one record reserves: a start loses no more than that, and one write serves this many signatures.
+/// Counters reserved by one record: a start loses at most this many, and one write serves this many signatures.
 pub const RESERVED: u32 = 64;
 
-/// Counter, 4 bytes, behind the key's.
+/// Counter, 4 bytes, after the key.
 const _: () = assert!(SIGNING_KEY.end - SIGNING_KEY.start == 2 + SECRET_BYTES + 4);
 
-/// The key in the record that counts.
+/// The key in the current record.
 struct StoredKey {
     secret: SecretKey,
     /// The first counter that is not reserved.
@@ -55,7 +54,7 @@ impl<F: NorFlash> Store<F> {
                 let Range { start, end } = self.reserved;
                 self.reserved = start.max(counter).min(end)..end;
             }
-            // Not in another unit: what is torn there may read whole another time, and is to be older than all that follows.
+            // Not in another unit: a torn record there may read as whole another time, and must be older than all later ones.
             Some(_) => {
                 self.reserved = 0..0;
                 self.save(SIGNING_KEY, &key.to_bytes())?;
@@ -101,7 +100,7 @@ impl<F: NorFlash> Store<F> {
         }))
     }
 
-    /// Writes the record that counts with this key, or without one, at the beginning of the next erase unit.
+    /// Writes the current record with this key, or without one, at the start of the next erase unit.
     fn save_alone(&mut self, key: Option<&[u8]>) -> Result<(), StoreError> {
         let found = self.find()?;
         let Range { start, end } = self.addresses;
@@ -115,7 +114,7 @@ impl<F: NorFlash> Store<F> {
         self.write(found, address, SIGNING_KEY, key)
     }
 
-    /// Erases all units but that of the record that counts, as far as they are not blank.
+    /// Erases all non-blank units except that of the current record.
     fn erase_others(&mut self) -> Result<(), StoreError> {
         let Found::Record(counts) = self.find()? else {
             return Ok(());
