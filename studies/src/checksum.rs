@@ -1,4 +1,4 @@
-//! The checksum that results and other kept work bear.
+//! The checksum of results and other saved work.
 
 use crc::{CRC_64_XZ, Crc};
 

@@ -1,6 +1,6 @@
-//! Curves between the points at which they are known.
+//! Interpolation of sampled curves.
 
-/// The value at `x` of a curve known at ascending `xs`: between two of them linearly, beyond them the nearest; NaN where there are none.
+/// The value at `x` of a curve sampled at ascending `xs`: linear in between, the nearest value beyond; NaN without samples.
 pub fn interpolated(xs: &[f64], values: &[f64], x: f64) -> f64 {
     let at = |k: usize| Some((*xs.get(k)?, *values.get(k)?));
     let after = xs.partition_point(|&known| known < x);
@@ -11,7 +11,7 @@ pub fn interpolated(xs: &[f64], values: &[f64], x: f64) -> f64 {
     }
 }
 
-/// Where a curve first reaches a share of its greatest value, between its points linearly.
+/// The first `x` at which a curve reaches a share of its greatest value, linear between its points.
 pub fn reaches(xs: &[f64], values: &[f64], share: f64) -> f64 {
     let wanted = share * values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let reached = values.iter().position(|&value| value >= wanted);

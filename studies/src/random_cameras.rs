@@ -1,4 +1,4 @@
-//! Panels from 3 m on before random cameras that the receiver does not know, and how it reads them.
+//! Panels from 3 m on before random cameras that the receiver does not know, and their reception.
 
 use image::GrayImage;
 use link::camera::Camera;
@@ -21,9 +21,9 @@ use sim::view::View;
 use crate::random_scenes::{RIGHT, RandomSceneError, ShakenPhotograph, WINDOW_PIXELS, backdrop, farthest};
 use crate::statistics::Reliability;
 
-/// What the panels send.
+/// The message.
 pub const MESSAGE: &[u8] = b"Lane closed ahead";
-/// Frames of a film: the message passes twice, and begins anywhere.
+/// Frames of a film: two repeats of the message, from any start.
 pub const FRAMES: u64 = 36;
 /// Frames within which a panel should be found.
 pub const IN_TIME: u64 = 5;
@@ -32,18 +32,18 @@ pub const IN_TIME: u64 = 5;
 const DISTANCE_M: [f64; 2] = [3.0, 70.0];
 /// The least and the greatest standard deviation of the blur, in pixels.
 const BLUR_PX: [f64; 2] = [0.6, 4.0];
-/// A wider blur, in distances of neighbouring LEDs, leaves nothing to read.
+/// The greatest readable blur, in pitches.
 const SOFTEST: f64 = 0.6;
-/// Side of the square that a panel turned by 15° needs, in distances of neighbouring LEDs.
+/// Side of the square for a panel rotated by 15°, in pitches.
 const ROOM: f64 = 9.8;
-/// The setting that panels with broken LEDs have.
+/// A setting of panels with broken LEDs.
 const BROKEN_LEDS: &str = "panel.dead_leds";
-/// Symbols a second, before 100 frames a second.
+/// Symbols a second, for 100 frames a second.
 const SYMBOL_RATE_HZ: f64 = 90.0;
 
 /// A film of one panel that repeats a message.
 pub struct RandomFilm {
-    /// What was drawn, in words.
+    /// The drawn settings, in words.
     pub what: String,
     /// The corner LEDs: top left, top right, bottom right, bottom left, in pixels.
     pub corners: [[f64; 2]; 4],
@@ -51,7 +51,7 @@ pub struct RandomFilm {
     pub pitch_px: f64,
     /// The renderer's camera, for a receiver that is configured.
     pub camera: Camera,
-    /// Whether LEDs are broken, whose bits no single frame tells.
+    /// Whether LEDs are broken, whose bits cannot be read in a single frame.
     pub has_broken_leds: bool,
     seed: u64,
     renderer: Renderer,
@@ -64,7 +64,7 @@ impl RandomFilm {
     /// Film `seed`, frames of `size` (width and height), two in three before a photograph if there are any.
     ///
     /// # Errors
-    /// When a frame of that size is no scene's.
+    /// If that size is invalid for a scene.
     pub fn draw(seed: u64, size: [usize; 2], photographs: &[GrayImage]) -> Result<Self, RandomSceneError> {
         let [width, height] = size;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -103,8 +103,7 @@ impl RandomFilm {
         })
     }
 
-    /// Exposes frame `number`, below [`FRAMES`]: its pixels, and what the panel showed; no bits where the exposure is shared between two
-    /// symbols.
+    /// Exposes frame `number`, below [`FRAMES`]: its pixels, and the panel's bits; no bits if the exposure is shared by two symbols.
     pub fn frame(&mut self, number: u64) -> (&[u8], Option<PanelFrame>) {
         let renderer = &self.renderer;
         let moment = renderer.moment(self.seed, number);
@@ -119,7 +118,7 @@ impl RandomFilm {
     }
 }
 
-/// The message over and over, from its symbol `begins` on.
+/// The message, repeated, from its symbol `begins` on.
 fn symbols(begins: usize) -> Vec<PanelFrame> {
     let Ok(mut framer) = Framer::new(MESSAGE, Code::for_length(MESSAGE.len()), false) else {
         return Vec::new();
@@ -129,7 +128,7 @@ fn symbols(begins: usize) -> Vec<PanelFrame> {
     all[begins..].to_vec()
 }
 
-/// Where a panel is, and how far apart its LEDs are at least.
+/// A panel's position, and the least pitch of its LEDs.
 struct Place {
     settings: Vec<String>,
     pitch_px: f64,
@@ -168,7 +167,7 @@ fn settings_of_place([width, height]: [usize; 2], random: &mut impl Rng) -> Plac
     }
 }
 
-/// A camera: lens, curve, noise, and what it does to its pictures.
+/// A camera: lens, curve, noise, and picture processing.
 fn settings_of_camera(softest_px: f64, random: &mut impl Rng) -> Vec<String> {
     let mut is = |share: f64| random.random::<f64>() < share;
     let [sharpens, compresses, has_pattern, has_hot_pixels, vignettes, is_defocused] = [0.35, 0.3, 0.5, 0.4, 0.3, 0.25].map(&mut is);
@@ -216,7 +215,7 @@ fn settings_of_camera(softest_px: f64, random: &mut impl Rng) -> Vec<String> {
     settings
 }
 
-/// A panel as they are built: with a board or without, LEDs unequal, some broken.
+/// A real panel: with a board or without, with unequal LEDs, some broken.
 fn settings_of_panel(random: &mut impl Rng) -> Vec<String> {
     let mut settings = vec![
         format!("panel.reflectance={:.3}", random.random_range(0.3..0.5)),
@@ -239,31 +238,31 @@ fn settings_of_panel(random: &mut impl Rng) -> Vec<String> {
     settings
 }
 
-/// What became of a film.
+/// The result of a film.
 #[derive(Debug, Default)]
 pub struct Fate {
-    /// The frame in which the panel was found first, and how far the worst corner LED is off there, in pixels.
+    /// The frame in which the panel was first found, and the error of the worst corner LED there, in pixels.
     pub found: Option<(u64, f64)>,
-    /// Whether a panel was ever seen where none is.
+    /// Whether a panel was ever seen at a wrong place.
     pub misplaced: bool,
-    /// The frame in which the message was whole.
+    /// The frame that completed the message.
     pub delivered_at: Option<u64>,
-    /// Bits read wrongly, and all that were read, of frames that show one symbol.
+    /// Wrong bits, and below, all bits, of frames that show one symbol.
     pub errors: u64,
     /// See `errors`.
     pub bits: u64,
     /// The reported confidence of those bits.
     pub reliability: Reliability,
-    /// The same for the frames in which the panel was seen at its place.
+    /// The same for the frames with the panel at its place.
     pub reliability_in_place: Reliability,
-    /// What the receiver said last of why there is nothing.
+    /// The receiver's last reason for a failure.
     pub why: String,
 }
 
 /// Receives a film until its message has arrived, with the camera settings `camera`.
 ///
 /// # Panics
-/// When a film has no pixels.
+/// If a film has no pixels.
 pub fn receive(film: &mut RandomFilm, size: [usize; 2], camera: Camera) -> Fate {
     let settings = ReceiverSettings {
         camera,
@@ -301,11 +300,11 @@ pub fn receive(film: &mut RandomFilm, size: [usize; 2], camera: Camera) -> Fate 
     fate
 }
 
-/// What a receiver makes of a film's first frame of one symbol, looking through it thoroughly, as of a picture that stands alone; and
-/// what the panel shows there. None where no panel is seen.
+/// The reading of a film's first frame of one symbol by a thorough search, as for a single picture; and the panel's bits there. `None` if
+/// no panel is found.
 ///
 /// # Panics
-/// When a film has no pixels.
+/// If a film has no pixels.
 pub fn read_alone(film: &mut RandomFilm, size: [usize; 2]) -> Option<(Reading, PanelFrame)> {
     let number = (0..FRAMES).find(|&number| film.frame(number).1.is_some())?;
     let (pixels, bits) = film.frame(number);
@@ -318,10 +317,10 @@ fn is_the_message(event: &Event<'_>) -> bool {
     matches!(event, Event::Delivered(delivery) if delivery.message == MESSAGE)
 }
 
-/// Looks for panels in the frames of a shaken photograph without one: where each was seen.
+/// Searches for panels in the frames of a shaken photograph without one; returns the positions of false positives.
 ///
 /// # Errors
-/// When there is no photograph.
+/// If there is no photograph.
 pub fn receive_without_panel(seed: u64, size: [usize; 2], photographs: &[GrayImage]) -> Result<Vec<[[f32; 2]; 4]>, RandomSceneError> {
     let photograph = ShakenPhotograph::draw(seed, size, photographs)?;
     let mut receiver = receiver(ReceiverSettings::default(), size);

@@ -1,4 +1,4 @@
-//! Panels anywhere in the range that the locator is made for, filmed for a few frames.
+//! Panels anywhere in the locator's range, in films of a few frames.
 
 use std::path::{Path, PathBuf};
 
@@ -15,16 +15,16 @@ use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::{Scene, SceneError};
 use sim::view::{View, ViewError};
 
-/// Successive frames in which a panel is to be found.
+/// Successive frames in which a panel must be found.
 pub const FRAMES: usize = 3;
-/// A panel is found if no corner LED is further off than this share of a pitch: then each cell holds its own LED.
+/// The greatest error of a corner LED of a found panel, as a share of a pitch: then each cell holds its own LED.
 pub const RIGHT: f64 = 0.35;
 /// The most pixels of a window around a panel.
 pub const WINDOW_PIXELS: usize = 160 * 160;
 
-/// A few frames of one panel, and what is true of them.
+/// A few frames of one panel, and the truth.
 pub struct RandomScene {
-    /// What was drawn, in words.
+    /// The drawn settings, in words.
     pub what: String,
     /// Columns of a frame.
     pub width: usize,
@@ -34,7 +34,7 @@ pub struct RandomScene {
     pub frames: Vec<Vec<u8>>,
     /// The corner LEDs: top left, top right, bottom right, bottom left.
     pub corners: [[f64; 2]; 4],
-    /// What the panel shows in the middle of each exposure.
+    /// The panel's bits in the middle of each exposure.
     pub bits: Vec<u64>,
     /// Distance of neighbouring LEDs along the panel's shorter side, in pixels.
     pub pitch_px: f64,
@@ -52,7 +52,7 @@ pub enum RandomSceneError {
     Folder {
         /// The folder.
         folder: PathBuf,
-        /// Why not.
+        /// The cause.
         source: std::io::Error,
     },
     /// A photograph cannot be read.
@@ -60,19 +60,19 @@ pub enum RandomSceneError {
     Photograph {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The cause.
         source: input::PictureError,
     },
-    /// A backdrop is to be cut from no photographs, or from an empty one.
+    /// There is no photograph, or an empty one, for a backdrop.
     #[error(
         "a backdrop of {width} × {height} pixels cannot be cut from {photographs} photographs: give at least one, and none without pixels"
     )]
     Backdrop {
-        /// Columns asked for.
+        /// Requested columns.
         width: usize,
-        /// Rows asked for.
+        /// Requested rows.
         height: usize,
-        /// How many photographs there are.
+        /// Number of photographs.
         photographs: usize,
     },
     /// The frame is too small or too large for a scene.
@@ -83,10 +83,10 @@ pub enum RandomSceneError {
     View(#[from] ViewError),
 }
 
-/// The photographs of a folder (`.png`), in the order of their names.
+/// The photographs of a folder (`.png`), sorted by name.
 ///
 /// # Errors
-/// When the folder or a picture cannot be read.
+/// If the folder or a picture cannot be read.
 pub fn photographs(folder: &Path) -> Result<Vec<GrayImage>, RandomSceneError> {
     let unlisted = |source| RandomSceneError::Folder {
         folder: folder.into(),
@@ -102,8 +102,8 @@ pub fn photographs(folder: &Path) -> Result<Vec<GrayImage>, RandomSceneError> {
 }
 
 /// A random part of a random photograph, mirrored or not, at a random scale, as large as a frame.
-///
 /// # Errors
+/// If there is no photograph, or one without pixels.
 /// When there is no photograph, or one without pixels.
 pub fn backdrop(photographs: &[GrayImage], width: usize, height: usize, random: &mut impl Rng) -> Result<GrayImage, RandomSceneError> {
     let is_empty = |photo: &GrayImage| photo.width() == 0 || photo.height() == 0;
@@ -139,7 +139,7 @@ impl ShakenPhotograph {
     /// Photograph `seed`, frames of `size` (width and height) from places up to 16 px apart.
     ///
     /// # Errors
-    /// When there is no photograph, or one without pixels.
+    /// If there is no photograph, or one without pixels.
     pub fn draw(seed: u64, [width, height]: [usize; 2], photographs: &[GrayImage]) -> Result<Self, RandomSceneError> {
         const SHAKE_PX: u32 = 16;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -150,7 +150,7 @@ impl ShakenPhotograph {
         let frames = [(); FRAMES].map(|()| {
             let [x, y] = [(); 2].map(|()| random.random_range(0..SHAKE_PX));
             let part = imageops::crop_imm(&backdrop, x, y, width as u32, height as u32).to_image();
-            // About standard normal: the sum of twelve uniform numbers.
+            // Approximately standard normal: the sum of twelve uniform numbers.
             let mut normal = || (0..12).map(|_| random.random::<f32>()).sum::<f32>() - 6.0;
             let noisy = |&grey: &u8| (f32::from(grey) * gain + noise_grey * normal()) as u8;
             part.as_raw().iter().map(noisy).collect()
@@ -159,7 +159,7 @@ impl ShakenPhotograph {
     }
 }
 
-/// How far the worst corner is from the truth.
+/// The distance of the worst corner from the truth.
 pub fn farthest(corners: [[f32; 2]; 4], truth: [[f64; 2]; 4]) -> f64 {
     let pairs = corners.iter().zip(&truth);
     pairs
@@ -172,12 +172,12 @@ impl RandomScene {
     /// board, two in three before a photograph if there are any; `count` successive frames of 1/100 s, 90 symbols a second.
     ///
     /// # Errors
-    /// When a frame of that size is no scene's.
+    /// If that size is invalid for a scene.
     pub fn draw(seed: u64, size: [usize; 2], count: u64, photographs: &[GrayImage]) -> Result<Self, RandomSceneError> {
         Self::draw_turned(seed, 0.0, size, count, photographs)
     }
 
-    /// The same, turned further by an angle in degrees, 0 to 180.
+    /// The same, rotated further by an angle in degrees, 0 to 180.
     ///
     /// # Errors
     /// As [`RandomScene::draw`].

@@ -1,11 +1,11 @@
-//! Whether long work may go on: the one flag that every long loop looks at.
+//! Interruption of long work: the flag that every long loop checks.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A flag that ends work from elsewhere, such as from a handler of Ctrl-C. Copies are of the same flag.
+/// A flag that ends work from elsewhere, such as from a handler of Ctrl-C. Copies refer to the same flag.
 ///
-/// It is looked at frame by frame: work that is asked to stop ends with an error that says so
-/// ([`crate::monte_carlo::EvaluateError::Stopped`]), and the finished pieces of work are kept.
+/// It is checked frame by frame: stopped work ends with an error ([`crate::monte_carlo::EvaluateError::Stopped`]), and finished pieces of
+/// work are kept.
 ///
 /// ```
 /// use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,10 +20,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Stop(Option<&'static AtomicBool>);
 
 impl Stop {
-    /// Of work that goes on to its end.
+    /// The flag of work that runs to its end.
     pub const NEVER: Self = Self(None);
 
-    /// When `flag` is set.
+    /// Stops once `flag` is set.
     pub const fn at(flag: &'static AtomicBool) -> Self {
         Self(Some(flag))
     }
@@ -34,7 +34,7 @@ impl Stop {
     }
 }
 
-/// Whether both look at the same flag.
+/// Whether both refer to the same flag.
 impl PartialEq for Stop {
     fn eq(&self, other: &Self) -> bool {
         match (self.0, other.0) {

@@ -1,6 +1,6 @@
-//! Renderers by rasters: what the project's own is measured against, in exactness and in time.
+//! Raster renderers, with which the project's own is compared in accuracy and time.
 //!
-//! Both draw a panel that faces the camera, before an even background of linear value 1.
+//! Both draw a panel that faces the camera, before a uniform background of linear value 1.
 //!
 //! ```
 //! use studies::baselines::{Panel, supersampled};

@@ -1,4 +1,4 @@
-//! The panel that is drawn.
+//! The panel to draw.
 
 /// A parallel panel: centre of its first LED, pitch and LED radius in px, linear values of LEDs before a background of 1.
 #[derive(Clone, Copy, Debug)]

@@ -10,7 +10,7 @@ pub(super) fn encode(linear: &[f64], gamma: f64) -> Vec<u8> {
         .collect()
 }
 
-/// A separable Gaussian cut at ±4σ, along the rows and then, the picture transposed, along the columns.
+/// A separable Gaussian truncated at ±4σ, along the rows and then, in the transposed picture, along the columns.
 pub(super) fn blur(sharp: &[f64], side: usize, sigma_px: f64) -> Vec<f64> {
     let kernel = gaussian(sigma_px);
     let along_rows = transpose(&blur_rows(sharp, side, &kernel), side);

@@ -1,10 +1,10 @@
-//! The renderer that one writes first: the yardstick of speed, and of what drawing on whole pixels does.
+//! The simplest renderer: the reference for speed, and for the effect of drawing on whole pixels.
 //!
-//! Discs are sampled 8 × 8 times a pixel, each within the box around it; the picture of whole pixels is blurred by a separable
-//! Gaussian cut at ±4σ, and every pixel goes through `powf`. Only the panel's surroundings are drawn, and both passes of the blur
-//! run along rows of memory, as any version that is meant to be used would have it; nothing else is done for speed. The blur so
-//! acts on what the pixels have already averaged. A lens blurs before: the order matters because discs of a few pixels hold detail
-//! finer than pixels can carry, which comes out shifted with the sub-pixel phase (aliasing) and widens the spread of the features.
+//! Discs are sampled 8 × 8 times a pixel, each within the box around it; the picture of whole pixels is blurred by a separable Gaussian
+//! truncated at ±4σ, and every pixel goes through `powf`. Only the panel's surroundings are drawn, and both passes of the blur run along
+//! rows of memory, as in any practical version; nothing else is optimised. So the blur acts on averages over pixels, while a lens blurs
+//! before that. The order matters, because discs of a few pixels hold detail finer than pixels can represent: it is shifted with the
+//! sub-pixel phase (aliasing) and widens the spread of the features.
 
 use super::panel::Panel;
 use super::raster::{blur, cells, encode, pixels};
@@ -16,8 +16,8 @@ pub fn render(panel: &Panel, sigma_px: f64, gamma: f64, side: usize) -> Vec<u8> 
     encode(&linear(panel, sigma_px, side), gamma)
 }
 
-/// The same picture with the discs drawn on a whole raster eight times finer, as one does who does not care about time: a
-/// pixel is the mean of its cells, and the blur acts on pixels.
+/// The same picture with the discs drawn on a whole raster eight times finer, the naive way: a pixel is the mean of its cells, and the blur
+/// acts on pixels.
 pub fn render_by_raster(panel: &Panel, sigma_px: f64, gamma: f64, side: usize) -> Vec<u8> {
     let sharp = pixels(&cells(panel, side, SAMPLES), side, SAMPLES);
     encode(&blur(&sharp, side, sigma_px), gamma)

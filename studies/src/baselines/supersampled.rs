@@ -1,7 +1,7 @@
-//! The renderer that is right by brute force: the [straightforward](super::straightforward) one on a finer raster.
+//! The brute-force renderer: the [straightforward](super::straightforward) one on a finer raster.
 //!
 //! Each pixel is `finer` × `finer` cells; a cell whose centre is in a disc is lit, the blur acts on cells with its true σ, and a pixel is
-//! the mean of its cells. What is left of the error is the discs' ragged rims. With one cell a pixel it is point sampling.
+//! the mean of its cells. The remaining error is at the discs' ragged rims. With one cell a pixel it is point sampling.
 
 use super::panel::Panel;
 use super::raster::{blur, cells, encode, pixels};

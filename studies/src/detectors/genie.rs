@@ -1,19 +1,18 @@
 //! The genie: the likeliest panel of a frame, if everything but the bits is known.
 //!
-//! The genie knows the true place, blur, levels and noise of the panel: it is given each LED's image by the renderer itself and the
-//! probability of each grey level by the sensor's noise model. It looks for the bits of greatest likelihood from several starts, the true
-//! bits among them, by flipping single LEDs and pairs of them. Where it errs, other bits explain the frame better than the true
-//! ones, and no receiver could know.
+//! The genie knows the true position, blur, levels and noise of the panel: the renderer itself supplies each LED's image, and the sensor's
+//! noise model the probability of each grey level. It searches for the bits of greatest likelihood from several starts, among them the true
+//! bits, by flipping single LEDs and pairs of them. If it errs, other bits explain the frame better than the true ones, and no receiver
+//! could know.
 //!
-//! # What it is a bound of
+//! # The bound
 //!
-//! All panels being equally probable, the likeliest is right more often than any other choice: no receiver is expected to read fewer
-//! *panels* wrongly. A wrong panel has at least one wrong bit, so that no bit error rate is expected below a 64th of that share.
-//! The genie's own *bit* errors are no bound: it does not decide bit by bit, and where it errs others may err in fewer bits. Of few
-//! frames, chance decides which of two counts is larger: the bound is of what is expected.
+//! All panels are equally probable, so the likeliest is right more often than any other choice: no receiver is expected to read fewer
+//! *panels* wrongly. A wrong panel has at least one wrong bit, so no bit error rate is expected below a 64th of that share. The genie's own
+//! *bit* errors are no bound, because it does not decide bit by bit: if it errs, others may err in fewer bits. In few frames, chance
+//! decides which of two counts is larger: the bound applies to the expectation.
 //!
-//! It is not quite the maximum over all 2⁶⁴ panels: another one far from all starts would be missed, so that the
-//! genie's errors are at most too few.
+//! It is not quite the maximum over all 2⁶⁴ panels: one far from all starts would be missed, so the genie's errors are at most too few.
 
 use link::panel::{LEDS, PanelFrame};
 
@@ -27,9 +26,9 @@ use sim::renderer::{PanelExposure, Renderer};
 const STEPS: usize = 1024;
 /// Electrons at middle grey from which on their number counts as normally distributed.
 const NORMAL_ELECTRONS: f64 = 300.0;
-/// No grey level is less likely than this, in nats: a frame never excludes any bits for certain.
+/// The least log probability of a grey level, in nats, so that a frame never excludes any bits with certainty.
 const LEAST_LOG: f32 = -200.0;
-/// An LED's light below this part of its brightest pixel does not count.
+/// The part of its brightest pixel below which an LED's light is ignored.
 const NEGLIGIBLE: f32 = 1e-5;
 /// Rounds of the search.
 const ROUNDS: usize = 50;
@@ -37,7 +36,7 @@ const ROUNDS: usize = 50;
 /// The logarithm of the probability of each grey level at each light.
 pub struct LikelihoodTable {
     steps_per_root: f32,
-    /// For each grey level its values at all steps.
+    /// For each grey level, the values at all steps.
     log: Vec<Vec<f32>>,
 }
 
@@ -86,7 +85,7 @@ impl LikelihoodTable {
 
 /// A pixel of normally distributed light.
 fn normal(linear: f64, deviation: f64, curve: Curve) -> [f64; 256] {
-    // The tails beyond what erfc can tell from 0 count as parabolas would have it.
+    // Tails that erfc rounds to 0 are continued by parabolas.
     let below = |level: usize| match level {
         0 => 0.0,
         256 => 1.0,
@@ -103,11 +102,11 @@ fn normal(linear: f64, deviation: f64, curve: Curve) -> [f64; 256] {
             0.5 * libm::erfc(t * std::f64::consts::FRAC_1_SQRT_2)
         }
     };
-    // By the smaller tail, so that small probabilities are exact.
+    // From the smaller tail, so that small probabilities are exact.
     std::array::from_fn(|level| (below(level + 1) - below(level)).max(above(level) - above(level + 1)))
 }
 
-/// A pixel without noise: its grey level, give or take what drawing it may err by.
+/// A pixel without noise: its grey level, with the tolerance of drawing.
 fn rounding(linear: f64, curve: Curve) -> [f64; 256] {
     let expected = curve.unrounded(linear);
     let weight = |level: usize| {
@@ -119,13 +118,13 @@ fn rounding(linear: f64, curve: Curve) -> [f64; 256] {
     weights.map(|weight| weight / sum)
 }
 
-/// One LED's light in the region, were it On rather than Off.
+/// The change of light in the region if one LED is On rather than Off.
 struct Spot {
-    /// (Place in the region, light).
+    /// (Position in the region, light).
     pixels: Vec<(usize, f32)>,
 }
 
-/// What the genie knows of one frame.
+/// The genie's knowledge of one frame.
 pub struct Genie<'a> {
     likelihood: &'a LikelihoodTable,
     grey: &'a [u8],
@@ -181,7 +180,7 @@ impl<'a> Genie<'a> {
         }
     }
 
-    /// The likeliest bits, searched for from each of `starts`.
+    /// The likeliest bits, by a search from each of `starts`.
     pub fn bits(&mut self, starts: &[PanelFrame]) -> PanelFrame {
         let mut best = (f64::NEG_INFINITY, PanelFrame::default());
         for &start in starts {
@@ -220,7 +219,7 @@ impl<'a> Genie<'a> {
         self.bits = PanelFrame::from_bits(self.bits.bits() ^ 1 << led);
     }
 
-    /// By how much the logarithm rises if an LED is flipped.
+    /// The gain of log-likelihood by flipping an LED.
     fn gain(&self, led: usize) -> f32 {
         let sign = self.sign(led);
         let change = |&(at, light): &(usize, f32)| {

@@ -1,4 +1,4 @@
-//! The detectors by the names that users know them by.
+//! The detectors by their public names.
 
 pub(crate) mod genie;
 
@@ -7,18 +7,18 @@ use std::str::FromStr;
 use rx_pipeline::detect::{Detector, FisherFeatures, Method};
 use serde::{Deserialize, Serialize};
 
-/// A choice of detector; in files it has its name of [`DETECTORS`].
+/// A choice of detector; files contain its name in [`DETECTORS`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum DetectorChoice {
-    /// The best there is.
+    /// The best one.
     #[default]
     Best,
-    /// Maximum likelihood, searched for over the bits.
+    /// Maximum likelihood over the bits.
     MaximumLikelihood,
     /// The paper's k-means, on standardised features.
     KMeans,
-    /// k-means on the features as they are.
+    /// k-means on the raw features.
     KMeansRaw,
     /// Fisher's discriminant of AGR and GRI, trained on frames of the scene.
     Fisher,
@@ -42,11 +42,11 @@ pub const DETECTORS: [(&str, DetectorChoice); 8] = [
     ("genie", DetectorChoice::Genie),
 ];
 
-/// There is no such detector.
+/// An unknown detector.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no detector {name:?}: choose one of {}", DETECTORS.map(|(name, _)| name).join(", "))]
 pub struct DetectorError {
-    /// What was asked for.
+    /// The requested name.
     pub name: String,
 }
 
@@ -85,7 +85,7 @@ impl DetectorChoice {
             .map_or("best", |(name, _)| name)
     }
 
-    /// The method, where a receiver can be it without frames to learn from.
+    /// The receiver's method, for detectors without training.
     pub fn untrained(self) -> Option<Method> {
         match self {
             Self::Best | Self::MaximumLikelihood => Some(Method::default()),
@@ -96,12 +96,12 @@ impl DetectorChoice {
         }
     }
 
-    /// Whether it reads by what it has learnt from other frames.
+    /// Whether it uses estimates from other frames.
     pub(crate) fn looks_back(self) -> bool {
         !matches!(self.untrained(), Some(Method::Features(_)))
     }
 
-    /// The features that it learns to weigh, where it learns.
+    /// The features of its training, if it needs any.
     pub fn learns(self) -> Option<FisherFeatures> {
         match self {
             Self::Fisher => Some(FisherFeatures::AgrGri),

@@ -1,9 +1,9 @@
 //! The short-term flicker of a light, P_st^LM: the light flickermeter of IEC TR 61547-1.
 //!
-//! A lamp's light is led through filters that stand for eye and brain, squared, and smoothed over 0.3 s. How much of the time the result is
-//! above which level makes one number. At 1 half of all people see the flicker. The report is known here by the program that its authors
-//! published with it (Beeckman, `light_flickermeter_metric_PstLM`, 2017), which states its equations (A.4) to (A.6); in print, (A.5) has a
-//! slip, 44 758 for 44.758. Here the filters are applied to the Fourier series, exactly and without a transient at the beginning.
+//! A lamp's light passes filters that model eye and brain, is squared, and is smoothed over 0.3 s. The percentiles of the result give one
+//! number; at 1 half of all people see the flicker. The source for the report's equations (A.4) to (A.6) is the program that its authors
+//! published with it (Beeckman, `light_flickermeter_metric_PstLM`, 2017); in print, (A.5) has a slip, 44 758 for 44.758. Here the filters
+//! act on the Fourier series, exactly and without an initial transient.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,22 +11,22 @@ use super::Light;
 use super::light::transform;
 
 const HIGH_PASS_HZ: f64 = 0.05;
-/// The low-pass filter of sixth order by Butterworth, Hz (A.4).
+/// The Butterworth low-pass filter of sixth order, Hz (A.4).
 const LOW_PASS_HZ: f64 = 35.0;
-/// The eye's and the brain's filter, from s⁴ down (A.5).
+/// The filter of eye and brain, from s⁴ down (A.5).
 const EYE_NUMERATOR: [f64; 5] = [0.041_661, 44.758, 2715.6, 29_839.0, 0.0];
 const EYE_DENOMINATOR: [f64; 5] = [1.0, 196.32, 11_781.0, 534_820.0, 3_505_380.0];
-/// What makes 1 of the light at the threshold (A.6).
+/// The factor that scales the threshold to 1 (A.6).
 const SCALE: f64 = 1.101_603_155_420_234e6;
 /// The time constant of the smoothing, s.
 const SMOOTHED_S: f64 = 0.3;
-/// Lines above are left out: the filters leave 2e-6 of them.
+/// The highest frequency in use: the filters leave 2e-6 of lines above.
 const HIGHEST_HZ: f64 = 200.0;
-/// Samples a second, at least: squares of lines go up to 400 Hz.
+/// Samples a second, at least, because squares of lines go up to 400 Hz.
 const SAMPLED_HZ: f64 = 1000.0;
-/// Time constants of the smoothing until it has forgotten how it began (count).
+/// Time constants of the smoothing until its initial state has decayed (count).
 const FORGOTTEN: f64 = 30.0;
-/// Of how much of the time the level is exceeded, %, with the weight of its square root's argument (IEC 61000-4-15, 5.7.2).
+/// Shares of time in which the level is exceeded, %, with their weights under the square root (IEC 61000-4-15, 5.7.2).
 const EXCEEDED: [(&[f64], f64); 5] = [
     (&[0.1], 0.0314),
     (&[0.7, 1.0, 1.5], 0.0525),
@@ -57,13 +57,13 @@ pub fn short_term(light: &Light, rate_hz: f64) -> f64 {
         false => (0.0, 0.0),
     };
     let (re, im): (Vec<f64>, Vec<f64>) = (0..samples).map(seen).unzip();
-    // The series, from the transforms of its real and its imaginary parts.
+    // The series, from the transforms of its real and imaginary parts.
     let [re, im] = [re, im].map(|parts| transform(&parts));
     let squares: Vec<f64> = re.iter().zip(&im).map(|([a, _], [_, b])| SCALE * (a + b).powi(2)).collect();
     severity(smoothed(&squares, period_s / samples as f64))
 }
 
-/// A first-order low-pass filter of a series that comes again (bilinear), once it has settled.
+/// A first-order low-pass filter of a periodic series (bilinear), in its steady state.
 fn smoothed(series: &[f64], step_s: f64) -> Vec<f64> {
     let share = step_s / (2.0 * SMOOTHED_S + step_s);
     let kept = (2.0 * SMOOTHED_S - step_s) / (2.0 * SMOOTHED_S + step_s);
@@ -84,7 +84,7 @@ fn smoothed(series: &[f64], step_s: f64) -> Vec<f64> {
     settled
 }
 
-/// The number that is made of the levels and how long they last.
+/// The severity from the levels' percentiles.
 fn severity(mut levels: Vec<f64>) -> f64 {
     levels.sort_by(|a, b| b.total_cmp(a));
     let exceeded = |percent: &f64| levels[((percent / 100.0 * levels.len() as f64) as usize).min(levels.len() - 1)];
@@ -92,7 +92,7 @@ fn severity(mut levels: Vec<f64>) -> f64 {
     parts.iter().sum::<f64>().sqrt()
 }
 
-/// What all filters make of a sine of a frequency in Hz.
+/// The response of all filters at a frequency in Hz.
 fn filters(hz: f64) -> [f64; 2] {
     let high_pass = over([0.0, hz], [HIGH_PASS_HZ, hz]);
     let relative = hz / LOW_PASS_HZ;
@@ -125,7 +125,7 @@ fn over(one: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// By the report's own algorithm in the time domain, with SciPy, of 200 s at 4000 samples a second.
+    /// Values of the report's own algorithm in the time domain, with SciPy, of 200 s at 4000 samples a second.
     #[test]
     fn what_it_says_is_what_the_published_meter_says() {
         let bits = [1, 0, 0, 1, 1, 1, 0, 1, 0, 0, 0, 1, 1, 0, 1, 0];

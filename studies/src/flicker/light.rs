@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use link::waveform::Waveform;
 
-/// A light that is switched symbol by symbol and comes again after a period of symbols.
+/// A light that is switched symbol by symbol, with a period in symbols.
 ///
 /// Over its mean it is 1 + Σ Re a(k)·exp(2πi·k·t/P) at a time t, in symbols since the middle of the first of P:
 ///
@@ -13,8 +13,8 @@ use link::waveform::Waveform;
 /// a(k) = 2·B(k)/P · (sinc(ν/n) − sinc(ν/2n)) · sin(πν)/(n·sin(πν/n))   a carrier of n cycles a symbol
 /// ```
 ///
-/// where X is the transform of the symbols' light, and B that of their signs: −1 where all LEDs are Off, 1 where all are On. What stands
-/// behind is the transform of a symbol: one that is held, or n cycles that begin in the middle of a half.
+/// where X is the transform of the symbols' light, and B that of their signs: −1 with all LEDs Off, 1 with all On. The last factor is the
+/// transform of a symbol: a held one, or n cycles that start in the middle of a half.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
     /// X or B.
@@ -27,7 +27,7 @@ pub struct Light {
 }
 
 impl Light {
-    /// That of symbols that are held, in any unit.
+    /// A light with held symbols, in any unit.
     pub fn still(symbols: &[f64]) -> Self {
         let bins = transform(symbols);
         let mean = bins.first().map_or(0.0, |bin| bin[0]);
@@ -40,7 +40,7 @@ impl Light {
         }
     }
 
-    /// That of symbols that are shown by a waveform. With a carrier it is half of `full`, the light of all LEDs, on average, whatever they say.
+    /// A light with a waveform. With a carrier its average is half of `full`, the light of all LEDs, for any symbols.
     pub fn of(symbols: &[f64], full: f64, waveform: Waveform) -> Self {
         if waveform.is_still() {
             return Self::still(symbols);
@@ -48,7 +48,7 @@ impl Light {
         let signs: Vec<f64> = symbols.iter().map(|light| 2.0 * light / full - 1.0).collect();
         let says = signs.iter().any(|&sign| sign != 0.0);
         Self {
-            // Runs are of half a cycle within a symbol, and at its ends of no more.
+            // Runs last half a cycle within a symbol, and at most that at its ends.
             longest_run: if says { 0.5 / f64::from(waveform.cycles()) } else { 0.0 },
             bins: transform(&signs),
             mean: symbols.len() as f64,
@@ -61,10 +61,11 @@ impl Light {
         self.bins.len()
     }
 
-    /// The longest flicker period, in symbols: twice the longest time for which the light stays above its mean, or below; 0 for a steady one.
+    /// The longest flicker period, in symbols: twice the longest time for which the light stays above its mean, or below; 0 for a steady
+    /// one.
     ///
-    /// IEEE Std 802.15.7 calls the longest time over which a light may change without being seen the maximum flickering time period, and
-    /// 5 ms of it, 200 Hz, safe (known here by quotation: Sensors 2016, 16(3), 418, section 4.1).
+    /// IEEE Std 802.15.7 calls the longest invisible period of change the maximum flickering time period, and 5 ms of it, 200 Hz, safe
+    /// (quoted in Sensors 2016, 16(3), 418, section 4.1).
     ///
     /// ```
     /// use link::waveform::Waveform;
@@ -92,20 +93,20 @@ impl Light {
         if self.mean <= 0.0 || period == 0 {
             return 0.0;
         }
-        // The transform repeats after a period, and is the mirror image of itself.
+        // The transform is periodic and symmetric.
         let bin = line % period;
         let bin = bin.min(period - bin);
         200.0 * self.bins[bin][0].hypot(self.bins[bin][1]) / self.mean * self.shape(line).abs()
     }
 
-    /// The transform of a symbol at k cycles a period, which is real about its middle.
+    /// The transform of a symbol at k cycles a period, real about its middle.
     fn shape(&self, line: usize) -> f64 {
         let period = self.period();
         let cycles = f64::from(self.waveform.cycles());
         let is_whole = line.is_multiple_of(period);
         let angle = PI * line as f64 / period as f64;
         if self.waveform.is_still() {
-            // Whole multiples of the symbol rate change nothing in a symbol that is held.
+            // Multiples of the symbol rate do not affect a held symbol.
             return if is_whole { 0.0 } else { angle.sin() / angle };
         }
         let of_cycle = sinc(angle / cycles) - sinc(angle / (2.0 * cycles));
@@ -117,7 +118,7 @@ impl Light {
         of_cycle * times
     }
 
-    /// The cycles a symbol up to which lines are looked at.
+    /// The highest line in use, in cycles a symbol.
     pub(super) fn highest_cycles(&self) -> f64 {
         match self.waveform.cycles() {
             0 => super::HIGHEST_CYCLES,
@@ -130,7 +131,7 @@ fn sinc(angle: f64) -> f64 {
     if angle == 0.0 { 1.0 } else { angle.sin() / angle }
 }
 
-/// The longest run of one sign in a series that comes again.
+/// The longest run of one sign in a periodic series.
 fn longest_run(series: &[f64]) -> usize {
     let sign = |value: &f64| (*value > 0.0, *value < 0.0);
     let (mut run, mut longest, mut last) = (0, 0, (false, false));
@@ -145,7 +146,7 @@ fn longest_run(series: &[f64]) -> usize {
     longest
 }
 
-/// What [`transform`] errs by at most, as a part of the sum of all absolute values.
+/// The greatest error of [`transform`], relative to the sum of all absolute values.
 #[cfg(test)]
 const TRANSFORM_ERROR: f64 = 1e-14;
 
@@ -160,8 +161,7 @@ pub(super) fn transform(values: &[f64]) -> Vec<[f64; 2]> {
     decimated(values, 1, &roots)
 }
 
-/// The transform of every `stride`-th of `values`, which divides their number: of as many parts as its least factor, joined (Cooley & Tukey
-/// 1965).
+/// The transform of every `stride`-th of `values`, which divides their number, by as many parts as its least factor (Cooley & Tukey 1965).
 fn decimated(values: &[f64], stride: usize, roots: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let length = roots.len() / stride;
     let Some(factor) = (2..=length).find(|factor| length.is_multiple_of(*factor)) else {
@@ -171,7 +171,7 @@ fn decimated(values: &[f64], stride: usize, roots: &[[f64; 2]]) -> Vec<[f64; 2]>
         .map(|part| decimated(&values[part * stride..], factor * stride, roots))
         .collect();
     let bin = |k: usize| {
-        // The root of part · k comes round again.
+        // The root of part · k is periodic.
         let (at, mut root) = (k % (length / factor), 0);
         parts.iter().fold([0.0; 2], |[re, im], bins| {
             let [[x, y], [cos, sin]] = [bins[at], roots[root * stride]];

@@ -1,27 +1,26 @@
-//! How much the light of a panel goes up and down, and what people see of it, against IEEE Std 1789-2015, IEEE Std 802.15.7, IEC TR 61547-1
-//! and CIE TN 006:2016.
+//! The modulation of a panel's light and its visibility, by IEEE Std 1789-2015, IEEE Std 802.15.7, IEC TR 61547-1 and CIE TN 006:2016.
 //!
-//! The symbols are the firmware's own ([`panels`]). A message that is shown again and again repeats after two repeats, the second of which
-//! is the complement of the first, and an idle transmitter's beacon does so too. So the light is periodic, and its spectrum is exactly
+//! The symbols are the firmware's own ([`panels`]). A message that is shown again and again has a period of two repeats, the second of
+//! which is the complement of the first, and so has an idle transmitter's beacon. So the light is periodic, and its spectrum is exactly
 //! that of one period: lines at multiples of the symbol rate over the panels of two repeats, and nothing below the first of them.
 //!
 //! # Modulation at a frequency
 //!
-//! The standard's percent modulation, 100·(most − least)/(most + least), is that of a light with one frequency. Data have many, so each
-//! line is taken with all others in the third of an octave around it (IEC 61260-1 measures noise in such bands):
+//! The standard's percent modulation, 100·(most − least)/(most + least), is defined for a light with one frequency. Data have many, so each
+//! line is summed with all others in the third of an octave around it (IEC 61260-1 measures noise in such bands):
 //!
 //! ```text
 //! A(k) = 2·|X(k)| / X(0) · |sinc(k/P)|          X: Fourier transform of the P symbols of a period; sinc: a symbol is held until the next
 //! modulation at f(k) = √(Σ A(j)²)               over the lines j with f(j) within f(k)·2^(±1/6)
 //! ```
 //!
-//! which is the amplitude of the sine that has as much power, over the mean light. A sine has its own percent modulation so. A light that
-//! is On for half of each period would have 127 %, its fundamental's; the standard counts it as 100 %, and so is everything above 100 %.
-//! Bands of a whole octave would show up to √3 times as much of a spectrum without single strong lines.
+//! This is the amplitude of the sine with the same power, over the mean light. A sine gets its own percent modulation. A light that is On
+//! for half of each period would have 127 %, its fundamental's; the standard counts it as 100 %, and so does this module for everything
+//! above 100 %. Bands of a whole octave would show up to √3 times as much for a spectrum without single strong lines.
 //!
-//! The modulation scales with the symbol rate: it is the same at the same number of cycles a symbol ([`Line`]). What is faster than
-//! [`HIGHEST_CYCLES`] is left out, and so is the dimming of 20 kHz and more, which no practice limits. Where a carrier bears the symbols,
-//! the transform of its cycles stands in place of the sinc ([`Light`]), and lines are looked at up to [`HIGHEST_CARRIERS`].
+//! The modulation scales with the symbol rate: it is the same at the same number of cycles a symbol ([`Line`]). Lines above
+//! [`HIGHEST_CYCLES`] are left out, and so is the dimming at 20 kHz and more, which no practice limits. With a carrier, the transform of
+//! its cycles replaces the sinc ([`Light`]), and lines up to [`HIGHEST_CARRIERS`] are used.
 //!
 //! ```
 //! use studies::flicker::{Flicker, Practice, Visibility, panels};
@@ -56,19 +55,19 @@ use link::waveform::Waveform;
 /// The modulation of a panel's light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flicker {
-    /// At each frequency that of the LED that has most of it.
+    /// At each frequency, the greatest modulation of any LED.
     pub worst_led: Spectrum,
     /// At each frequency the root mean square over all LEDs.
     pub usual_led: Spectrum,
-    /// Of the light of all LEDs together.
+    /// The modulation of all LEDs' light together.
     pub panel: Spectrum,
     /// The light of each LED.
     leds: Vec<Light>,
-    /// The light of all.
+    /// The light of all LEDs.
     all: Light,
 }
 
-/// What other standards than IEEE Std 1789 measure of a light.
+/// Measures of a light by standards other than IEEE Std 1789.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measures {
     /// The longest flicker period, s: see [`Light::longest_period`].
@@ -80,12 +79,12 @@ pub struct Measures {
 }
 
 impl Flicker {
-    /// That of panels that are shown again and again, each standing still for a symbol.
+    /// The flicker of panels that repeat, each still for a symbol.
     pub fn of(panels: &[PanelFrame]) -> Self {
         Self::shown(panels, Waveform::STILL)
     }
 
-    /// That of panels that are shown again and again by a waveform.
+    /// The flicker of panels that repeat, with a waveform.
     pub fn shown(panels: &[PanelFrame], waveform: Waveform) -> Self {
         let light = |led: usize| panels.iter().map(|panel| f64::from(panel.led(led))).collect::<Vec<_>>();
         let leds: Vec<Light> = (0..LEDS).map(|led| Light::of(&light(led), 1.0, waveform)).collect();
@@ -106,7 +105,7 @@ impl Flicker {
         }
     }
 
-    /// Of each measure that of the LED which has most of it, at a symbol rate in Hz.
+    /// For each measure the worst LED's, at a symbol rate in Hz.
     pub fn worst_led_measures(&self, rate_hz: f64) -> Measures {
         let measures = self.leds.iter().map(|led| Measures::of(led, rate_hz));
         measures.fold(Measures::of(&Light::still(&[]), rate_hz), |worst, led| Measures {
@@ -116,14 +115,14 @@ impl Flicker {
         })
     }
 
-    /// Those of all LEDs together, at a symbol rate in Hz.
+    /// The measures of all LEDs together, at a symbol rate in Hz.
     pub fn panel_measures(&self, rate_hz: f64) -> Measures {
         Measures::of(&self.all, rate_hz)
     }
 }
 
 impl Measures {
-    /// Those of a light at a symbol rate in Hz.
+    /// The measures of a light at a symbol rate in Hz.
     pub fn of(light: &Light, rate_hz: f64) -> Self {
         Self {
             longest_period_s: light.longest_period() / rate_hz,
@@ -154,7 +153,7 @@ mod tests {
             let panels = panels(message).expect("a message");
             let flicker = Flicker::of(&panels);
             for spectrum in [flicker.worst_led, flicker.panel] {
-                // Complements leave odd multiples of the lowest frequency alone.
+                // Complements leave only odd multiples of the lowest frequency.
                 let lines = spectrum.lines();
                 let multiples = lines.map(|line| (line.cycles * panels.len() as f64).round() as u64);
                 assert!(multiples.into_iter().all(|multiple| multiple % 2 == 1));
@@ -181,7 +180,7 @@ mod tests {
         panels(Some(&message)).expect("a message")
     }
 
-    /// The light of an LED whose symbols are `cycles` cycles of four quarters: a 1's are lit as told, a 0's the other way round.
+    /// The light of an LED whose symbols are `cycles` cycles of four quarters: those in `lit` for a 1, the others for a 0.
     fn quarters(panels: &[PanelFrame], led: usize, cycles: usize, lit: [bool; 4]) -> Vec<f64> {
         let of_bit = |bit: bool| lit.repeat(cycles).into_iter().map(move |lit| f64::from(u8::from(lit == bit)));
         panels.iter().flat_map(|panel| of_bit(panel.led(led))).collect()
@@ -202,7 +201,7 @@ mod tests {
                     let [one, other] = [&flicker.leds[led], &drawn].map(|light| light.amplitude_percent(line));
                     assert!((one - other).abs() < 1e-9, "{cycles} cycles, line {line}: {one} against {other}");
                 }
-                // The parts of one are about the middle of a symbol, of the other about that of a quarter.
+                // The parts of one are relative to the middle of a symbol, of the other to that of a quarter.
                 let [one, other] = [
                     short_term(&flicker.leds[led], RATE_HZ),
                     short_term(&drawn, RATE_HZ * 4.0 * cycles as f64),
@@ -217,7 +216,7 @@ mod tests {
         }
     }
 
-    /// The most that any LED has below 90 Hz: times the low-risk limit, and in %.
+    /// The worst LED below 90 Hz: relative to the low-risk limit, and in %.
     fn below_90_hz(panels: &[PanelFrame], cycles: usize, lit: [bool; 4]) -> [f64; 2] {
         let mut worst = [0.0f64; 2];
         for led in 0..LEDS {

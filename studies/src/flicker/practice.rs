@@ -4,10 +4,10 @@ use std::fmt;
 
 use super::Spectrum;
 
-/// Below this frequency modulation is limited more, Hz.
+/// The frequency below which modulation is limited more, Hz.
 const SEEN_BELOW_HZ: f64 = 90.0;
 
-/// A recommended practice: how much a light may be modulated at a frequency.
+/// A recommended practice: the limit of modulation at a frequency.
 ///
 /// | practice | below 90 Hz | from 90 Hz on | above |
 /// |---|---|---|---|
@@ -35,19 +35,19 @@ pub enum Practice {
     NoSeizures,
 }
 
-/// Where a light is nearest to a limit, or the farthest beyond it.
+/// The frequency at which a light is nearest to a limit, or farthest beyond it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorstModulation {
     /// The frequency, Hz.
     pub hz: f64,
     /// The modulation there, %.
     pub percent: f64,
-    /// The most that the practice allows there, %.
+    /// The practice's limit there, %.
     pub limit_percent: f64,
 }
 
 impl WorstModulation {
-    /// The modulation over its limit: above 1, the practice is not met.
+    /// The modulation over its limit: above 1, the practice is violated.
     pub fn times_limit(&self) -> f64 {
         self.percent / self.limit_percent
     }
@@ -57,8 +57,8 @@ impl Practice {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::LowRisk, Self::NoEffect, Self::NoSeizures];
 
-    /// Percent a hertz below 90 Hz and from there on, and the frequency above which there is no limit; none for a limit that is the same
-    /// at all frequencies below 90 Hz.
+    /// Percent per hertz below 90 Hz and from there on, and the frequency above which there is no limit; `None` for a limit that is
+    /// constant below 90 Hz.
     fn slopes(self) -> Option<([f64; 2], f64)> {
         match self {
             Self::LowRisk => Some(([0.025, 0.08], 1250.0)),
@@ -67,7 +67,7 @@ impl Practice {
         }
     }
 
-    /// The most modulation that it allows at a frequency in Hz, %; infinite where there is no limit.
+    /// The greatest allowed modulation at a frequency in Hz, %; infinite without a limit.
     pub fn limit_percent(self, hz: f64) -> f64 {
         match self.slopes() {
             None if hz < SEEN_BELOW_HZ => 5.0,
@@ -78,7 +78,7 @@ impl Practice {
         }
     }
 
-    /// The frequency from which on it allows a modulation, given in %; Hz.
+    /// The frequency from which on it allows a modulation in %; Hz.
     pub fn lowest_hz(self, percent: f64) -> f64 {
         match self.slopes() {
             None if percent < 5.0 => 0.0,
@@ -88,7 +88,7 @@ impl Practice {
         }
     }
 
-    /// Where a light comes nearest to the limit at a symbol rate in Hz; none where nothing of it is limited.
+    /// The worst modulation of a light at a symbol rate in Hz; `None` if no line is limited.
     pub fn worst(self, light: &Spectrum, rate_hz: f64) -> Option<WorstModulation> {
         let lines = light.lines().map(|line| {
             let hz = line.cycles * rate_hz;
@@ -104,9 +104,9 @@ impl Practice {
             .max_by(|one, other| one.times_limit().total_cmp(&other.times_limit()))
     }
 
-    /// The symbol rate from which on a light keeps to it, Hz; 0 for a steady light.
+    /// The symbol rate from which on a light complies, Hz; 0 for a steady light.
     ///
-    /// Limits grow with the frequency, so a light that keeps to one does so at every higher rate.
+    /// Limits grow with the frequency, so a light that complies at one rate complies at every higher rate.
     pub fn lowest_rate_hz(self, light: &Spectrum) -> f64 {
         light
             .lines()

@@ -2,14 +2,14 @@
 
 use super::Light;
 
-/// The most cycles a symbol that are looked at. A line beyond them has at most 2/(8·π), 8 %, of the mean light: symbols are held, and light is
-/// never below 0.
+/// The highest line in use, in cycles a symbol. A higher line has at most 2/(8·π), 8 %, of the mean light, because symbols are held and
+/// light is never negative.
 pub const HIGHEST_CYCLES: f64 = 8.0;
-/// The same with a carrier, in cycles of it: beyond all frequencies that are limited.
+/// The same with a carrier, in cycles of it: above all limited frequencies.
 pub const HIGHEST_CARRIERS: f64 = 16.0;
-/// From the middle of a third of an octave to its end.
+/// The ratio of the end to the middle of a third of an octave.
 const TO_BAND_END: f64 = 1.122_462_048_309_373;
-/// What rounding leaves of a line that is none, %.
+/// The greatest rounding error of a zero line, %.
 const ROUNDING_PERCENT: f64 = 1e-6;
 
 /// The modulation at one frequency.
@@ -31,7 +31,7 @@ pub struct Spectrum {
 }
 
 impl Spectrum {
-    /// That of one period of a light, symbol by symbol, in any unit.
+    /// The spectrum of one period of a light, symbol by symbol, in any unit.
     ///
     /// ```
     /// use studies::flicker::Spectrum;
@@ -46,7 +46,7 @@ impl Spectrum {
         Self::of_light(&Light::still(light))
     }
 
-    /// That of a light.
+    /// The spectrum of a light.
     pub fn of_light(light: &Light) -> Self {
         let (period, cycles) = (light.period(), light.highest_cycles());
         let amplitudes = (1..=(cycles * TO_BAND_END * period as f64).ceil() as usize).map(|line| light.amplitude_percent(line));
@@ -74,7 +74,7 @@ impl Spectrum {
         }
     }
 
-    /// Gathers at each frequency what is gathered so far and the modulation of another light of the same period; begun with the default.
+    /// Combines the modulation at each frequency with that of another light of the same period, by `gathered`; start with the default.
     pub(super) fn gather(&mut self, other: &Self, gathered: impl Fn(f64, f64) -> f64) {
         self.period = other.period;
         self.percents.resize(other.percents.len(), 0.0);
@@ -83,7 +83,7 @@ impl Spectrum {
         }
     }
 
-    /// The root of the mean of squares whose sum over `lights` lights this is.
+    /// The root mean square over `lights` lights, from the sum of squares.
     pub(super) fn root_of_mean(mut self, lights: usize) -> Self {
         self.percents
             .iter_mut()
@@ -91,7 +91,7 @@ impl Spectrum {
         self
     }
 
-    /// The modulation at each line there is, from the slowest on.
+    /// The modulation at each existing line, from the slowest on.
     pub fn lines(&self) -> impl Iterator<Item = Line> {
         let lines = (1..).zip(&self.percents);
         let lines = lines.filter(|(_, percent)| **percent > 0.0);
@@ -101,7 +101,7 @@ impl Spectrum {
         })
     }
 
-    /// The line of the greatest modulation among those from `from_hz` to below `to_hz` at a symbol rate, all in Hz; none where there is none.
+    /// The strongest line from `from_hz` to below `to_hz` at a symbol rate, all in Hz; `None` if there is no line.
     pub fn strongest(&self, rate_hz: f64, from_hz: f64, to_hz: f64) -> Option<Line> {
         let within = |line: &Line| (from_hz..to_hz).contains(&(line.cycles * rate_hz));
         self.lines()

@@ -1,24 +1,24 @@
-//! How well the steps are seen in which a modulated light shows what moves: the stroboscopic visibility measure SVM of CIE TN 006:2016.
+//! The visibility of moving objects as steps in a modulated light: the stroboscopic visibility measure SVM of CIE TN 006:2016.
 //!
 //! ```text
 //! SVM = (Σ (C/T)^3.7)^(1/3.7)        over components from 80 to 2000 Hz
 //! T(f) = 1/(1 + exp(−0.00518·(f − 306.6))) + 20·exp(−f/10)
 //! ```
 //!
-//! C is the amplitude of a component over the mean light, T the least that is seen as a sine; at 1 half of all people see it, in an
-//! office and of things that move at up to 4 m/s. Known here by quotations, and by the program of Signify's that belongs to
-//! IEC TR 63158, in which a measurement takes 1 s at least. So lines nearer together than 1 Hz are one component here.
+//! C is the amplitude of a component over the mean light, T the visibility threshold of a sine. At 1 half of all people see the effect, in
+//! an office and on objects that move at up to 4 m/s. The sources are quotations, and the program by Signify for IEC TR 63158, in which a
+//! measurement takes at least 1 s. So lines closer than 1 Hz count as one component here.
 
 use super::Light;
 
-/// Components below and above are left out, Hz.
+/// The range of components in use, Hz.
 const COUNTED_HZ: [f64; 2] = [80.0, 2000.0];
 /// The exponent by which components add up.
 const EXPONENT: f64 = 3.7;
 /// The width of a component, Hz.
 const COMPONENT_HZ: f64 = 1.0;
 
-/// The least amplitude over the mean light at which the stroboscopic effect of a sine is seen.
+/// The least visible amplitude of a sine over the mean light.
 fn threshold(hz: f64) -> f64 {
     1.0 / (1.0 + (-0.005_18 * (hz - 306.6)).exp()) + 20.0 * (-hz / 10.0).exp()
 }

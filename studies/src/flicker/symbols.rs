@@ -1,11 +1,11 @@
-//! The panels whose light is looked at.
+//! The panels of a transmission.
 
 use link::fec::Code;
 use link::framing::FramingError;
 use link::panel::PanelFrame;
 use tx_firmware::schedule::{Repeats, Schedule};
 
-/// One period of what the firmware shows: two repeats of a message of 1 to 1024 bytes, or of the beacon where there is none.
+/// One period of the firmware's panels: two repeats of a message of 1 to 1024 bytes, or of the beacon without one.
 ///
 /// ```
 /// use studies::flicker::panels;
@@ -16,7 +16,7 @@ use tx_firmware::schedule::{Repeats, Schedule};
 /// ```
 ///
 /// # Errors
-/// [`FramingError`] where the message is empty or too long.
+/// [`FramingError`] if the message is empty or too long.
 pub fn panels(message: Option<&[u8]>) -> Result<Vec<PanelFrame>, FramingError> {
     let mut schedule = Schedule::new();
     if let Some(message) = message {
@@ -26,7 +26,7 @@ pub fn panels(message: Option<&[u8]>) -> Result<Vec<PanelFrame>, FramingError> {
     Ok((0..period).map(|_| schedule.next_panel()).collect())
 }
 
-/// The same in Manchester code: after each panel its complement. Each LED is On for half of any two panels, at half of the data a panel.
+/// The same in Manchester code: each panel is followed by its complement. Each LED is On in one of the two, at half of the data rate.
 ///
 /// ```
 /// use link::panel::PanelFrame;

@@ -1,19 +1,19 @@
-//! What people see of a light that is modulated.
+//! The visibility of a modulated light.
 
 use std::fmt;
 
 use super::Spectrum;
 
-/// Few people see flicker above some frequency of 60 to 90 Hz ("Most humans are unable to perceive flicker in light above 60-90 Hz",
-/// Lehman et al., Proposing measures of flicker in the low frequencies for lighting applications, 2011).
+/// The range of the flicker fusion frequency ("Most humans are unable to perceive flicker in light above 60-90 Hz", Lehman et al.,
+/// Proposing measures of flicker in the low frequencies for lighting applications, 2011).
 const FUSION_HZ: [f64; 2] = [60.0, 90.0];
-/// What eyes may notice at the frequency that they see best, some 10 Hz (De Lange, J. Opt. Soc. Am. 48, 777, 1958), %.
+/// The threshold at the frequency of greatest sensitivity, some 10 Hz (De Lange, J. Opt. Soc. Am. 48, 777, 1958), %.
 const NOTICED_PERCENT: f64 = 1.0;
-/// What is limited below 90 Hz for everybody's sake (IEEE Std 1789-2015, recommended practice 3), %.
+/// The general limit below 90 Hz (IEEE Std 1789-2015, recommended practice 3), %.
 const STRONG_PERCENT: f64 = 5.0;
 
-/// What people see who look at a light with a steady eye. Who moves the eyes sees more: LEDs that go on and off are rows of dots then, at
-/// several times these frequencies (Davis et al., Sci. Rep. 5, 7861, 2015).
+/// The visibility of a light's flicker to a steady eye. Moving eyes see more: flickering LEDs become rows of dots, at several times these
+/// frequencies (Davis et al., Sci. Rep. 5, 7861, 2015).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visibility {
     /// Less than 1 % below 60 Hz and less than 5 % below 90 Hz.
@@ -27,7 +27,7 @@ pub enum Visibility {
 }
 
 impl Visibility {
-    /// At a symbol rate in Hz.
+    /// The visibility at a symbol rate in Hz.
     ///
     /// ```
     /// use studies::flicker::{Visibility, Spectrum};

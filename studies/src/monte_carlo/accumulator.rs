@@ -1,12 +1,12 @@
-//! Results of chunks, added up so that the outcome does not depend on who worked on which chunk, or when.
+//! Sums over chunks whose result does not depend on which thread computed a chunk, or when.
 //!
-//! A sum of floating-point numbers depends on its order. Here the order is fixed by the chunks' numbers alone: two neighbours
-//! that fill an aligned pair (2k, 2k + 1) are merged, left before right, then two such pairs, and so on, like carries
-//! of a binary counter, up to whole *blocks*. Shards of a run so add up to what one run gives, bit for bit.
+//! A sum of floating-point numbers depends on its order. Here the chunks' numbers alone fix the order: two neighbours that fill an aligned
+//! pair (2k, 2k + 1) are merged, left before right, then two such pairs, and so on, like carries of a binary counter, up to whole *blocks*.
+//! So the shards of a run add up to the result of one run, bit for bit.
 //!
-//! Blocks are where a run may stop: the chunks from 2^k to 2^(k + 1) are divided into eight blocks, and the first sixteen chunks are blocks
-//! of their own. So at most an eighth more is done than a stopping rule asks for, and of n chunks about 8·log₂ n sums are kept. The rule is
-//! applied at the ends of blocks only, in their order, whichever thread did them.
+//! A run may stop at the end of a block: the chunks from 2^k to 2^(k + 1) are divided into eight blocks, and the first sixteen chunks are
+//! blocks of their own. So a run does at most an eighth more than a stopping rule needs, and keeps about 8·log₂ n sums for n chunks. The
+//! rule applies at the ends of blocks only, in their order, on any number of threads.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -33,7 +33,7 @@ pub struct Accumulator {
     nodes: BTreeMap<u64, (u32, Evaluation)>,
 }
 
-/// One sum as it is written to a file.
+/// One sum in its file format.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Node {
     first_chunk: u64,
@@ -44,15 +44,15 @@ struct Node {
 /// Why a chunk cannot be added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AccumulatorError {
-    /// Some chunk is there already.
+    /// A chunk that is there already.
     #[error("chunks {first} to {last} are in the sum already, all or in part: give each shard once")]
     Doubled {
-        /// The first chunk to be added.
+        /// The first chunk of the addition.
         first: u64,
-        /// The last.
+        /// The last chunk of the addition.
         last: u64,
     },
-    /// A span that cannot be.
+    /// An invalid span.
     #[error(
         "a sum begins at chunk {first} and spans 2^{level} chunks: spans begin at multiples of their length and end with their block; \
          the file is damaged"
@@ -63,7 +63,7 @@ pub enum AccumulatorError {
         /// The logarithm of its length.
         level: u32,
     },
-    /// A span of more than its frames.
+    /// A span with more frames than it can have.
     #[error("a sum that begins at chunk {first} and spans 2^{level} chunks holds more than their {CHUNK} frames each; the file is damaged")]
     Overfull {
         /// Its first chunk.
@@ -75,7 +75,7 @@ pub enum AccumulatorError {
 
 /// The longest span is 2^40 chunks.
 const MOST_LEVELS: u32 = 40;
-/// The logarithm of the number of blocks that a doubling is divided into.
+/// The logarithm of the number of blocks per doubling.
 const BLOCKS_A_DOUBLING: u32 = 3;
 
 /// The logarithm of the length of the block that holds a chunk.
@@ -89,10 +89,10 @@ fn block_end(chunk: u64) -> u64 {
     ((chunk >> level) + 1) << level
 }
 
-/// How far a range of chunks is.
+/// The progress of a range of chunks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// All there is to do is done: up to this chunk, exclusively.
+    /// All work is done, up to this chunk, exclusive.
     Done(u64),
     /// This chunk is missing.
     Missing(u64),
@@ -102,15 +102,15 @@ impl Accumulator {
     /// Adds the result of one chunk.
     ///
     /// # Errors
-    /// When it is there already.
+    /// If it is there already.
     pub fn add(&mut self, chunk: u64, result: Evaluation) -> Result<(), AccumulatorError> {
         self.add_span(chunk, 0, result)
     }
 
-    /// Adds all that `other` holds.
+    /// Adds all of `other`.
     ///
     /// # Errors
-    /// When both hold the same chunk; nothing of the offending span is added.
+    /// If both hold the same chunk; nothing of the offending span is added.
     pub fn merge(&mut self, other: &Self) -> Result<(), AccumulatorError> {
         for (&first, &(level, sums)) in &other.nodes {
             self.add_span(first, level, sums)?;
@@ -132,10 +132,10 @@ impl Accumulator {
         total
     }
 
-    /// How far the chunks of `range` are where a run stops at the end of the block in which `errors` bit errors are reached.
+    /// The progress of the chunks of `range` if a run stops at the end of the block in which `errors` bit errors are reached.
     ///
-    /// Only what lies in the range counts: for a part of a run that does not begin at 0 this is when the part alone has
-    /// enough, and so the whole run certainly has.
+    /// Only chunks in the range count: a part of a run that does not start at 0 stops once the part alone has enough, and then the whole
+    /// run certainly has.
     pub fn standing(&self, range: Range<u64>, errors: Option<u64>) -> Standing {
         let (mut next, mut counted) = (range.start, 0);
         let enough = |counted: u64| errors.is_some_and(|errors| counted >= errors);
@@ -162,7 +162,7 @@ impl Accumulator {
         }
     }
 
-    /// Forgets all chunks from `end` on, which must be the end of a block or of all chunks.
+    /// Drops all chunks from `end` on, which must be the end of a block or of all chunks.
     pub fn truncate(&mut self, end: u64) {
         self.nodes.split_off(&end);
     }
@@ -172,12 +172,12 @@ impl Accumulator {
         self.nodes.is_empty()
     }
 
-    /// Bit errors in all.
+    /// The number of bit errors.
     pub fn errors(&self) -> u64 {
         self.nodes.values().map(|(_, sums)| sums.bit_errors()).sum()
     }
 
-    /// The sums, and the chunks that each is of.
+    /// The sums, and their chunks.
     pub(crate) fn spans(&self) -> impl Iterator<Item = (Range<u64>, &Evaluation)> {
         let nodes = self.nodes.iter();
         nodes.map(|(&first, (level, sums))| (first..first + (1 << level), sums))
@@ -222,7 +222,7 @@ impl Accumulator {
         Ok(())
     }
 
-    /// The end of the last span that begins at or before `chunk`.
+    /// The end of the last span that starts at or before `chunk`.
     fn before(&self, chunk: u64) -> Option<u64> {
         let (&first, &(level, _)) = self.nodes.range(..=chunk).next_back()?;
         Some(first + (1 << level))
@@ -256,7 +256,7 @@ mod tests {
     use super::*;
     use properties::prelude::*;
 
-    /// A result that sums differently in every order.
+    /// A result whose sum depends on the order.
     fn result(chunk: u64) -> Evaluation {
         let mut result = Evaluation::default();
         for k in 0..5 {
@@ -338,7 +338,7 @@ mod tests {
         assert_eq!(accumulator.standing(0..120, Some(101)), Standing::Missing(100));
         // The last block is cut where the run ends.
         assert_eq!(accumulator.standing(0..100, Some(97)), Standing::Done(100));
-        // A part that begins in a block knows its own errors only.
+        // A part that starts in a block counts its own errors only.
         let part = sum_with(33..90, |_| 1);
         assert_eq!(part.standing(33..90, Some(3)), Standing::Done(36));
         assert_eq!(part.standing(33..90, Some(4)), Standing::Done(40));

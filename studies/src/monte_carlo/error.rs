@@ -1,4 +1,4 @@
-//! Why an evaluation cannot be done.
+//! The errors of an evaluation.
 
 use rx_pipeline::cells::CellsError;
 use rx_pipeline::corners::CornersError;
@@ -15,7 +15,7 @@ pub enum EvaluateError {
     /// The scene cannot be seen.
     #[error(transparent)]
     View(#[from] ViewError),
-    /// The panel's corners make no panel.
+    /// The corners do not make a panel.
     #[error("the panel cannot be measured: {0}")]
     Corners(#[from] CornersError),
     /// The panel has no cells.
@@ -24,13 +24,13 @@ pub enum EvaluateError {
     /// The frame cannot be measured.
     #[error("the panel cannot be measured: {0}")]
     Features(#[from] FeaturesError),
-    /// The frame is none.
+    /// The frame is invalid.
     #[error("the panel cannot be measured: {0}")]
     Frame(#[from] FrameError),
     /// A chunk was counted twice.
     #[error(transparent)]
     Accumulator(#[from] AccumulatorError),
-    /// There is no noise.
+    /// The scene has no noise.
     #[error(
         "this scene simulates no noise, and rare errors are looked for in noise: count them (without rare events), or set effects.noise=on"
     )]
@@ -38,7 +38,7 @@ pub enum EvaluateError {
     /// The detector cannot be trained.
     #[error("the detector cannot be trained on this scene: {0}")]
     Training(#[from] FisherError),
-    /// A genie is no receiver.
+    /// A genie cannot be used as a receiver.
     #[error(
         "the genie is told the panel's place, light and noise, which no receiver is: use it with `evaluate`, or choose another detector"
     )]
@@ -49,8 +49,8 @@ pub enum EvaluateError {
 }
 
 impl EvaluateError {
-    /// Whether it is what the scene shows that cannot be read: too small, too large, beside the sensor, or all alike. Of other values of
-    /// its keys it may be.
+    /// Whether the scene's image is unreadable: too small, too large, beside the sensor, or uniform. Other values of the scene's keys may
+    /// be readable.
     pub fn is_of_what_is_seen(&self) -> bool {
         use ViewError::{Behind, Folded, OffSensor, TooSmall};
         match self {

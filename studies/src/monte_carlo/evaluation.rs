@@ -1,19 +1,19 @@
-//! What the frames of an evaluation add up to.
+//! The results of an evaluation's frames.
 
 use link::panel::LEDS;
 use serde::{Deserialize, Serialize};
 
 use crate::statistics::{Distinguishability, FrameErrors, Moments, RareErrors, SWARM, SymbolChanges};
 
-/// Frames worked on by one thread before their results are folded in.
+/// Frames that one thread processes before their results are merged.
 pub const CHUNK: u64 = 256;
 
-/// How many chunks a number of frames is worked on in: the unit of shards and of what an interrupted run keeps.
+/// The number of chunks for a number of frames: the unit of shards and of the saved work of an interrupted run.
 pub fn chunks(frames: u64) -> u64 {
     frames.div_ceil(CHUNK)
 }
 
-/// What came out so far.
+/// The results so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Evaluation {
@@ -23,7 +23,7 @@ pub struct Evaluation {
     pub off: Moments,
     /// Bit errors by frame.
     pub errors: FrameErrors,
-    /// Those of frames across a change of symbols.
+    /// Bit errors of frames across a change of symbols.
     #[serde(default, skip_serializing_if = "SymbolChanges::is_empty")]
     pub symbol_changes: SymbolChanges,
     /// Rare bit errors, reached by splitting: see [`crate::splitting`].
@@ -41,7 +41,7 @@ impl Evaluation {
         self.rare.merge(&other.rare);
     }
 
-    /// Whether it may be of at most `frames` frames, at most 2⁵⁰.
+    /// Whether it may have at most `frames` frames, at most 2⁵⁰.
     pub(crate) fn is_within(&self, frames: u64) -> bool {
         self.errors.frames() <= frames
             && self.symbol_changes.are_within(frames)
@@ -49,7 +49,7 @@ impl Evaluation {
             && self.rare.swarms() <= frames / SWARM as u64
     }
 
-    /// Whether it is of exactly `frames` frames: counted ones, or those that swarms began with.
+    /// Whether it has exactly `frames` frames: counted ones, or initial ones of swarms.
     pub(crate) fn is_of(&self, frames: u64, rare: bool) -> bool {
         let pairs = self.on.count() + self.off.count();
         if rare {
@@ -63,14 +63,14 @@ impl Evaluation {
         }
     }
 
-    /// Bit errors of the frames that are not exposed across a change of symbols; of all where that is not known of each.
+    /// Bit errors of the frames that show one symbol; of all frames if that is not known of each.
     pub fn of_one_symbol(&self) -> FrameErrors {
         self.symbol_changes
             .apart(&self.errors)
             .map_or(self.errors, |[of_one_symbol, _]| of_one_symbol)
     }
 
-    /// Bits that were read wrongly, or reached that by splitting.
+    /// Bits read wrongly, or brought there by splitting.
     pub fn bit_errors(&self) -> u64 {
         self.errors.errors() + self.rare.errors()
     }

@@ -31,14 +31,14 @@ use crate::stop::Stop;
 
 /// The reflectances of `--random-reflectance`: Table 1 of Do & Yoo 2020.
 pub const REFLECTANCES: [f64; 2] = [0.3, 0.5];
-/// Frames that a trained detector learns from.
+/// Training frames of a detector.
 const TRAINING_FRAMES: u64 = 500;
-/// Frames that maximum likelihood has seen before the first, as a receiver has that follows a panel.
+/// Frames before the first one that maximum likelihood learns from, as a receiver does that follows a panel.
 const EXPERIENCE_FRAMES: u64 = 256;
-/// What turns the seed of an evaluation into that of the frames learnt from.
+/// XOR mask from the seed of an evaluation to that of its training frames.
 const TRAINING_SEED: u64 = 0x6c65_6172_6e69_6e67;
 
-/// What to evaluate.
+/// The settings of an evaluation.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
     /// Frames.
@@ -49,16 +49,16 @@ pub struct Settings {
     pub random_reflectance: bool,
     /// The detector.
     pub detector: DetectorChoice,
-    /// How exactly frames are drawn.
+    /// The accuracy of frames.
     pub level: Level,
     /// The receiver's camera settings; none: those of the scene.
     pub camera: Option<Camera>,
-    /// What ends the work early.
+    /// The flag that ends the work early.
     pub stop: Stop,
 }
 
 impl Settings {
-    /// Frames of panels of random reflectance, drawn fast.
+    /// Settings for panels of random reflectance, at the fast level.
     pub const fn fast(frames: u64, seed: u64, detector: DetectorChoice) -> Self {
         Self {
             frames,
@@ -72,18 +72,18 @@ impl Settings {
     }
 }
 
-/// The scene as an evaluation sees it: with bounds that hold for all reflectances it will draw.
+/// The prepared scene of an evaluation, with bounds that hold for all its reflectances.
 ///
 /// # Errors
-/// When the scene cannot be seen.
+/// If the scene cannot be seen.
 pub fn view(scene: &Scene, random_reflectance: bool) -> Result<View, ViewError> {
     View::with_reflectances(scene, random_reflectance.then_some(REFLECTANCES))
 }
 
-/// How a receiver of the scene tells bits apart by the detector of that name: told the camera, or trained on frames of the scene.
+/// A receiver's method for the detector of that name: given the camera, or trained on frames of the scene.
 ///
 /// # Errors
-/// [`EvaluateError::NoReceiver`] of a genie, and why a detector cannot be trained.
+/// [`EvaluateError::NoReceiver`] for a genie, and the reason if a detector cannot be trained.
 pub fn receiving_method(scene: &Scene, detector: DetectorChoice, seed: u64, level: Level) -> Result<Method, EvaluateError> {
     match detector.untrained() {
         Some(method) => Ok(method),
@@ -108,27 +108,27 @@ pub struct Evaluator {
     corners: Corners,
 }
 
-/// How bits are decided.
+/// The decision on bits.
 enum DecisionRule {
     Receiver(Method),
     Genie(LikelihoodTable),
 }
 
-/// What a thread needs to work on frames; made once, reused for each.
+/// The memory of a thread; made once, reused for each frame.
 pub struct Workspace {
     pub(crate) canvas: Canvas<f32>,
     pub(crate) grey: Vec<u8>,
     map: Box<CellMap<PANEL_PIXELS>>,
     likelihood: Box<MaximumLikelihood<PANEL_PIXELS>>,
     pub(crate) shown: Vec<PanelExposure>,
-    /// When the frame is exposed.
+    /// The time of the exposure.
     pub(crate) moment: Moment,
-    /// The first panel's ratio of LED to ambient light in the next frames, at most the scene's; none: the scene's.
+    /// The first panel's ratio of LED to ambient light in the next frames, at most the scene's; `None`: the scene's.
     pub(crate) l2a: Option<f64>,
 }
 
 impl Workspace {
-    /// The grey levels of the frame read last.
+    /// The grey levels of the last frame.
     pub fn grey(&self) -> &[u8] {
         &self.grey
     }
@@ -138,12 +138,12 @@ impl Evaluator {
     /// Prepares an evaluation of `scene`'s first panel.
     ///
     /// # Errors
-    /// When the scene cannot be seen or the panel not be measured.
+    /// If the scene cannot be seen or the panel cannot be measured.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
         Self::begun(scene, settings, None, None)
     }
 
-    /// The same for a receiver that has followed a panel much like this one, and has learnt from it.
+    /// The same for a receiver with the estimates from a similar panel.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -151,7 +151,7 @@ impl Evaluator {
         Self::begun(scene, settings, experience, None)
     }
 
-    /// The same with the rule of decision and the experience of another evaluator of those settings, of a panel much like this one.
+    /// The same with the decision and the estimates of another evaluator with those settings, for a similar panel.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -171,7 +171,7 @@ impl Evaluator {
             region,
             corners,
         };
-        // Faults of the geometry show in the first frame.
+        // Geometric errors show in the first frame.
         evaluator.observe(0, &mut evaluator.workspace())?;
         let choice = settings.detector;
         evaluator.rule = match (method.or(choice.untrained()), choice.learns()) {
@@ -194,17 +194,17 @@ impl Evaluator {
         &self.renderer
     }
 
-    /// What it evaluates by.
+    /// The settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// The part of the sensor that it draws.
+    /// The drawn part of the sensor.
     pub fn region(&self) -> Region {
         self.region
     }
 
-    /// The method of reading, trained if it needs that; none where a genie reads.
+    /// The receiver's method, trained if need be; `None` for a genie.
     pub fn method(&self) -> Option<Method> {
         match self.rule {
             DecisionRule::Receiver(method) => Some(method),
@@ -212,7 +212,7 @@ impl Evaluator {
         }
     }
 
-    /// What maximum likelihood begins every frame with.
+    /// The initial estimates of maximum likelihood in every frame.
     pub(crate) fn experience(&self) -> Experience {
         self.prior
     }
@@ -223,7 +223,7 @@ impl Evaluator {
         self.settings.camera.unwrap_or_else(|| camera_of(scene))
     }
 
-    /// Room to work on frames in.
+    /// Memory for a thread.
     pub fn workspace(&self) -> Workspace {
         Workspace {
             canvas: Canvas::new(self.region),
@@ -241,7 +241,7 @@ impl Evaluator {
     /// Evaluates all frames; `progress` gets the number of finished frames and may end the run by returning false.
     ///
     /// # Errors
-    /// When a frame cannot be measured.
+    /// If a frame cannot be measured.
     pub fn run(&self, mut progress: impl FnMut(u64) -> bool) -> Result<Evaluation, EvaluateError> {
         let mut sums = Accumulator::default();
         let (chunks, batch) = (chunks(self.settings.frames), 16 * crate::parallel::threads() as u64);
@@ -260,10 +260,10 @@ impl Evaluator {
         Ok(sums.total())
     }
 
-    /// Evaluates chunk `chunk` (see [`chunks`]): [`CHUNK`] frames, fewer where the evaluation ends.
+    /// Evaluates chunk `chunk` (see [`chunks`]): [`CHUNK`] frames, or fewer at the end.
     ///
     /// # Errors
-    /// When a frame cannot be measured.
+    /// If a frame cannot be measured.
     pub fn chunk(&self, chunk: u64, workspace: &mut Workspace) -> Result<Evaluation, EvaluateError> {
         let end = self.settings.frames.min((chunk + 1) * CHUNK);
         self.evaluate(chunk * CHUNK..end, workspace)
@@ -272,7 +272,7 @@ impl Evaluator {
     /// Evaluates a range of frames.
     ///
     /// # Errors
-    /// When a frame cannot be measured.
+    /// If a frame cannot be measured.
     pub fn evaluate(&self, frames: std::ops::Range<u64>, workspace: &mut Workspace) -> Result<Evaluation, EvaluateError> {
         let mut part = Evaluation::default();
         for frame in frames {
@@ -288,7 +288,7 @@ impl Evaluator {
         Ok(part)
     }
 
-    /// What a receiver would have learnt of blur and noise from the frames before: from frames that are not those evaluated.
+    /// The estimates of blur and noise that a receiver would have, from other frames than those evaluated.
     fn gather_experience(&self) -> Result<Experience, EvaluateError> {
         let mut workspace = self.workspace();
         let mut likelihood = MaximumLikelihood::<PANEL_PIXELS>::new(self.camera());
@@ -302,17 +302,16 @@ impl Evaluator {
         Ok(likelihood.experience())
     }
 
-    /// The bits as they are read; all Off where nothing can be, so that all On bits count as wrong.
+    /// The bits as read; all Off if reading fails, so that all On bits count as wrong.
     fn detect(&self, observed: &Observation, workspace: &mut Workspace) -> Result<PanelFrame, EvaluateError> {
         let (bits, _) = self.detect_softly(observed, workspace)?;
         Ok(bits)
     }
 
-    /// The bits of a frame that has just been observed, all Off where nothing can be read, and how sure they are, if the detector's
-    /// decision depends on that.
+    /// The bits of the last observed frame, all Off if reading fails, and their soft values, if the detector computes them.
     ///
     /// # Errors
-    /// When it cannot be measured.
+    /// If the frame cannot be measured.
     pub fn detect_softly(
         &self,
         observed: &Observation,
@@ -350,16 +349,16 @@ impl Evaluator {
     /// Renders and measures frame `frame`.
     ///
     /// # Errors
-    /// When it cannot be measured.
+    /// If it cannot be measured.
     pub fn observe(&self, frame: u64, workspace: &mut Workspace) -> Result<Observation, EvaluateError> {
         self.observe_of(self.settings.seed, frame, workspace)
     }
 
-    /// Renders frame `frame`, which [`Evaluator::observe`] would measure; gives what the panel showed, and its corner LEDs in the
-    /// region that is drawn.
+    /// Renders frame `frame`, which [`Evaluator::observe`] would measure; returns the panel's bits, and its corner LEDs in the drawn
+    /// region.
     ///
     /// # Errors
-    /// When the panel, where it was moved to, is none.
+    /// If the shifted corners do not make a panel.
     pub fn render(&self, frame: u64, workspace: &mut Workspace) -> Result<(PanelFrame, Corners), EvaluateError> {
         let seed = self.settings.seed;
         self.expose(seed, frame, workspace);
@@ -387,16 +386,16 @@ impl Evaluator {
         self.renderer.draw(&workspace.moment, &workspace.shown, &mut workspace.canvas);
     }
 
-    /// Reads out and measures what was drawn.
+    /// Reads out and measures the drawn frame.
     pub(crate) fn observe_exposed(&self, seed: u64, frame: u64, workspace: &mut Workspace) -> Result<Observation, EvaluateError> {
         let Workspace { canvas, grey, .. } = workspace;
         self.renderer.read_out(seed, frame, canvas, grey);
         self.measure(workspace)
     }
 
-    /// Measures what was read out.
+    /// Measures the frame that was read out.
     pub(crate) fn measure(&self, workspace: &mut Workspace) -> Result<Observation, EvaluateError> {
-        // Whatever is done with frames comes by here.
+        // All work on frames passes here.
         if self.settings.stop.is_asked() {
             return Err(EvaluateError::Stopped);
         }
@@ -416,7 +415,7 @@ impl Evaluator {
         })
     }
 
-    /// Where the corner LEDs are in the region that is drawn.
+    /// The corner LEDs in the drawn region.
     fn corners(&self, moment: &Moment, shown: &PanelExposure) -> Result<Corners, EvaluateError> {
         let [x, y] = shown.shift_px.map(|shift| shift as f32);
         let corners = match self.renderer.shakes() {
@@ -426,7 +425,7 @@ impl Evaluator {
         Ok(corners.shifted(x, y)?)
     }
 
-    /// The grey level at the pixel nearest to the centre of each LED, in the frame that `workspace` has read last.
+    /// The grey level at the pixel nearest to the centre of each LED, in the last frame of `workspace`.
     pub fn led_greys(&self, workspace: &Workspace) -> [u8; LEDS] {
         let ellipses = &self.renderer.view().panels[0].ellipses;
         let [x_px, y_px] = self.renderer.shaken_px(&workspace.moment);
@@ -441,8 +440,7 @@ impl Evaluator {
         })
     }
 
-    /// The random part of a frame: all panels' symbols, and the first one's phase and reflectance. Its ratio may be another than the
-    /// scene's.
+    /// The random part of a frame: all panels' symbols, and the first one's phase and reflectance. `l2a` may replace the scene's ratio.
     pub(crate) fn draw_frame(&self, seed: u64, frame: u64, l2a: Option<f64>, shown: &mut [PanelExposure]) {
         let mut random = stream(seed, frame, Purpose::Phase);
         let view = self.renderer.view();
@@ -464,7 +462,7 @@ impl Evaluator {
         }
     }
 
-    /// Fisher's discriminant from frames that are not those evaluated.
+    /// Fisher's discriminant from other frames than those evaluated.
     fn train(&self, features: FisherFeatures) -> Result<Fisher, EvaluateError> {
         let mut training = FisherTraining::new(features, FisherScaling::ByPanel);
         let mut workspace = self.workspace();
@@ -477,7 +475,7 @@ impl Evaluator {
     }
 }
 
-/// The moments of (AGR, GRI) of the cells that are On in `members`.
+/// The moments of (AGR, GRI) over the cells in `members`.
 fn class(features: &Features, members: PanelFrame) -> Moments {
     let mut pairs = [[0.0; 2]; LEDS];
     let mut count = 0;

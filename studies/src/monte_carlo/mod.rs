@@ -1,8 +1,8 @@
 //! Monte Carlo at one setting: the distinguishability of On and Off, and the bit error rate.
 //!
-//! Every frame has random bits, a random sub-pixel phase and, if asked for, a random reflectance, all drawn from the frame's
-//! own stream. Frames are worked on in fixed chunks whose results are added up in a fixed order, so that the outcome does not depend
-//! on threads, shards or interruptions.
+//! Every frame has random bits, a random sub-pixel phase and, optionally, a random reflectance, all drawn from the frame's own stream.
+//! Frames are processed in fixed chunks whose results are added in a fixed order, so that the result does not depend on threads, shards or
+//! interruptions.
 //!
 //! ```
 //! use sim::scene::Scene;

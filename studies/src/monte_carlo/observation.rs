@@ -12,13 +12,13 @@ use super::error::EvaluateError;
 /// The most pixels of a panel's bounding box.
 pub(crate) const PANEL_PIXELS: usize = 128 * 128;
 
-/// One frame as it was measured, and the truth about it.
+/// The measurement of one frame, and the truth.
 pub struct Observation {
-    /// What the panel showed in the middle of the exposure.
+    /// The panel's bits in the middle of the exposure.
     pub bits: PanelFrame,
     /// The features of its cells.
     pub features: Features,
-    /// Its corner LEDs in the region that was drawn.
+    /// Its corner LEDs in the drawn region.
     pub corners: Corners,
 }
 

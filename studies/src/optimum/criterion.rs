@@ -1,4 +1,4 @@
-//! What the best ratio is best for.
+//! The criterion of the best ratio.
 
 use std::str::FromStr;
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::monte_carlo::Evaluation;
 
-/// What is maximised.
+/// The quantity to maximise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Criterion {
@@ -17,8 +17,8 @@ pub enum Criterion {
     /// Fisher's criterion with the full covariance, which does not depend on the features' scales:
     /// (μ_on − μ_off)ᵀ·(Σ_on + Σ_off)⁻¹·(μ_on − μ_off).
     Fisher,
-    /// The bit error rate of a detector, least instead of greatest, in frames of one symbol, because errors across a change of symbols do
-    /// not depend on brightness.
+    /// The bit error rate of a detector, to minimise, in frames of one symbol, because errors across a change of symbols do not depend on
+    /// brightness.
     Ber,
 }
 
@@ -26,11 +26,9 @@ pub enum Criterion {
 const CRITERIA: [(&str, Criterion); 3] = [("b2w", Criterion::B2w), ("fisher", Criterion::Fisher), ("ber", Criterion::Ber)];
 
 impl Criterion {
-    /// What is searched for its maximum: the logarithm of the ratio, or the log-odds of a right bit. None where the ratio is
-    /// undefined or 0.
+    /// The objective to maximise: the logarithm of the ratio, or the log-odds of a right bit. `None` if the ratio is undefined or 0.
     ///
-    /// Half an error and half a right bit are added to those counted, so that no errors at all are finite log-odds too
-    /// (Haldane 1955).
+    /// Half an error and half a right bit are added to the counts, so that the log-odds are finite without errors (Haldane 1955).
     pub fn objective(self, evaluation: &Evaluation) -> Option<f64> {
         let logarithm = |ratio: Option<f64>| ratio.filter(|&ratio| ratio > 0.0).map(f64::ln);
         match self {
@@ -45,9 +43,9 @@ impl Criterion {
         }
     }
 
-    /// The weight of an objective in a fit: the inverse of its variance, apart from a common factor.
+    /// The weight of an objective in a fit: the inverse of its variance, up to a common factor.
     ///
-    /// Variances of ratios hardly change from one ratio to the next. That of log-odds is about 1/(errors + ½).
+    /// Variances of ratios hardly depend on the ratio. That of log-odds is about 1/(errors + ½).
     pub fn weight(self, evaluation: &Evaluation) -> f64 {
         match self {
             Self::B2w | Self::Fisher => 1.0,

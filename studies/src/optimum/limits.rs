@@ -1,11 +1,11 @@
-//! What any search for a ratio can be told.
+//! The limits of any search for a ratio.
 
 use super::{FRAMES_MIN, RANGE_MAX};
 
-/// A search that makes no sense.
+/// An invalid search.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SearchError {
-    /// The range is none.
+    /// The range is invalid.
     #[error("the range of L2A is {low} to {high}: it must ascend and lie within {} to {}", RANGE_MAX[0], RANGE_MAX[1])]
     Range {
         /// Its lower end.
@@ -16,10 +16,10 @@ pub enum SearchError {
     /// Too few frames.
     #[error("{frames} frames are too few for an uncertainty: give at least {FRAMES_MIN}")]
     Frames {
-        /// How many were asked for.
+        /// The requested number.
         frames: u64,
     },
-    /// The tolerance is none.
+    /// The tolerance is invalid.
     #[error("the tolerance is {tolerance}: it must be 0 (use all frames) or above")]
     Tolerance {
         /// The tolerance.
@@ -27,10 +27,10 @@ pub enum SearchError {
     },
 }
 
-/// Checks that a search is possible over these ratios, with `frames` at each, to this tolerance.
+/// Checks a search over these ratios, with `frames` at each, to this tolerance.
 ///
 /// # Errors
-/// Names the first that it cannot.
+/// The first invalid setting.
 pub(crate) fn check_limits([low, high]: [f64; 2], frames: u64, tolerance: f64) -> Result<(), SearchError> {
     let within = |ratio| (RANGE_MAX[0]..=RANGE_MAX[1]).contains(&ratio);
     if !within(low) || !within(high) || low >= high {

@@ -1,16 +1,16 @@
-//! The best LED-to-ambient ratio of a scene: that which maximises a [`Criterion`].
+//! The best LED-to-ambient ratio of a scene: the one that maximises a [`Criterion`].
 //!
-//! All ratios are tried with the same frames (common random numbers: same bits, phases and reflectances), so that the difference
-//! between two of them is known much better than either. A grid over the whole range finds the neighbourhood. For the criteria that
-//! are ratios of variances, a finer grid there and a parabola through it give the optimum. For the bit error rate, which is flat
-//! and coarse-grained, a parabola is fitted to the log-odds of the wide grid near the least.
+//! All ratios use the same frames (common random numbers: same bits, phases and reflectances), so that the difference between two of them
+//! is known much better than either. A grid over the whole range finds the neighbourhood. For the criteria that are ratios of variances, a
+//! finer grid there and a parabola through it give the optimum. For the bit error rate, which is flat and coarse-grained, a parabola is
+//! fitted to the log-odds of the wide grid near the minimum.
 //!
-//! Frames are worked on in rounds of doubling size, 64 batches each. The uncertainty is that of the same fit to
-//! bootstrap resamples of the batches; the search ends when it is below the tolerance asked for, or with the frames.
+//! Frames come in rounds of doubling size, 64 batches each. The uncertainty is that of the same fit to bootstrap resamples of the batches;
+//! the search ends if it is below the tolerance, or after the last frame.
 //!
-//! What the interval does not hold: how far a parabola's top is from that of a curve that is none. On the finer grid, ±0.1 wide at first,
-//! that is about 0.005 at interval 1 and 50 m, by the curve's third derivative; on the wide grid, for the bit error rate, up to about 0.05.
-//! A range much narrower than 0.2 to 4 makes the grids finer, and roughness of the curve, by rounded greys, then widens the interval.
+//! The interval does not cover the deviation of the curve's top from a parabola's. On the finer grid, ±0.1 wide at first, that is about
+//! 0.005 at interval 1 and 50 m, by the curve's third derivative; on the wide grid, for the bit error rate, up to about 0.05. A range much
+//! narrower than 0.2 to 4 makes the grids finer, and the curve's roughness, due to rounded greys, then widens the interval.
 
 mod criterion;
 mod limits;
@@ -35,25 +35,25 @@ use crate::monte_carlo::{EvaluateError, Evaluation, Settings};
 use crate::stop::Stop;
 use sim::accuracy::Level;
 
-/// The range of ratios that Do & Yoo 2020 search (section 3.4.2).
+/// The range of ratios of Do & Yoo 2020 (section 3.4.2).
 pub const RANGE: [f64; 2] = [0.2, 4.0];
-/// The ratios that a search can be told to look among.
+/// The widest range of a search.
 pub const RANGE_MAX: [f64; 2] = [0.01, 10.0];
 /// The fewest frames of a search.
 pub const FRAMES_MIN: u64 = 64;
 /// Points of the grid over the whole range.
 pub const GRID: usize = 20;
 
-/// What to search for, and how long.
+/// The settings of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
-    /// What is maximised.
+    /// The criterion.
     pub criterion: Criterion,
-    /// The ratios looked among, within [`RANGE_MAX`].
+    /// The range of ratios, within [`RANGE_MAX`].
     pub range: [f64; 2],
     /// The most frames at one ratio, at least [`FRAMES_MIN`].
     pub frames: u64,
-    /// The search ends when the 95 % interval is no wider than ± this; 0: it uses all frames.
+    /// The search ends if the 95 % interval is no wider than ± this; 0: it uses all frames.
     pub tolerance: f64,
     /// The seed of all random numbers.
     pub seed: u64,
@@ -61,9 +61,9 @@ pub struct Search {
     pub random_reflectance: bool,
     /// The detector whose bit errors are counted.
     pub detector: DetectorChoice,
-    /// How exactly frames are drawn.
+    /// The accuracy of frames.
     pub level: Level,
-    /// What ends the search early, in the middle of a round too.
+    /// The flag that ends the search early, also in the middle of a round.
     pub stop: Stop,
 }
 
@@ -85,7 +85,7 @@ impl Default for Search {
 }
 
 impl Search {
-    /// The evaluation of one ratio.
+    /// The settings for one ratio.
     pub(crate) fn settings(&self) -> Settings {
         Settings {
             frames: self.frames,
@@ -102,7 +102,7 @@ impl Search {
 /// Why there is no optimum.
 #[derive(Debug, thiserror::Error)]
 pub enum OptimumError {
-    /// It makes no sense.
+    /// The search is invalid.
     #[error(transparent)]
     Search(#[from] SearchError),
     /// A ratio cannot be evaluated.
@@ -110,10 +110,10 @@ pub enum OptimumError {
     Evaluate {
         /// The ratio.
         l2a: f64,
-        /// Why not.
+        /// The cause.
         source: Box<EvaluateError>,
     },
-    /// On and Off LEDs do not vary, or are not there.
+    /// On and Off LEDs do not vary, or are missing.
     #[error(
         "{} is not defined somewhere in {low} to {high}: On or Off LEDs are missing or do not vary; give more frames or a narrower range",
         criterion.name()
@@ -126,12 +126,12 @@ pub enum OptimumError {
         /// The upper end of the range.
         high: f64,
     },
-    /// [`Search::stop`] has ended the search.
+    /// [`Search::stop`] ended the search.
     #[error("interrupted before the optimum was known")]
     Interrupted,
 }
 
-/// The best ratio and what it was found from.
+/// The best ratio and its evidence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Optimum {
     /// The best ratio.
@@ -144,19 +144,19 @@ pub struct Optimum {
     pub value: f64,
     /// The ratios of the wide grid that are not significantly worse (paired, one-sided, 5 %).
     pub not_worse: [f64; 2],
-    /// What came out at the ratio next to the best that most frames were spent on.
+    /// The result at the ratio next to the best one, among those with the most frames.
     pub evaluation: Evaluation,
-    /// All ratios tried, ascending, with what came out; not of equally many frames.
+    /// All tried ratios, ascending, with their results, from different numbers of frames.
     pub curve: Vec<(f64, Evaluation)>,
     /// Frames at [`Optimum::evaluation`].
     pub frames: u64,
-    /// The wide grid, all its points of the same frames: for comparisons, and for pooling with other scenes.
+    /// The wide grid, with the same frames at all its points: for comparisons, and for pooling with other scenes.
     pub grid: Samples,
 }
 
 impl Optimum {
-    /// How much less the criterion is at a ratio than at the best one, as a factor (of the odds of a bit error: how much more), by
-    /// straight lines between the wide grid's points. None where the criterion is undefined at one of these.
+    /// The criterion at the best ratio relative to that at another, as a factor (for the bit error rate: its odds, inverted), by straight
+    /// lines between the wide grid's points. `None` if the criterion is undefined at one of these.
     pub fn loss_at(&self, criterion: Criterion, l2a: f64) -> Option<f64> {
         let best = self.objective_at(criterion, self.l2a)?;
         Some((best - self.objective_at(criterion, l2a)?).exp())
@@ -177,7 +177,7 @@ impl Optimum {
 
 /// The ratio of the least mean bit error rate over several scenes, each with its own optimum: their wide grids pooled.
 ///
-/// None where they have fewer than three ratios in common.
+/// `None` if they have fewer than three ratios in common.
 pub(crate) fn least_mean_ber(optima: &[&Optimum], search: &Search) -> Option<Peak> {
     let grids: Vec<&Samples> = optima.iter().map(|optimum| &optimum.grid).collect();
     let pooled = Samples::pooled(&grids);

@@ -1,17 +1,17 @@
-//! The top of a curve that is known at a few places, not exactly.
+//! The top of a curve from a few uncertain points.
 
 /// A parabola fitted to points by weighted least squares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parabola {
-    /// The first and the last place fitted.
+    /// The first and the last fitted position.
     ends: [f64; 2],
     centre: f64,
-    /// Of 1, (x − centre) and (x − centre)².
+    /// The factors of 1, (x − centre) and (x − centre)².
     coefficients: [f64; 3],
 }
 
 impl Parabola {
-    /// The fit to points (x, y, weight); none of fewer than three different x.
+    /// The fit to points (x, y, weight); `None` for fewer than three different x.
     pub fn fit(points: impl Iterator<Item = (f64, f64, f64)> + Clone) -> Option<Self> {
         let (sum, weight) = points.clone().fold((0.0, 0.0), |(sum, total), (x, _, w)| (sum + w * x, total + w));
         let centre = sum / weight;
@@ -46,8 +46,7 @@ impl Parabola {
         a + x * (b + x * c)
     }
 
-    /// Where it is highest within a range; where it has no top at all, at the higher one of its points' ends, and where it is flat,
-    /// in their middle.
+    /// Its highest position within a range. Without a top it is the higher end of the points, and for a flat one their middle.
     pub fn top(&self, [low, high]: [f64; 2]) -> f64 {
         let [_, slope, curvature] = self.coefficients;
         let width = high - low;
@@ -62,13 +61,13 @@ impl Parabola {
     }
 }
 
-/// What rises by no more than this over the range is flat.
+/// A smaller rise over the range counts as flat.
 const FLAT: f64 = 1e-9;
 
-/// A determinant this small against its diagonal is that of places that are not three.
+/// The determinant, relative to the diagonal, below which the positions are not three different ones.
 const SINGULAR: f64 = 1e-9;
 
-/// The solution of three linear equations by Cramer's rule; none where they have no single one.
+/// The solution of three linear equations by Cramer's rule; `None` if it is not unique.
 fn solved(matrix: [[f64; 3]; 3], right: [f64; 3]) -> Option<[f64; 3]> {
     let determinant = |m: &[[f64; 3]; 3]| {
         m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])

@@ -1,4 +1,4 @@
-//! Where a sampled curve is highest, and how sure that is.
+//! The maximum of a sampled curve, and its uncertainty.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,8 +11,8 @@ use super::samples::Samples;
 pub struct Peak {
     /// The best ratio: the top of a parabola fitted to the objective near its highest point.
     pub l2a: f64,
-    /// Its 95 % interval: percentiles of the tops of the same fit to bootstrap resamples of the batches. Where no bit error was seen at
-    /// the best of the sampled ratios, resampling shows nothing: then it takes in `not_worse`.
+    /// Its 95 % interval: percentiles of the tops of the same fit to bootstrap resamples of the batches. If no bit error was seen at the
+    /// best of the sampled ratios, resampling has no effect: then it includes `not_worse`.
     pub l2a_95: [f64; 2],
     /// Whether the best ratio is the end of the range: the true one may lie beyond.
     pub at_border: bool,
@@ -22,20 +22,20 @@ pub struct Peak {
     pub not_worse: [f64; 2],
 }
 
-/// The points to be fitted.
+/// The points to fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Window {
-    /// All of them.
+    /// All points.
     All,
-    /// Those near the highest: two on either side, and for error rates all about it with less than 1.5 times its odds, so that
-    /// the valley's different walls do not lean on the fit. Where there are too few errors to see its floor, all with less than four
-    /// times its odds, and one more on either side: only the walls show where its middle is.
+    /// Points near the highest: two on either side, and for error rates all about it with less than 1.5 times its odds, so that the
+    /// valley's unequal walls do not bias the fit. With too few errors for a visible floor, all with less than four times its odds, and one
+    /// more on either side, because only the walls then show its middle.
     NearHighest,
 }
 
-/// How much worse an objective may be to count as near: ln 1.5 of the odds.
+/// The greatest loss of an objective that counts as near: ln 1.5 of the odds.
 const NEAR: f64 = 0.405;
-/// The same where errors are few: ln 4.
+/// The same with few errors: ln 4.
 const NEAR_OF_FEW: f64 = 1.386;
 /// The points on either side of the highest that are always fitted.
 const BESIDE: usize = 2;
@@ -45,7 +45,7 @@ const FEW_ERRORS: f64 = 10.0;
 const HEAVIEST: f64 = 4.0;
 
 impl Peak {
-    /// The highest place of `samples`, within `range`; none where the criterion is not defined at some point, or of fewer than three.
+    /// The peak of `samples` within `range`; `None` if the criterion is undefined at some point, or with fewer than three points.
     pub fn of(samples: &Samples, criterion: Criterion, window: Window, range: [f64; 2], seed: u64) -> Option<Self> {
         let objectives = samples.objectives(criterion)?;
         let highest = index_of_highest(&objectives)?;
@@ -88,7 +88,7 @@ impl Peak {
     }
 }
 
-/// The place of the highest value; of several in a row, that in the middle.
+/// The index of the highest value; of several in a row, the middle one.
 pub fn index_of_highest(values: &[f64]) -> Option<usize> {
     let first = (0..values.len()).rev().max_by(|&a, &b| values[a].total_cmp(&values[b]))?;
     let row = values[first..].iter().take_while(|&&value| value == values[first]);
@@ -102,7 +102,7 @@ fn weights(samples: &Samples, criterion: Criterion, highest: usize) -> Vec<f64> 
     (0..samples.points().len()).map(|place| weight(place).min(most)).collect()
 }
 
-/// The places on both sides of one of them, up to a distance; near an end more on the other side, so that at least five are fitted.
+/// The indices on both sides of one of them, up to a distance; near an end more on the other side, for at least five points.
 fn about(place: usize, [before, after]: [usize; 2], count: usize) -> std::ops::Range<usize> {
     let fewest = 2 * BESIDE + 1;
     let end = (place + after + 1).max(fewest).min(count);
@@ -110,7 +110,7 @@ fn about(place: usize, [before, after]: [usize; 2], count: usize) -> std::ops::R
     start.min(end.saturating_sub(fewest))..end
 }
 
-/// The places whose odds of an error are near the least, with the walls if there are few errors.
+/// The indices with odds of an error near the least, and the walls if there are few errors.
 fn valley(objectives: &[f64], highest: usize, few: bool) -> std::ops::Range<usize> {
     let near = if few { NEAR_OF_FEW } else { NEAR };
     let is_near = |&&objective: &&f64| objective >= objectives[highest] - near;
@@ -120,7 +120,7 @@ fn valley(objectives: &[f64], highest: usize, few: bool) -> std::ops::Range<usiz
     about(highest, reach, objectives.len())
 }
 
-/// The values that a share of them is below, and above; they are sorted.
+/// The percentiles of `share` from below and from above; sorts the values.
 pub(crate) fn percentiles(values: &mut [f64], share: f64) -> Option<[f64; 2]> {
     values.sort_by(f64::total_cmp);
     let outside = (values.len() as f64 * share) as usize;
@@ -128,7 +128,7 @@ pub(crate) fn percentiles(values: &mut [f64], share: f64) -> Option<[f64; 2]> {
     Some([values[outside], values[inside]])
 }
 
-/// The ends of the row of points about the highest that are as high in at least 5 % of the resamples.
+/// The ends of the points about the highest that are as high in at least 5 % of the resamples.
 fn not_worse(resampled: &[Vec<f64>], l2a: &[f64], highest: usize) -> [f64; 2] {
     let as_good = |point: usize| {
         let times = resampled.iter().filter(|row| row[point] >= row[highest]).count();
@@ -154,8 +154,8 @@ mod tests {
     const BEST: f64 = 2.0;
     const BATCHES: usize = 64;
 
-    /// Frames at five ratios about [`BEST`] whose classes are farthest apart there, on the whole; each frame has an offset and a slope
-    /// of its own, the same at all ratios, so that it would be best elsewhere.
+    /// Frames at five ratios about [`BEST`], at which the classes are farthest apart on average; each frame has its own offset and slope,
+    /// the same at all ratios, so that its own best ratio differs.
     fn hilly(seed: u64, frames_per_batch: usize) -> Samples {
         let ratios = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|step| BEST + 0.1 * step);
         let mut points = ratios.map(|l2a| Sample::of(l2a, vec![Evaluation::default(); BATCHES]));
@@ -194,7 +194,7 @@ mod tests {
             let [low, high] = peak(&hilly(seed, 4), seed).l2a_95;
             (low..=high).contains(&BEST)
         });
-        // Of 200 cases 190 ± 3.1.
+        // 190 ± 3.1 of 200 cases.
         let held = held.count();
         assert!((183..=197).contains(&held), "seeds 0 to 199: {held}");
     }
@@ -206,7 +206,7 @@ mod tests {
         assert!((1.8..2.2).contains(&ratio), "seeds 0 to 19: {ratio}");
     }
 
-    /// Frames with these bit errors in all at ratios 1, 1.2, ….
+    /// Frames with these total bit errors at ratios 1, 1.2, ….
     fn errors(counts: &[u32]) -> Samples {
         let points = counts.iter().zip(0..).map(|(&count, place)| {
             let mut batches = vec![Evaluation::default(); BATCHES];

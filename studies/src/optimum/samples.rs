@@ -1,4 +1,4 @@
-//! The same random frames at several ratios, kept in batches so that what chance did can be told.
+//! The same random frames at several ratios, in batches, so that the effect of chance can be estimated.
 
 use crate::parallel::prelude::*;
 use rand::RngExt;
@@ -11,11 +11,11 @@ use sim::scene::{L2a, Scene};
 use super::criterion::Criterion;
 
 const BATCHES: u64 = 64;
-/// A round is done, and can be saved, in pieces of about this many frames: some seconds of the slowest detector.
+/// Approximate frames of a piece, the unit of saving: some seconds of the slowest detector.
 pub(crate) const PIECE: u64 = 8192;
-/// The most frames that a thread does at once: a quarter of a minute of that detector. Longer batches are done, and can be kept, in parts.
+/// Greatest number of frames per thread: a quarter of a minute of that detector. Longer batches are done, and saved, in parts.
 const PART: u64 = 2 * PIECE;
-/// Frames of the first round; each further one doubles their number.
+/// Frames of the first round; each further round doubles the total.
 pub const FIRST_ROUND: u64 = 2048;
 /// Resamples of the bootstrap.
 pub(crate) const RESAMPLES: u64 = 1000;
@@ -27,7 +27,7 @@ pub fn rounds(frames: u64) -> Vec<u64> {
     std::iter::once(0).chain(inner).chain([frames]).collect()
 }
 
-/// One ratio and what came out at it, round by round, each in batches.
+/// One ratio and its results, round by round, each in batches.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// The LED-to-ambient ratio.
@@ -78,8 +78,8 @@ impl Sample {
         }
     }
 
-    /// Adds rounds of so many frames in all until as many are there as asked for, with pieces of rounds that an earlier run has finished,
-    /// in its order; `tell` is shown each piece. What evaluates the ratio is made when it is needed.
+    /// Adds rounds, with a total of `frames` frames, up to `rounds_wanted`. Reuses pieces that an earlier run has finished, in its order;
+    /// calls `tell` with each piece. The evaluator is made when it is needed.
     ///
     /// # Errors
     /// If it cannot be made, or is stopped.
@@ -121,10 +121,10 @@ impl Sample {
     }
 }
 
-/// A piece of a round that is finished: all of a small one.
+/// A finished piece of a round: all of a small one.
 #[derive(Clone, Copy, Debug)]
 pub struct Piece<'a> {
-    /// What came out, batch by batch; of long ones part by part.
+    /// The results, batch by batch; of long batches part by part.
     pub batches: &'a Vec<Evaluation>,
     /// Whether an earlier run has finished it.
     pub is_known: bool,
@@ -153,16 +153,16 @@ impl Samples {
         &self.0
     }
 
-    /// Adds rounds at a ratio until as many are there as asked for.
+    /// Adds rounds at a ratio up to the wanted number.
     ///
     /// # Errors
-    /// When the scene cannot be evaluated there.
+    /// If the scene cannot be evaluated there.
     pub fn extend(&mut self, scene: &Scene, settings: Settings, l2a: f64, rounds_wanted: usize) -> Result<(), EvaluateError> {
         let known = &mut std::iter::empty();
         self.extend_from(scene, settings, l2a, rounds_wanted, known, |_| {})
     }
 
-    /// The same, with pieces of rounds that an earlier run has finished, in its order; `tell` is shown each piece.
+    /// The same, reusing pieces of rounds that an earlier run has finished, in its order; calls `tell` with each piece.
     pub(super) fn extend_from(
         &mut self,
         scene: &Scene,
@@ -189,13 +189,13 @@ impl Samples {
         Self(wanted.map(|point| point.first(rounds)).collect())
     }
 
-    /// Rounds that all the points at some ratios have.
+    /// The number of rounds common to the points at some ratios.
     pub fn common_rounds(&self, l2a: &[f64]) -> usize {
         let wanted = self.0.iter().filter(|point| l2a.contains(&point.l2a));
         wanted.map(Sample::rounds).min().unwrap_or(0)
     }
 
-    /// Several settings' frames as those of one: batch by batch, at the ratios and in the rounds that all have.
+    /// The frames of several settings as those of one: batch by batch, at the common ratios and rounds.
     pub fn pooled(settings: &[&Self]) -> Self {
         let Some((first, others)) = settings.split_first() else {
             return Self::default();
@@ -216,15 +216,15 @@ impl Samples {
         pooled
     }
 
-    /// The objective at each point; none where it is undefined at one of them.
+    /// The objective at each point; `None` if it is undefined at one of them.
     pub fn objectives(&self, criterion: Criterion) -> Option<Vec<f64>> {
         self.0.iter().map(|p| criterion.objective(&p.total())).collect()
     }
 
-    /// The objective at each point as it might have come out as well: one row a resample in which it is defined at all.
+    /// The objective at each point in bootstrap resamples: one row for each resample in which it is defined at all points.
     ///
-    /// Each round's batches are drawn from that round's with replacement, the same for all points. All points must hold as many
-    /// rounds as the first.
+    /// Each round's batches are drawn from that round's with replacement, the same for all points. All points must hold as many rounds as
+    /// the first.
     pub fn resampled(&self, criterion: Criterion, seed: u64) -> Vec<Vec<f64>> {
         let sizes: Vec<usize> = match self.0.first() {
             Some(point) => point.rounds.iter().map(Vec::len).collect(),
@@ -265,7 +265,7 @@ pub fn at_ratio(scene: &Scene, l2a: f64) -> Scene {
     scene
 }
 
-/// A round of frames, which is done in batches, long ones in parts.
+/// A round of frames in batches, long ones in parts.
 struct Round {
     first: u64,
     frames: u64,
@@ -290,14 +290,14 @@ impl Round {
         self.first + before as u64
     }
 
-    /// Whether these can be its parts from `first` on.
+    /// Whether these may be its parts from `first` on.
     fn has(&self, first: u64, parts: &[Evaluation]) -> bool {
         let is_part =
             |(part, found): (u64, &Evaluation)| part < self.parts() && found.errors.frames() == self.border(part + 1) - self.border(part);
         !parts.is_empty() && (first..).zip(parts).all(is_part)
     }
 
-    /// The next parts from `first` on, as many as make a piece and as all threads have work with.
+    /// The next parts from `first` on: as many as a piece, with work for all threads.
     fn piece(&self, first: u64, evaluator: &Evaluator) -> Result<Vec<Evaluation>, EvaluateError> {
         let part_frames = self.frames.div_ceil(self.parts());
         let count = (PIECE / part_frames).max(1).next_multiple_of(crate::parallel::threads() as u64);
@@ -311,7 +311,7 @@ impl Round {
             .collect()
     }
 
-    /// The batches that all parts make.
+    /// The batches from all parts.
     fn joined(&self, parts: &[Evaluation]) -> Vec<Evaluation> {
         let batches = parts.chunks(self.parts_of_batch() as usize);
         batches.map(|batch| merged(batch.iter())).collect()
@@ -371,7 +371,7 @@ mod tests {
             (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
         };
         let (alone, difference) = (spread(&|row| row[0]), spread(&|row| row[1] - row[0]));
-        // Frames of their own would make it √2 times as uncertain as one of them.
+        // Independent frames would make it √2 times as uncertain as one of them.
         assert!(difference < alone / 2.0, "{difference} against {alone}");
     }
 
@@ -410,7 +410,7 @@ mod tests {
         assert!(resumed == whole);
         let new = pieces.iter().filter(|(is_known, _)| !is_known).count();
         assert_eq!((new, pieces.len()), (1, kept.len() + 1));
-        // What is of another size is done again.
+        // A piece of another size is done again.
         assert!(extend(vec![others[others.len() - 1].clone()]).0 == whole);
     }
 

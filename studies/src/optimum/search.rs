@@ -1,4 +1,4 @@
-//! The search itself: which ratios to try, with how many frames.
+//! The search itself: the ratios to try, and their numbers of frames.
 
 use sim::scene::Scene;
 
@@ -9,11 +9,11 @@ use super::peak::{Peak, Window, index_of_highest};
 use super::samples::{Piece, Samples, rounds};
 use super::{GRID, Optimum, OptimumError, Search, check_limits};
 
-/// Steps of the finer grid in one of the wide grid.
+/// Steps of the finer grid per step of the wide grid.
 const FINER: usize = 4;
 /// Half the width of the finer grid's window in its steps: at first, and at most.
 const HALF_WIDTHS: [usize; 2] = [2, 8];
-/// How often the window is moved or widened in a round before it is taken as it is.
+/// The most moves of the window in a round.
 const MOVES_MAX: usize = 16;
 
 /// Finds the best ratio of a scene.
@@ -28,13 +28,13 @@ const MOVES_MAX: usize = 16;
 /// ```
 ///
 /// # Errors
-/// When the search or the scene makes no sense, the criterion is not defined, or [`Search::stop`] ended it: see [`OptimumError`].
+/// If the search or the scene is invalid, the criterion is undefined, or [`Search::stop`] ended it: see [`OptimumError`].
 pub fn optimum(scene: &Scene, search: &Search) -> Result<Optimum, OptimumError> {
     optimum_from(scene, search, &mut std::iter::empty(), |_| {})
 }
 
-/// The same, gone on from the pieces of rounds that an earlier run of the same search has finished, in the order in which `tell` was
-/// shown them: a search does the same again with the same rounds.
+/// The same, continued from the pieces of rounds that an earlier run of the same search has finished, in the order of its calls of `tell`:
+/// with the same rounds, a search repeats itself.
 ///
 /// # Errors
 /// As [`optimum`].
@@ -59,12 +59,12 @@ pub fn optimum_from(
     Ok(lattice.finish(peak))
 }
 
-/// Ratios at equal steps, and what was sampled at some of them.
+/// Ratios at equal steps, and the samples at some of them.
 struct Lattice<'a, T> {
     scene: &'a Scene,
     search: &'a Search,
     samples: Samples,
-    /// Rounds that are finished already.
+    /// Finished rounds.
     known: &'a mut dyn Iterator<Item = Vec<Evaluation>>,
     tell: T,
 }
@@ -73,7 +73,7 @@ impl<T: FnMut(&Piece)> Lattice<'_, T> {
     /// The number of the last step.
     const LAST: usize = (GRID - 1) * FINER;
 
-    /// The ratio of a step, to a millionth, so that it reads well.
+    /// The ratio of a step, rounded to a millionth for readability.
     fn l2a(&self, step: usize) -> f64 {
         let [low, high] = self.search.range;
         let exact = low + (high - low) * step as f64 / Self::LAST as f64;
@@ -86,7 +86,7 @@ impl<T: FnMut(&Piece)> Lattice<'_, T> {
         ((l2a - low) / (high - low) * Self::LAST as f64).round() as usize
     }
 
-    /// Makes sure of so many rounds at some steps, and picks the samples of those steps and rounds.
+    /// Ensures that number of rounds at some steps, and returns the samples of those steps and rounds.
     fn sampled(&mut self, steps: impl Iterator<Item = usize> + Clone, rounds: usize) -> Result<Samples, OptimumError> {
         for l2a in steps.clone().map(|step| self.l2a(step)).collect::<Vec<_>>() {
             let settings = self.search.settings();

@@ -1,4 +1,4 @@
-//! Work on several processors, by rayon; one thing after another without the feature `threads`, as in a page of a browser.
+//! Parallel work by rayon; sequential without the feature `threads`, as in a web page.
 //!
 //! Results are the same: chunks are folded in order, and random numbers are counter-based.
 

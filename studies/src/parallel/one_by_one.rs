@@ -1,24 +1,24 @@
-//! The same words for iterators that do one thing after another.
+//! Sequential replacements of rayon's interfaces.
 
-/// No thread is asked for.
+/// The error of a missing thread, which cannot occur.
 #[derive(Debug, thiserror::Error)]
 pub enum NoThread {}
 
-/// How many things are done at once.
+/// The number of threads.
 pub const fn threads() -> usize {
     1
 }
 
-/// Does a work.
+/// Runs the work.
 pub fn on_one_thread<T>(work: impl FnOnce() -> T) -> Result<T, NoThread> {
     Ok(work())
 }
 
-/// What `rayon::prelude` has, as far as it is used.
+/// The used part of `rayon::prelude`.
 pub mod prelude {
     /// As rayon's.
     pub trait IntoParallelIterator: IntoIterator + Sized {
-        /// One after another.
+        /// Sequential.
         fn into_par_iter(self) -> Self::IntoIter {
             self.into_iter()
         }
@@ -28,7 +28,7 @@ pub mod prelude {
 
     /// As rayon's.
     pub trait ParallelSlice<T> {
-        /// One after another.
+        /// Sequential.
         fn par_iter(&self) -> std::slice::Iter<'_, T>;
     }
 

@@ -2,14 +2,14 @@
 
 use crate::statistics::{Moments, student_97_5};
 
-/// A number, and between what it lies with 95 %.
+/// A number with its 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Estimate {
     /// The number.
     pub value: f64,
     /// Its 95 % interval, if the encoding is the camera's own.
     pub interval_95: [f64; 2],
-    /// Its 95 % interval, if the encoding is off as far as the pictures allow.
+    /// Its 95 % interval, if the encoding is off by as much as the pictures allow.
     pub doubted_95: [f64; 2],
 }
 
@@ -29,12 +29,12 @@ impl Estimate {
         }
     }
 
-    /// With ends that are farther off by that part of the value.
+    /// The same with ends that are farther out by that part of the value.
     pub(super) fn widened(self, part: f64) -> Self {
         Self::about(self.value, (self.relative_reach() + part) * self.value.abs())
     }
 
-    /// Of a number that is not negative, and by that part farther off at most if the encoding is.
+    /// The same for a non-negative number, farther out by at most that part if the encoding is off.
     pub(super) fn doubted(self, part: f64) -> Self {
         let [low, high] = self.widened(part).interval_95;
         Self {
@@ -43,7 +43,7 @@ impl Estimate {
         }
     }
 
-    /// In doubt between this and another.
+    /// The union with another interval.
     pub(super) fn or(self, other: &Self) -> Self {
         let ([low, high], [least, most]) = (self.doubted_95, other.doubted_95);
         Self {
@@ -52,7 +52,7 @@ impl Estimate {
         }
     }
 
-    /// Of a number that is so many times as large.
+    /// The same, multiplied by a factor.
     pub fn times(self, factor: f64) -> Self {
         Self {
             value: self.value * factor,
@@ -67,12 +67,12 @@ impl Estimate {
         low <= 0.0 && 0.0 <= high
     }
 
-    /// How far from 0 its farther end is.
+    /// The magnitude of its farther end.
     pub(super) fn most(&self) -> f64 {
         self.interval_95[0].abs().max(self.interval_95[1].abs())
     }
 
-    /// How far its ends are off, as a part of it.
+    /// The distance of its ends from it, relative to it.
     pub(super) fn relative_reach(&self) -> f64 {
         (self.interval_95[1] - self.value) / self.value.abs()
     }
@@ -87,7 +87,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// The line of least squares through three or more points, not all above each other.
+    /// The least-squares line through three or more points, not all at one x.
     pub(super) fn through(points: &[[f64; 2]]) -> Self {
         let count = points.len() as f64;
         let moments = Moments::of(points);

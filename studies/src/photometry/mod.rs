@@ -1,38 +1,37 @@
-//! A panel's calibration from pictures: no luminance meter, but a grey card beside the panel in the same light.
+//! A panel's calibration from pictures, without a luminance meter: with a grey card beside the panel in the same light.
 //!
-//! A camera's linear value is in proportion to luminance, by a factor that nobody knows. The card's luminance is ρ·E/π, with its
-//! reflectance ρ and the ambient illuminance E, that of an Off LED R·E/π, and that of an On LED R·E/π + d·L at a duty d. So in one picture,
-//! in units of the card's light,
+//! A camera's linear value is proportional to luminance, by an unknown factor. The card's luminance is ρ·E/π, with its reflectance ρ and
+//! the ambient illuminance E; that of an Off LED is R·E/π, and that of an On LED R·E/π + d·L at a duty d. So in one picture, in units of
+//! the card's light,
 //!
 //! ```text
 //! off = R/ρ              On − Off = d·π·L/(ρ·E)
 //! ```
 //!
-//! which gives the reflectance R and the full luminance over the ambient illuminance, L/E. L itself takes a lux meter for E, or the
+//! which gives the reflectance R and the full luminance over the ambient illuminance, L/E. For L itself you need a lux meter for E, or the
 //! transmitter's own sensor: then its error is in E and in L alike, and the ratio of LED to ambient light is right all the same. The panel
 //! shows messages or beacons; On and Off are distinguished in each picture.
 //!
-//! Some light of On LEDs strays onto Off ones, in the lens: `off` is that of the straight line through off over On − Off where the latter
-//! is 0. Where a sheet of one colour is brighter, there is more light or less vignetting: LEDs are divided by its light there over that
-//! where the card is, which makes E the illuminance of the panel.
+//! Some light of On LEDs is scattered onto Off ones in the lens: `off` is the intercept of the straight line through off over On − Off. If
+//! a uniform sheet looks brighter somewhere, there is more light or less vignetting: LEDs are divided by its light there relative to the
+//! card's place, which makes E the illuminance of the panel.
 //!
-//! **Intervals** are Student's over pictures, which holds whatever differs from picture to picture (noise, the ripple of the dimming,
-//! which LEDs are On), widened by the most that rounding to whole grey levels may have done to all of them alike. They hold if the
-//! encoding is the camera's own. It has to decode an On LED near white and a card near black: if light is in truth its power 1 + ε,
-//! light over duty is off by ε·z, and so is the luminance; the reflectance is off by ε·ln off, with
+//! **Intervals** are Student's over pictures, which covers all that differs between pictures (noise, the ripple of the dimming, the On
+//! LEDs), widened by the greatest common effect of rounding to whole grey levels. They are valid if the encoding is the camera's own. It
+//! must decode an On LED near white and a card near black: if the true light is its power 1 + ε, light over duty is off by ε·z, and so is
+//! the luminance; the reflectance is off by ε·ln off, with
 //!
 //! ```text
 //! z = (on·ln on − off·ln off) / (on − off)      on, off in units of the card's light
 //! ```
 //!
 //! ε is the slope of ln(light over duty) over z. A second, wider interval ([`Estimate::doubted_95`]) adds the greatest |ε| that the
-//! pictures allow with 95 %, and spans what the other [`USUAL`] encodings make of the pictures, as far as those allow them: sRGB and a
-//! power differ most near black, where a dark card is and duties tell nothing. Where light over duty is surely no straight line,
-//! pictures are refused. No interval holds a card that is turned towards other light than the panel, or of another reflectance than was
-//! told.
+//! pictures allow with 95 %, and spans the results with the other [`USUAL`] encodings, as far as the pictures allow those: sRGB and a power
+//! differ most near black, where a dark card is and duties give no information. If light over duty is significantly nonlinear, pictures are
+//! refused. No interval covers a card that is turned towards other light than the panel, or whose reflectance is not the given one.
 //!
-//! **The shortest clean pulse** lies between the longest pulse whose light is surely off the line by more than [`CLEAN`] and the shortest
-//! from which on all are surely within it.
+//! **The shortest clean pulse** lies between the longest pulse whose light is certainly off the line by more than [`CLEAN`] and the
+//! shortest from which on all are certainly within it.
 
 mod estimate;
 mod picture;
@@ -46,20 +45,20 @@ use crate::statistics::student_97_5;
 use estimate::Line;
 use link::camera::Encoding;
 
-/// Encodings that cameras have where nobody knows it better.
+/// The encodings of usual cameras.
 pub const USUAL: [Encoding; 3] = [Encoding::Gamma(Encoding::USUAL_GAMMA as f32), Encoding::Srgb, Encoding::Rec709];
 
-/// How far a clean pulse's light may be from the straight line, as a part of it.
+/// The greatest relative deviation of a clean pulse's light from the straight line.
 pub const CLEAN: f64 = 0.1;
-/// The line is drawn through duties from this part of the longest one on.
+/// The least duty of the line, relative to the longest one.
 const LINE_FROM: f64 = 1.0 / 8.0;
-/// How far the line may bend from its one end to its other.
+/// The greatest relative bend of the line between its ends.
 const BEND: f64 = 0.05;
-/// How far the card's light may differ from picture to picture.
+/// The greatest relative variation of the card's light between pictures.
 const STEADY: f64 = 0.05;
-/// Fewer pictures tell nothing of their scatter.
+/// The least number of pictures for an estimate of their scatter.
 const PICTURES: usize = 4;
-/// Duties that differ by less are one.
+/// Duties that differ by less count as one.
 const SAME: f64 = 0.01;
 
 /// A picture at a known duty.
@@ -67,24 +66,24 @@ const SAME: f64 = 0.01;
 pub struct Shot {
     /// The duty, above 0 to 1.
     pub duty: f64,
-    /// What was read of it.
+    /// Its reading.
     pub reading: CardReading,
 }
 
-/// What pictures tell of a panel.
+/// A panel's calibration from pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibrated {
     /// The reflectance of the LEDs' surface.
     pub reflectance: Estimate,
     /// The full luminance of an On LED over the ambient illuminance, cd/m² per lx.
     pub full_cd_m2_per_lx: Estimate,
-    /// The shortest clean pulse, ns: as short as is sure.
+    /// The shortest certainly clean pulse, ns.
     pub shortest_pulse_ns: f64,
-    /// A longest pulse that is surely not clean, ns; 0 where all are.
+    /// The longest certainly unclean pulse, ns; 0 if all are clean.
     pub unclean_pulse_ns: f64,
 }
 
-/// Why pictures tell nothing.
+/// Why pictures give no calibration.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PhotometryError {
     /// There are too few.
@@ -93,12 +92,12 @@ pub enum PhotometryError {
          take {PICTURES} or more, of 2 duties or more"
     )]
     TooFew {
-        /// Pictures there are.
+        /// Number of pictures.
         found: usize,
-        /// Duties they are of.
+        /// Number of duties.
         duties: usize,
     },
-    /// The card is brighter in one than in another.
+    /// The card's brightness differs between pictures.
     #[error(
         "the card's light differs by {:.0} % from picture to picture ({:.0} % is much): lock the camera's exposure, keep the light steady, \
          and the card so far from the panel that the LEDs do not light it",
@@ -108,25 +107,25 @@ pub enum PhotometryError {
         /// The greatest over the least, less 1.
         by: f64,
     },
-    /// Light is not in proportion to duty.
+    /// Light is not proportional to duty.
     #[error(
         "light over duty changes by {:.0} % along the line ({:.0} % is much): is the encoding the camera's own, and are the duties right? \
          Raw pictures, developed in proportion to light, need no other encoding than linear",
         100.0 * .by, 100.0 * BEND
     )]
     Bent {
-        /// The change from its one end to its other.
+        /// The change between its ends.
         by: f64,
     },
-    /// No pulse is surely clean.
+    /// No pulse is certainly clean.
     #[error("the pictures scatter too widely to say which pulses are clean: take more of each duty")]
     Scattered,
 }
 
-/// Makes the most of pictures, beside a card of `card_reflectance`, of a panel whose period of the dimming is `period_ns`.
+/// Calibrates from pictures, beside a card of `card_reflectance`, a panel whose period of the dimming is `period_ns`.
 ///
 /// # Errors
-/// [`PhotometryError`] where they tell nothing, or nothing that is sure.
+/// [`PhotometryError`] if they give no calibration, or none with certainty.
 pub fn calibrate(shots: &[Shot], card_reflectance: f64, period_ns: f64) -> Result<Calibrated, PhotometryError> {
     let longest = shots.iter().map(|shot| shot.duty).fold(0.0, f64::max);
     let line: Vec<&Shot> = shots.iter().filter(|shot| shot.duty >= LINE_FROM * longest).collect();
@@ -161,10 +160,10 @@ pub fn calibrate(shots: &[Shot], card_reflectance: f64, period_ns: f64) -> Resul
     })
 }
 
-/// As [`calibrate`], in doubt of the encoding: `others` are the same pictures, read by other encodings.
+/// As [`calibrate`], with doubt about the encoding: `others` are the same pictures, read with other encodings.
 ///
 /// # Errors
-/// As [`calibrate`]; an encoding of `others` that the pictures do not allow is none to doubt with.
+/// As [`calibrate`]; an encoding of `others` that the pictures exclude is ignored.
 pub fn calibrate_in_doubt(
     told: &[Shot],
     others: &[Vec<Shot>],
@@ -178,7 +177,7 @@ pub fn calibrate_in_doubt(
 }
 
 impl Calibrated {
-    /// In doubt between this and another.
+    /// The union with another calibration.
     fn or(self, other: Self) -> Self {
         Self {
             reflectance: self.reflectance.or(&other.reflectance),
@@ -194,7 +193,7 @@ impl Shot {
         self.reading.own / self.duty
     }
 
-    /// By how many times as much an On LED's own light is off as the encoding's power is.
+    /// The relative error of an On LED's own light per relative error of the encoding's power.
     fn bent(&self) -> f64 {
         let CardReading { off, own, .. } = self.reading;
         let on = off + own;
@@ -202,14 +201,14 @@ impl Shot {
     }
 }
 
-/// The light over duty of pulses that are surely clean.
+/// The light over duty of certainly clean pulses.
 struct FullLight {
     full: Estimate,
-    /// The standard deviation from picture to picture, as a part of it.
+    /// The relative standard deviation between pictures.
     scatter: f64,
-    /// Pictures less 1.
+    /// The number of pictures minus 1.
     freedom: f64,
-    /// The most that the encoding's power may be off.
+    /// The greatest error of the encoding's power.
     bend: f64,
     /// [`Shot::bent`] on average.
     bent: f64,
@@ -230,7 +229,7 @@ impl FullLight {
         }
     }
 
-    /// The least duty from which on all are surely on the line, and the greatest below it that surely is not (0: none).
+    /// The least duty from which on all are certainly on the line, and the greatest one below that is certainly off it (0: none).
     fn pulses(&self, shots: &[Shot]) -> Option<(f64, f64)> {
         let mut clean = None;
         let duties = distinct(shots.iter().map(|shot| shot.duty));
@@ -247,7 +246,7 @@ impl FullLight {
         clean.map(|clean| (clean, 0.0))
     }
 
-    /// How far pictures of one duty are from the line, as a part of it, and by how much more or less that may be.
+    /// The relative distance of pictures of one duty from the line, and its uncertainty.
     fn distance(&self, of_duty: &[&Shot]) -> [f64; 2] {
         let count = of_duty.len() as f64;
         let mean = |of: &dyn Fn(&Shot) -> f64| of_duty.iter().map(|shot| of(shot)).sum::<f64>() / count;

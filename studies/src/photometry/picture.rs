@@ -4,24 +4,24 @@ use link::camera::Encoding;
 use link::panel::{LEDS, SIDE};
 use rx_pipeline::corners::Corners;
 
-/// The part of a disc's radius that is looked at.
+/// The used part of a disc's radius.
 const MIDDLE: f64 = 0.4;
-/// How far its edge is from what is looked at, at least, in standard deviations of the blur.
+/// The least distance of the disc's edge from the used part, in standard deviations of the blur.
 const FREE_OF_BLUR: f64 = 4.0;
-/// What the blur then takes of the light and curves take when rounded levels are decoded, at most, as a part of it: the one is less than
-/// 1e-4, the other 0.11/grey² for a gamma of 2.2.
+/// The greatest relative error of the light by the remaining blur, and by curves when rounded levels are decoded: the first is less than
+/// 1e-4, the second 0.11/grey² for a gamma of 2.2.
 const REST: f64 = 3e-4;
-/// From this grey level on light is cut off, and up to this one it is lost in black.
+/// The grey level from which on light is clipped, and below, the level up to which it is lost in black.
 const CLIPPED: u8 = 253;
 const DARK_GREY: f64 = 5.0;
-/// The part of the pixels that may be clipped, at white or at black.
+/// The allowed part of clipped pixels, at white or at black.
 const CLIPPED_SHARE: f64 = 0.01;
-/// The gap between On and Off LEDs, of the distance of their means: less is a change of symbols, or no light that is seen.
+/// The least gap between On and Off LEDs, relative to the distance of their means: less is a change of symbols, or invisible light.
 const GAP: f64 = 0.5;
-/// How much brighter than three quarters of them an Off LED may be, as a part of it: more is light of a symbol before or after.
+/// The greatest relative excess of an Off LED over three quarters of them: more is light of a neighbouring symbol.
 const OFF_SPREAD: f64 = 0.25;
 
-/// How many times as bright a sheet may be before one LED as before another: more is the panel itself.
+/// The greatest ratio of a sheet's brightness between two LEDs: more is the panel itself.
 const UNEVEN: f64 = 2.0;
 
 /// A rectangle of pixels.
@@ -37,7 +37,7 @@ pub struct Area {
     pub height: usize,
 }
 
-/// Where things are in all pictures, and how the camera encodes light.
+/// The geometry of all pictures, and the camera's encoding.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraSetup {
     /// The panel.
@@ -52,20 +52,20 @@ pub struct CameraSetup {
     pub black_grey: f64,
     /// Standard deviation of its blur, px.
     pub blur_sigma_px: f64,
-    /// How unevenly light falls and the lens lets it through, if that is known.
+    /// The unevenness of illumination and lens, if known.
     pub unevenness: Option<Unevenness>,
 }
 
-/// What a sheet looks like that is of one colour everywhere: brighter where there is more light, darker towards the picture's edges.
+/// The picture of a uniform sheet: brighter with more light, darker towards the picture's edges.
 #[derive(Clone, Copy, Debug)]
 pub struct Unevenness {
-    /// The sheet's light where LEDs are, over that where the card is.
+    /// The sheet's light at the LEDs, relative to that at the card.
     leds: [f64; LEDS],
-    /// How far rounding to grey levels may have taken that, as a part of it.
+    /// Its greatest relative error by rounding to grey levels.
     rounding: f64,
 }
 
-/// What a picture tells; light is in units of the card's.
+/// The result of a picture; light is in units of the card's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CardReading {
     /// The card's light, in units of grey 118's.
@@ -74,40 +74,40 @@ pub struct CardReading {
     pub off: f64,
     /// Light of On LEDs above that.
     pub own: f64,
-    /// Standard deviation of `own` by the pixels' noise, as a part of it.
+    /// Relative standard deviation of `own` by the pixels' noise.
     pub own_noise: f64,
-    /// How far rounding to grey levels, and what is left of the blur, may have taken `off` at most, as a part of it.
+    /// The greatest relative error of `off` by rounding to grey levels and by the remaining blur.
     pub off_rounding: f64,
     /// The same for `own`.
     pub own_rounding: f64,
 }
 
-/// Why a picture tells nothing.
+/// Why a picture cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PictureError {
     /// Panel or card are beyond its edge.
     #[error("the {0} is not wholly in the picture: give its place in pixels")]
     Outside(&'static str),
-    /// The LEDs are seen too small to have a middle without blur.
+    /// The LEDs are too small in the picture to have a middle without blur.
     #[error("LEDs are {found:.1} px wide, {needed:.1} are needed for this blur: come nearer")]
     Small {
         /// Their diameter, px.
         found: f64,
-        /// The least one.
+        /// The least diameter.
         needed: f64,
     },
-    /// Light is cut off.
+    /// Light is clipped.
     #[error("the {0} is clipped at white: expose less, or leave this duty out")]
     Clipped(&'static str),
     /// Light is lost in black.
     #[error("the {what} is at grey {grey:.1}, too dark to be read: expose more, or take more ambient light")]
     Dark {
-        /// What is.
+        /// The dark object.
         what: &'static str,
         /// Its mean grey level.
         grey: f64,
     },
-    /// It shows no sheet.
+    /// It does not show a uniform sheet.
     #[error(
         "before one LED it is {0:.1} times as bright as before another ({UNEVEN} is much): hold a sheet of one colour before panel and card"
     )]
@@ -146,7 +146,7 @@ impl Sum {
         self.lost += f64::from(u8::from(light == 0.0));
     }
 
-    /// With that part of the light.
+    /// The sum of that part of the light.
     fn times(self, part: f64) -> Self {
         Self {
             light: self.light * part,
@@ -168,8 +168,8 @@ impl Sum {
         (self.squares / self.count - self.mean().powi(2)).max(0.0) / self.count
     }
 
-    /// How far the mean of rounded levels may be from that of levels with this noise, in grey levels: the first term of Fourier's series
-    /// of the sawtooth, all others are smaller.
+    /// The greatest difference of the mean of rounded levels from that of levels with this noise, in grey levels: the first term of the
+    /// Fourier series of the sawtooth, all others are smaller.
     fn rounding_grey(&self) -> f64 {
         let variance = (self.grey_squares / self.count - self.mean_grey().powi(2)).max(0.0);
         let pi = std::f64::consts::PI;
@@ -181,7 +181,7 @@ impl CameraSetup {
     /// Reads a picture of `width` columns.
     ///
     /// # Errors
-    /// [`PictureError`] where it tells nothing.
+    /// [`PictureError`] if it cannot be used.
     pub fn read(&self, grey: &[u8], width: usize) -> Result<CardReading, PictureError> {
         let found = f64::from(self.corners.pitch_px()) / (1.0 + self.interval);
         let needed = 2.0 * FREE_OF_BLUR * self.blur_sigma_px / (1.0 - MIDDLE);
@@ -201,7 +201,7 @@ impl CameraSetup {
             return Err(PictureError::Clipped("light of On LEDs"));
         }
         off.iter().try_for_each(|led| usable("light of Off LEDs", led))?;
-        // In rising order.
+        // In ascending order.
         if off[off.len() - 1].mean() > (1.0 + OFF_SPREAD) * off[off.len() / 4].mean() {
             return Err(PictureError::Changing);
         }
@@ -225,10 +225,10 @@ impl CameraSetup {
         })
     }
 
-    /// Reads the picture, of `width` columns, of a sheet of one colour before panel and card.
+    /// Reads the picture, of `width` columns, of a uniform sheet before panel and card.
     ///
     /// # Errors
-    /// [`PictureError`] where it tells nothing.
+    /// [`PictureError`] if it cannot be used.
     pub fn read_sheet(&self, grey: &[u8], width: usize) -> Result<Unevenness, PictureError> {
         let light = self.lights();
         let card = self.card_of(grey, width, &light)?;
@@ -248,7 +248,7 @@ impl CameraSetup {
         })
     }
 
-    /// What rounding to grey levels may do to a mean light, as a part of it.
+    /// The relative effect of rounding to grey levels on a mean light.
     fn shift(&self, sum: &Sum) -> f64 {
         let at = sum.mean_grey();
         sum.rounding_grey() * (self.light(at + 0.5) - self.light(at - 0.5)) / self.light(at)
@@ -319,7 +319,7 @@ impl CameraSetup {
     }
 }
 
-/// Looks whether light is neither cut off nor lost.
+/// Checks that light is neither clipped nor lost.
 fn usable(what: &'static str, sum: &Sum) -> Result<(), PictureError> {
     if sum.clipped > CLIPPED_SHARE * sum.count {
         return Err(PictureError::Clipped(what));
@@ -335,7 +335,7 @@ fn mean(leds: &[Sum]) -> f64 {
     leds.iter().map(Sum::mean).sum::<f64>() / leds.len() as f64
 }
 
-/// On and Off LEDs in rising order, at the widest gap between them; none where there is no wide one.
+/// On and Off LEDs in ascending order, separated at the widest gap; `None` without a wide one.
 fn groups(leds: &[Sum; LEDS]) -> Option<(Vec<Sum>, Vec<Sum>)> {
     let mut sorted = leds.to_vec();
     sorted.sort_by(|a, b| a.mean().total_cmp(&b.mean()));

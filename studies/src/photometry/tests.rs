@@ -1,4 +1,4 @@
-//! Pictures of panels whose truth is known.
+//! Pictures of panels with known truth.
 
 use std::f64::consts::PI;
 
@@ -16,21 +16,21 @@ use sim::scene::Scene;
 use super::*;
 
 const PERIOD_NS: f64 = 7776.0;
-/// Where the driver's pulses begin to lose light: in proportion to how much shorter they are.
+/// The pulse below which the driver's light falls, in proportion to the difference.
 const SHORTEST_NS: f64 = 100.0;
-/// Where they have lost [`CLEAN`].
+/// The pulse with the loss [`CLEAN`].
 const TRULY_CLEAN_NS: f64 = SHORTEST_NS * (1.0 - CLEAN);
 const FULL_CD_M2: f64 = 26_000.0;
 const ILLUMINANCE_LX: f64 = 10_000.0;
 const REFLECTANCE: f64 = 0.4;
 const CARD: f64 = 0.18;
-/// The dimming's, from picture to picture.
+/// Ripple of the dimming, between pictures.
 const RIPPLE: f64 = 0.01;
 /// Full luminance over the light.
 const TRUE_FULL: f64 = FULL_CD_M2 / ILLUMINANCE_LX;
 const PULSES_NS: [f64; 8] = [32.0, 64.0, 128.0, 256.0, 1024.0, 2048.0, 4096.0, 7776.0];
 
-/// A camera at 5 m that exposes for the panel, before a wall that is as grey as the card.
+/// A camera at 5 m that exposes for the panel, before a wall as grey as the card.
 fn bench(settings: &[&str]) -> Renderer {
     let always = [
         "camera.width_px=640",
@@ -101,7 +101,7 @@ fn pictures(bench: &Renderer, seed: u64, pulses_ns: &[f64]) -> Vec<(f64, Vec<u8>
         .collect()
 }
 
-/// Those of them that can be read.
+/// The readable ones among them.
 fn shots(bench: &Renderer, view: &CameraSetup, pictures: &[(f64, Vec<u8>)]) -> Vec<Shot> {
     let width = bench.sensor().width;
     let shot = |(duty, grey): &(f64, Vec<u8>)| {
@@ -116,7 +116,7 @@ fn calibrated(bench: &Renderer, view: &CameraSetup, seed: u64) -> Result<Calibra
     calibrate(&shots(bench, view, &pictures), CARD, PERIOD_NS)
 }
 
-/// The same in doubt of the encoding.
+/// The same with doubt about the encoding.
 fn doubted(bench: &Renderer, view: &CameraSetup, seed: u64) -> Result<Calibrated, PhotometryError> {
     let pictures = pictures(bench, seed, &PULSES_NS);
     let by = |encoding: Encoding| shots(bench, &CameraSetup { encoding, ..*view }, &pictures);
@@ -146,7 +146,7 @@ fn fewest(count: usize) -> usize {
     held
 }
 
-/// Of how many runs the interval holds the truth, and how wide it is beside the error: as often and as wide as is claimed.
+/// Checks the share of runs whose interval holds the truth, and its width relative to the error: as claimed.
 fn is_honest(what: &str, runs: &[Estimate], truth: f64) {
     let count = runs.len();
     let [held, error, reach] = held(runs, truth, |run| run.interval_95);
@@ -159,7 +159,7 @@ fn is_honest(what: &str, runs: &[Estimate], truth: f64) {
     assert!(reach < 4.0 * error, "{what}: {reach}");
 }
 
-/// The same for the intervals that doubt the encoding: at least as often, and not too wide to be of use.
+/// The same for the intervals with doubt about the encoding: at least as often, and narrow enough.
 fn is_honest_in_doubt(what: &str, runs: &[Estimate], truth: f64, widest: f64) {
     let count = runs.len();
     let [held, error, reach] = held(runs, truth, |run| run.doubted_95);
@@ -172,7 +172,7 @@ fn is_honest_in_doubt(what: &str, runs: &[Estimate], truth: f64, widest: f64) {
     assert!(reach < widest, "{what}: {reach}");
 }
 
-/// How many intervals hold the truth; the error and their reach to each side, as parts of it.
+/// The number of intervals that hold the truth; the error and their reach to each side, relative to it.
 fn held(runs: &[Estimate], truth: f64, interval: fn(&Estimate) -> [f64; 2]) -> [f64; 3] {
     let count = runs.len() as f64;
     let holds = |[low, high]: [f64; 2]| (low..=high).contains(&truth);
@@ -186,7 +186,7 @@ fn held(runs: &[Estimate], truth: f64, interval: fn(&Estimate) -> [f64; 2]) -> [
     ]
 }
 
-/// The pulses' limit lies where all runs say, and of nine in ten they say it so closely.
+/// The pulses' limit is where all runs place it, nine in ten of them this closely.
 fn is_clean_from(runs: &[Calibrated], closely: f64) {
     for run in runs {
         let between = run.unclean_pulse_ns..=run.shortest_pulse_ns;
@@ -244,7 +244,7 @@ fn a_camera_of_another_usual_encoding_is_refused_or_doubted_enough() {
         (Some(USUAL[0]), "gamma", -4),
         (Some(Encoding::Srgb), "srgb", -4),
         (Some(Encoding::Rec709), "rec709", -4),
-        // Nobody has told its shoulder, which begins at grey 150: On LEDs have to stay below.
+        // Its shoulder is unknown and starts at grey 150: On LEDs must stay below.
         (None, "shoulder", -5),
     ] {
         let bench = bench(&[&format!("camera.encoding={name}"), &format!("camera.exposure_bias_ev={exposure}")]);
@@ -270,7 +270,7 @@ fn a_camera_of_another_usual_encoding_is_refused_or_doubted_enough() {
     }
 }
 
-/// What docs/calibration.md warns of.
+/// The limitation in docs/calibration.md.
 #[test]
 fn a_shoulder_that_on_leds_reach_may_be_taken_for_srgb() {
     let bench = bench(&["camera.encoding=shoulder"]);
@@ -285,7 +285,7 @@ fn a_shoulder_that_on_leds_reach_may_be_taken_for_srgb() {
 
 #[test]
 fn light_that_strays_onto_off_leds_is_no_reflectance() {
-    // As much of On LEDs' light as of a panel that reflects more: 0.2 % of it everywhere.
+    // Stray light of On LEDs that looks like a higher reflectance: 0.2 % of it everywhere.
     let reflectance = |light: f64| REFLECTANCE + 0.002 * light * PI * TRUE_FULL;
     let benches: Vec<Renderer> = PULSES_NS
         .iter()
@@ -314,7 +314,7 @@ fn light_that_strays_onto_off_leds_is_no_reflectance() {
 
 #[test]
 fn a_sheet_evens_vignetting() {
-    // A short lens at 1 m, which darkens the card by 15 % beside the panel.
+    // A short lens at 1 m, which darkens the card by 15 % relative to the panel.
     let short = ["camera.vignetting=true", "camera.focal_length_mm=5", "pose.distance_m=1"];
     let bench = bench(&short);
     let sheet = self::bench(
@@ -366,7 +366,7 @@ fn leds_that_differ_are_averaged_honestly() {
     let uneven = ["panel.led_spread=0.1", "panel.seed=3"];
     let bench = self::bench(&uneven);
     let view = view(&bench);
-    // The mean of all LEDs, by two pictures without noise that are each other's complement.
+    // The mean of all LEDs, from two pictures without noise that are complements.
     let quiet = self::bench(&[&uneven[..], &["effects.noise=off"]].concat());
     let half = [0x5555_5555_5555_5555, 0xaaaa_aaaa_aaaa_aaaa].map(|bits| {
         let panel = PanelFrame::from_bits(bits);
@@ -406,7 +406,7 @@ fn pictures_that_tell_nothing_are_refused() {
         ..good
     };
     assert_eq!(outside.read(&of(0.5), width), Err(PictureError::Outside("card")));
-    // A tenth of the exposure sees another symbol.
+    // A tenth of the exposure shows another symbol.
     let before = exposed(&bench, 1, 0, PanelFrame::from_bits(0x00ff_00ff_00ff_00ff), 0.1 * FULL_CD_M2);
     let then = exposed(&bench, 1, 1, PanelFrame::from_bits(0x0f0f_0f0f_0f0f_0f0f), 0.9 * FULL_CD_M2);
     let across: Vec<u8> = before.iter().zip(&then).map(|(&a, &b)| a.max(b)).collect();

@@ -1,4 +1,4 @@
-//! Where, from near to far, too many bits begin to be wrong at a ratio.
+//! The distance from which on too many bits are wrong at a ratio.
 
 use std::collections::BTreeMap;
 
@@ -12,31 +12,31 @@ use super::ReachError;
 use crate::monte_carlo::{EvaluateError, Evaluator, Settings};
 use crate::optimum::{Criterion, Sample, at_ratio};
 
-/// Steps of the distance in an octave, 4.4 % each: between two of them the log-odds of an error are straight enough to place it to 0.1 %.
+/// Steps of the distance per octave, 4.4 % each: between two of them the log-odds of an error are straight enough to locate it to 0.1 %.
 const STEPS_IN_OCTAVE: u32 = 16;
-/// Steps between the distances at which a ratio is looked at from near to far: half an octave.
+/// Steps between the distances tried at a ratio from near to far: half an octave.
 const STRIDE: usize = 8;
 /// Steps within which panels look alike: a fifth of the distance.
 const ALIKE: u32 = 4;
-/// Frames of a first look.
+/// Frames of a first trial.
 const SCOUTS: u64 = 128;
 /// The nearest distance, m.
 const NEAREST_M: f64 = 5.0;
-/// Pixels across the widest panel that is evaluated; nearer ones are looked at from where they are as wide.
+/// Pixels across the widest evaluated panel; nearer panels are tried from the distance of that width.
 const WIDEST_PX: f64 = 110.0;
-/// LEDs this many pixels apart are indistinguishable, and no receiver reads them.
+/// The pitch in pixels below which LEDs are indistinguishable, and no receiver reads them.
 const CLOSEST_PX: f64 = 1.0;
-/// How often a crossing is moved on by a step before it is taken as it is.
+/// The most moves of a crossing by a step.
 const MOVES_MAX: u32 = 16;
 
-/// Two distances next to each other, between which too many bits begin to be wrong at a ratio.
+/// Two neighbouring distances, between which too many bits start to be wrong at a ratio.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Crossing {
     /// The ratio.
     pub l2a: f64,
     /// The steps of the distance.
     pub(super) steps: [u32; 2],
-    /// The outcome at each of them; none at the farther one if LEDs are indistinguishable there.
+    /// The result at each of them; none at the farther one if LEDs are indistinguishable there.
     pub(super) near: Sample,
     pub(super) far: Option<Sample>,
 }
@@ -47,7 +47,7 @@ impl Crossing {
         self.steps.map(distance_m)
     }
 
-    /// Rounds of frames that it is known by.
+    /// Rounds of frames behind it.
     pub fn rounds(&self) -> usize {
         self.near.rounds()
     }
@@ -58,14 +58,14 @@ impl Crossing {
     }
 }
 
-/// Where a crossing may be.
+/// The expected place of a crossing.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Guess {
     /// Within a step or two of this one.
     Near(u32),
     /// Some steps from this one.
     Beside(u32),
-    /// Nobody knows.
+    /// Unknown.
     Anywhere,
 }
 
@@ -75,7 +75,7 @@ fn distance_m(step: u32) -> f64 {
     (exact * 1e3).round() / 1e3
 }
 
-/// The last step that is no farther than this.
+/// The last step within this distance.
 fn step_within(distance_m: f64) -> u32 {
     (f64::from(STEPS_IN_OCTAVE) * (distance_m / NEAREST_M).log2()).max(0.0) as u32
 }
@@ -89,12 +89,12 @@ pub(super) fn log_odds(error_rate: f64) -> f64 {
 pub(super) struct Probe<'a> {
     scene: &'a Scene,
     settings: Settings,
-    /// Log-odds of a right bit that are asked for.
+    /// The required log-odds of a right bit.
     asked: f64,
     l2a: f64,
     /// The first and the last step of the distance.
     ends: [u32; 2],
-    /// What the receiver has learnt, and at which step: it has followed the panel.
+    /// The receiver's estimates from following the panel, and their step.
     experience: Option<(u32, Experience)>,
     /// Few frames, by step.
     scouts: BTreeMap<u32, Sample>,
@@ -118,7 +118,7 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// Takes over what is known of it already.
+    /// Adds known results.
     pub fn remember(&mut self, known: &Crossing) {
         let samples = [Some(&known.near), known.far.as_ref()];
         for (step, sample) in known.steps.into_iter().zip(samples.into_iter().flatten()) {
@@ -126,7 +126,7 @@ impl<'a> Probe<'a> {
         }
     }
 
-    /// The crossing by a number of rounds of frames. None if too many bits are wrong at the nearest distance already.
+    /// The crossing, from a number of rounds of frames. `None` if too many bits are wrong at the nearest distance already.
     pub fn crossing(&mut self, rounds: usize, guess: Guess) -> Result<Option<Crossing>, ReachError> {
         let [first, last] = self.ends;
         let found = match guess {
@@ -158,7 +158,7 @@ impl<'a> Probe<'a> {
         }))
     }
 
-    /// The nearest distance at which too many bits are wrong, m, of those in half octaves before a step.
+    /// The nearest distance with too many wrong bits, m, in half octaves before a step.
     pub fn lost_before(&mut self, step: u32) -> Result<Option<f64>, ReachError> {
         for nearer in (self.ends[0]..step).step_by(STRIDE) {
             if !self.is_good(nearer, None)? {
@@ -168,13 +168,13 @@ impl<'a> Probe<'a> {
         Ok(None)
     }
 
-    /// The last step next to `start` that a few frames find good, from where the next one is not; none if none is.
+    /// The last step next to `start` that is good by a few frames, while the next one is not; `None` if there is none.
     fn last_good(&mut self, start: u32) -> Result<Option<u32>, ReachError> {
         let [first, last] = self.ends;
         let start = start.clamp(first, last - 1);
         let goes_out = self.is_good(start, None)?;
         let (mut inside, mut stride) = (start, 1);
-        // In steps of doubling length to where the verdict changes, then back by halves.
+        // In steps of doubling length to the change of the verdict, then back by halves.
         let outside = loop {
             let next = match goes_out {
                 true => (inside + stride).min(last),
@@ -203,14 +203,14 @@ impl<'a> Probe<'a> {
         Ok(Some(good))
     }
 
-    /// Whether few enough bits are wrong, by a number of rounds of frames or by a few.
+    /// Whether few enough bits are wrong, by a number of rounds of frames or by a few frames.
     fn is_good(&mut self, step: u32, rounds: Option<usize>) -> Result<bool, ReachError> {
         let sample = self.sample(step, rounds)?;
         let odds = sample.and_then(|sample| Criterion::Ber.objective(&sample.total()));
         Ok(odds >= Some(self.asked))
     }
 
-    /// A number of rounds of frames at a step, or a few; none if LEDs are indistinguishable.
+    /// A number of rounds of frames at a step, or a few frames; `None` if LEDs are indistinguishable.
     fn sample(&mut self, step: u32, rounds: Option<usize>) -> Result<Option<Sample>, ReachError> {
         let (all, frames) = match rounds {
             Some(_) => (&mut self.samples, self.settings.frames),
@@ -223,7 +223,7 @@ impl<'a> Probe<'a> {
         let scene = at_ratio(&scene, self.l2a);
         let experience = &mut self.experience;
         let evaluator = || {
-            // What was learnt of a panel far nearer or farther is of another size of its spots.
+            // Estimates from a panel far nearer or farther are for another size of spots.
             let learnt = experience.filter(|(learnt_at, _)| learnt_at.abs_diff(step) <= ALIKE);
             let learnt = learnt.map(|(_, learnt)| learnt);
             let evaluator = Evaluator::experienced(&scene, settings, learnt)?;
@@ -253,7 +253,7 @@ fn pitch_px_at_one_metre(scene: &Scene) -> f64 {
     pitch_m * focal_px
 }
 
-/// How far away a receiver finds the scene's first panel at most, in metres: LEDs farther away are less than [`LEAST_PITCH_PX`] apart.
+/// The greatest distance at which a receiver finds the scene's first panel, in metres: beyond, the pitch is less than [`LEAST_PITCH_PX`].
 ///
 /// ```
 /// use sim::scene::Scene;
@@ -267,7 +267,7 @@ pub fn found_to_m(scene: &Scene) -> f64 {
     pitch_px_at_one_metre(scene) * slant.abs() / f64::from(LEAST_PITCH_PX)
 }
 
-/// The scene with its first panel so far away.
+/// The scene with its first panel at that distance.
 fn at_distance(scene: &Scene, distance_m: f64) -> Scene {
     let mut scene = scene.clone();
     scene.pose_of_mut(0).distance_m = distance_m;

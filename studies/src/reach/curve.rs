@@ -1,4 +1,4 @@
-//! The reach over the ratio, and what it says: the best ratio, and those that lose nothing.
+//! The reach over the ratio, the best ratio, and the ratios without a loss.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,38 +7,38 @@ use crate::interpolation::interpolated;
 use crate::monte_carlo::Evaluation;
 use crate::optimum::{Parabola, Sample, of_resamples, percentiles};
 
-/// The share of the reach that counts as nothing.
+/// The loss of reach that counts as none (share).
 pub const NOTHING: f64 = 0.01;
-/// Where ratios as many times apart as this lose nothing, the ratio hardly matters.
+/// If the ratios without a loss span this factor, the ratio hardly matters.
 pub const FLAT: f64 = 2.0;
-/// The share of the reach by which points may be below the highest to be fitted with it.
+/// The distance below the highest point of other fitted points, as a share of the reach.
 const NEAR: f64 = 0.02;
 
-/// Which ratio to take among those that lose nothing.
+/// The choice among ratios without a loss.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Choice {
-    /// The one in their middle, by factors: as far from too dark as from too bright, for a light sensor that is wrong, or a camera that is
-    /// not quite the one the reach is of.
+    /// The one in their middle, by factors: equally far from too dark and from too bright, for an inaccurate light sensor, or a camera that
+    /// differs from the one of the reach.
     #[default]
     Margin,
-    /// The least: it takes the least power and glares least.
+    /// The least one, with the least power and glare.
     LeastLight,
     /// The best one.
     Best,
 }
 
-/// The reach at ascending ratios, as logarithms of both, and as it might have come out as well.
+/// The reach at ascending ratios, as logarithms of both, with bootstrap resamples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     l2a: Vec<f64>,
-    /// Of 1 m.
+    /// Relative to 1 m.
     reach: Vec<f64>,
-    /// One row a resample.
+    /// One row per resample.
     resampled: Vec<Vec<f64>>,
 }
 
-/// What a curve says.
+/// The results of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
     /// The best ratio.
@@ -47,7 +47,7 @@ pub struct Verdict {
     pub reach_m: f64,
     /// The least and the greatest ratio about the best that lose no more than [`NOTHING`] of its reach.
     pub loses_nothing: [f64; 2],
-    /// The ratio to take.
+    /// The chosen ratio.
     pub chosen: f64,
 }
 
@@ -61,19 +61,19 @@ impl Verdict {
 /// A verdict, and the 95 % interval of each of its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judgement {
-    /// By all frames.
+    /// From all frames.
     pub verdict: Verdict,
-    /// Of the best ratio.
+    /// Interval of the best ratio.
     pub best_95: [f64; 2],
-    /// Of its reach, m.
+    /// Interval of its reach, m.
     pub reach_m_95: [f64; 2],
-    /// Of the ratio to take.
+    /// Interval of the chosen ratio.
     pub chosen_95: [f64; 2],
 }
 
 impl Curve {
-    /// The reach at each crossing, of ascending ratios: where a straight line between the log-odds of its two distances meets those of the
-    /// error rate that can be borne.
+    /// The reach at each crossing, of ascending ratios: the intersection of a straight line between the log-odds of its two distances with
+    /// those of the tolerable error rate.
     pub(super) fn of(crossings: &[&Crossing], raw_error_rate: f64, seed: u64) -> Self {
         let asked = log_odds(raw_error_rate);
         let counts: Vec<Counts> = crossings.iter().map(|crossing| Counts::of(crossing)).collect();
@@ -90,7 +90,7 @@ impl Curve {
         }
     }
 
-    /// The curve through points (ratio, reach in m) that are known exactly, of ascending ratios.
+    /// The curve through exact points (ratio, reach in m), of ascending ratios.
     pub fn through(points: impl Iterator<Item = (f64, f64)>) -> Self {
         let (l2a, reach) = points.map(|(l2a, reach)| (l2a.ln(), reach.ln())).unzip();
         Self {
@@ -110,13 +110,13 @@ impl Curve {
         })
     }
 
-    /// The reach at any ratio, m, by straight lines between logarithms; beyond the ends that of the nearest end. None of no points.
+    /// The reach at any ratio, m, by straight lines between logarithms; beyond the ends that of the nearest end. `None` without points.
     pub fn reach_m(&self, l2a: f64) -> Option<f64> {
         let reach = interpolated(&self.l2a, &self.reach, l2a.ln());
         (!self.l2a.is_empty()).then(|| reach.exp())
     }
 
-    /// What it says; none of fewer than three points.
+    /// Its results; `None` for fewer than three points.
     pub fn judged(&self, choice: Choice) -> Option<Judgement> {
         let verdict = self.verdict(&self.reach, choice)?;
         let as_well: Vec<Verdict> = self.resampled.iter().filter_map(|reach| self.verdict(reach, choice)).collect();
@@ -139,7 +139,7 @@ impl Curve {
         let parabola = Parabola::fit(points)?;
         let ends = [*self.l2a.first()?, *self.l2a.last()?];
         let best = parabola.top(ends);
-        // The highest point is one that chance favoured; but a top between points that are far apart may be above it.
+        // Chance favoured the highest point; but a top between points that are far apart may be above it.
         let top = parabola.at(best);
         let enough = (top + (1.0 - NOTHING).ln()).min(reach[highest]);
         let loses_nothing = [
@@ -160,18 +160,18 @@ impl Curve {
         Some(Verdict { chosen, ..verdict })
     }
 
-    /// The points about the highest that are nearly as high, one more on either side at least, and never fewer than three.
+    /// The points about the highest that are nearly as high, at least one more on either side, and at least three.
     fn near(&self, reach: &[f64], highest: usize) -> std::ops::Range<usize> {
         let is_near = |point: &usize| reach[*point] > reach[highest] - NEAR;
         let before = (0..highest).rev().take_while(is_near).count().max(1);
         let after = (highest + 1..reach.len()).take_while(is_near).count().max(1);
-        // No farther on one side than twice the other: a long slope would draw the top of a steep edge away.
+        // At most twice as far on one side as on the other, because a long slope would draw the top away from a steep edge.
         let [before, after] = [before.min(2 * after), after.min(2 * before)];
         let end = (highest + after + 1).max(3).min(reach.len());
         highest.saturating_sub(before).min(end.saturating_sub(3))..end
     }
 
-    /// Where the reach falls below a height that the highest point has, going from there along others; the last of them if it does not.
+    /// The first fall of the reach below a height, from the highest point along others; the last of them without a fall.
     fn crossing(&self, reach: &[f64], height: f64, highest: usize, along: impl Iterator<Item = usize>) -> f64 {
         let mut last = highest;
         for point in along {
@@ -224,7 +224,7 @@ impl Counts {
             return from;
         };
         let [near, far] = [&self.near, far].map(|batches| odds(batches));
-        // Where the two are the wrong way round by chance, the crossing is between them all the same.
+        // If the two are in the wrong order by chance, the crossing is between them all the same.
         let share = if near > far {
             ((near - asked) / (near - far)).clamp(-2.0, 3.0)
         } else {

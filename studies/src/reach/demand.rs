@@ -1,4 +1,4 @@
-//! What is asked of the link, and how many bits may be wrong for it.
+//! The demand on the link, and the tolerable bit error rate.
 
 use crate::parallel::prelude::*;
 use link::fec::Code;
@@ -8,18 +8,18 @@ use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 use sim::random::{Purpose, stream, uniform};
 
-/// Messages that the tolerable error rate is found with.
+/// Messages for the tolerable error rate.
 const TRIALS: u64 = 200;
-/// Messages tried before it is asked whether too many are lost already.
+/// Messages between tests for too many losses.
 const GROUP: u64 = 32;
-/// No code brings a message through at this rate.
+/// An error rate at which no code delivers a message.
 const RATE_MAX: f64 = 0.25;
-/// Halvings of the range of error rates: to 0.001, as well as the messages tried can tell.
+/// Halvings of the range of error rates: to 0.001, as fine as [`TRIALS`] messages resolve.
 const HALVINGS: u32 = 8;
-/// Every reading is as sure as this, right or wrong.
+/// The certainty of every reading, right or wrong.
 const SURE: Llr = 8;
 
-/// Messages of a length, to arrive within a time with a probability.
+/// Messages of a length that must arrive within a time with a probability.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Demand {
@@ -42,25 +42,25 @@ impl Default for Demand {
     }
 }
 
-/// Why nothing can meet a demand.
+/// Why a demand cannot be met.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DemandError {
-    /// There is no such message.
+    /// The message is invalid.
     #[error(transparent)]
     Message(#[from] FramingError),
-    /// The time is none.
+    /// The time is invalid.
     #[error("a message is to arrive within {within_s} s: give more than 0, and at most 60")]
     Time {
         /// The time, s.
         within_s: f64,
     },
-    /// The probability is none that can be measured.
+    /// The probability is out of the measurable range.
     #[error("a message is to arrive with a probability of {probability}: give 0.5 to 0.99")]
     Probability {
         /// The probability.
         probability: f64,
     },
-    /// Without one wrong bit there is not time enough.
+    /// The time is too short even without wrong bits.
     #[error(
         "{message_bytes} bytes take up to {needed} symbols, and there are {symbols} within {within_s} s at {symbol_rate_hz} symbols a \
          second: give a shorter message or more time"
@@ -68,9 +68,9 @@ pub enum DemandError {
     TooShort {
         /// Bytes of the message.
         message_bytes: usize,
-        /// Symbols in which they arrive from any moment on.
+        /// Symbols until arrival, from any start.
         needed: u32,
-        /// Symbols that there are.
+        /// Available symbols.
         symbols: u32,
         /// The time, s.
         within_s: f64,
@@ -80,8 +80,8 @@ pub enum DemandError {
 }
 
 impl Demand {
-    /// The greatest share of bits that may be read wrongly: raw, independent of each other and all equally sure, so that the code has no
-    /// help from soft values. Found with the real framing and its codes.
+    /// The greatest tolerable share of wrong bits: raw, independent and equally sure, so that soft values do not help the code. Found with
+    /// the real framing and its codes.
     ///
     /// ```
     /// use studies::reach::Demand;
@@ -92,7 +92,7 @@ impl Demand {
     /// ```
     ///
     /// # Errors
-    /// When the demand makes no sense, or cannot be met without a wrong bit either.
+    /// If the demand is invalid, or cannot be met without wrong bits either.
     pub fn raw_error_rate(&self, symbol_rate_hz: f64, seed: u64) -> Result<f64, DemandError> {
         let symbols = self.symbols(symbol_rate_hz)?;
         let most_lost = ((1.0 - self.probability) * TRIALS as f64) as usize;
@@ -102,7 +102,7 @@ impl Demand {
                 let group = (first..TRIALS.min(first + GROUP)).into_par_iter();
                 let arrives = |&trial: &u64| arrives(self.message_bytes, symbols, rate, seed, trial).unwrap_or(false);
                 lost += group.filter(|trial| !arrives(trial)).count();
-                // What cannot be decoded takes longest, and more of it changes nothing.
+                // Undecodable messages take longest, and more of them change nothing.
                 if lost > most_lost {
                     return false;
                 }
@@ -120,7 +120,7 @@ impl Demand {
         Ok(low)
     }
 
-    /// Whole symbols within the time; as many as a clean message needs, at least.
+    /// Whole symbols within the time; at least as many as a clean message needs.
     fn symbols(&self, symbol_rate_hz: f64) -> Result<u32, DemandError> {
         let Self {
             message_bytes,
@@ -133,7 +133,7 @@ impl Demand {
         if !(0.5..=0.99).contains(&probability) {
             return Err(DemandError::Probability { probability });
         }
-        // No message but an over-long one is refused, and that is not made first.
+        // Only an over-long message is refused, before it is made.
         let code = Code::for_length(message_bytes);
         let message = vec![0; message_bytes.min(MESSAGE_MAX + 1)];
         let needed = 2 * Framer::new(&message, code, false)?.panels_per_repeat();
@@ -151,7 +151,7 @@ impl Demand {
     }
 }
 
-/// Whether a random message arrives within a number of symbols, from a random one of its repeat on.
+/// Whether a random message arrives within a number of symbols, from a random symbol of its repeat on.
 fn arrives(bytes: usize, symbols: u32, rate: f64, seed: u64, trial: u64) -> Result<bool, FramingError> {
     let mut random = stream(seed, trial, Purpose::Bits);
     let message: Vec<u8> = (0..bytes).map(|_| random.next_u32() as u8).collect();
@@ -170,8 +170,7 @@ fn arrives(bytes: usize, symbols: u32, rate: f64, seed: u64, trial: u64) -> Resu
     Ok(false)
 }
 
-/// A panel of which each bit is wrong at that rate. The numbers drawn do not depend on it: what is wrong at one rate is so at all higher
-/// ones.
+/// A panel with each bit wrong at that rate. The random numbers do not depend on it: bits wrong at one rate are wrong at all higher ones.
 fn misread(panel: PanelFrame, rate: f64, random: &mut impl Rng) -> SoftPanel {
     let wrong = (0..64).map(|led| u64::from(uniform(random) < rate) << led);
     let read = PanelFrame::from_bits(panel.bits() ^ wrong.sum::<u64>());

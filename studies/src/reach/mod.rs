@@ -5,21 +5,21 @@
 //! when no bit is wrong at 50 m over nearly all ratios.
 //!
 //! 1. [`Demand::raw_error_rate`]: the share of bits that may be wrong, by the real framing and codes.
-//! 2. For each of [`RATIOS`] ratios, and some between them near the best: the distance at which too many bits begin to be wrong, first with
+//! 2. For each of [`RATIOS`] ratios, and some between them near the best: the distance from which on too many bits are wrong, first with
 //!    few frames, then with many at the two distances next to it, 4.4 % apart. Between these the log-odds of an error are interpolated.
-//!    That nothing is lost nearer by is looked at in half octaves from 5 m on, or from where the panel is 110 px wide.
+//!    Half octaves from 5 m on, or from where the panel is 110 px wide, show that nothing is lost nearer by.
 //! 3. The [`Curve`] of the reach over the ratio: a parabola through its top gives the best ratio, straight lines those that lose no more
-//!    than 1 % of its reach ([`NOTHING`]). Of these a [`Choice`] takes one.
+//!    than 1 % of its reach ([`NOTHING`]). A [`Choice`] selects one of these.
 //!
-//! All ratios and distances see the same frames, in rounds of doubling size as [`crate::optimum`] has them, so that neighbours differ by
-//! what they do and not by chance; intervals are those of the same steps on resampled batches. Errors at the reach are frequent (several in
-//! a hundred bits), so that nothing rare has to be counted.
+//! All ratios and distances use the same frames, in rounds of doubling size as in [`crate::optimum`], so that neighbours differ by their
+//! settings and not by chance. Intervals are those of the same steps on resampled batches. Errors at the reach are frequent (several in a
+//! hundred bits), so that nothing rare has to be counted.
 //!
 //! LEDs closer than the receiver's limit are indistinguishable. If bits are read well up to that limit, the reach is the last distance
-//! before it, whatever the ratio.
+//! before it, at any ratio.
 //!
-//! The panel's place is taken as known, as a receiver knows it that follows the panel. One that has to find it first ends at [`found_to_m`]
-//! at the latest; [`crate::random_scenes`] has how many are found.
+//! The panel's position counts as known, as for a receiver that follows the panel. A receiver that must find it first is limited to
+//! [`found_to_m`]; [`crate::random_scenes`] measures how many are found.
 //!
 //! ```
 //! use sim::scene::Scene;
@@ -61,20 +61,20 @@ use crate::stop::Stop;
 pub const RATIOS: usize = 16;
 /// Ratios on either side of the best, half as far apart.
 const FINE: usize = 3;
-/// The order of the ratios over the whole range: the first of these, and every fifth ratio after it, are tried at once; then those from the
-/// next one on.
+/// The order of the ratios over the whole range: the first of these, and every fifth ratio after it, are tried in parallel; then those from
+/// the next one on.
 const WIDE_ORDER: [usize; 5] = [0, 2, 4, 1, 3];
 
-/// What to search for, and how long.
+/// The settings of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReachSearch {
-    /// The share of bits that may be wrong, more than 0 and less than 0.5: see [`Demand::raw_error_rate`].
+    /// The tolerable share of wrong bits, more than 0 and less than 0.5: see [`Demand::raw_error_rate`].
     pub raw_error_rate: f64,
-    /// The ratios looked among, within [`crate::optimum::RANGE_MAX`].
+    /// The range of ratios, within [`crate::optimum::RANGE_MAX`].
     pub range: [f64; 2],
     /// The most frames at one ratio and distance, at least [`crate::optimum::FRAMES_MIN`].
     pub frames: u64,
-    /// The search ends when the 95 % interval of the ratio taken is no wider than ± this share of it; 0: it uses all frames.
+    /// The search ends if the 95 % interval of the chosen ratio is no wider than ± this share of it; 0: it uses all frames.
     pub tolerance: f64,
     /// The ratio to choose on a plateau.
     pub choice: Choice,
@@ -84,14 +84,14 @@ pub struct ReachSearch {
     pub random_reflectance: bool,
     /// The detector whose bit errors are counted.
     pub detector: DetectorChoice,
-    /// How exactly frames are drawn.
+    /// The accuracy of frames.
     pub level: Level,
-    /// What ends the search early.
+    /// The flag that ends the search early.
     pub stop: Stop,
 }
 
 impl Default for ReachSearch {
-    /// Of the best detector, at most 4096 frames, a twentieth of the ratio; one bit in 13 may be wrong, as 48 bytes within 1 s allow.
+    /// For the best detector, at most 4096 frames, a twentieth of the ratio; one bit in 13 may be wrong, as 48 bytes within 1 s allow.
     fn default() -> Self {
         Self {
             raw_error_rate: 0.078,
@@ -111,10 +111,10 @@ impl Default for ReachSearch {
 /// Why there is no best ratio.
 #[derive(Debug, thiserror::Error)]
 pub enum ReachError {
-    /// It makes no sense.
+    /// The search is invalid.
     #[error(transparent)]
     Search(#[from] SearchError),
-    /// The error rate is none.
+    /// The error rate is invalid.
     #[error("a share of {rate} of the bits may be wrong: it must be more than 0 and less than 0.5")]
     RawErrorRate {
         /// The rate.
@@ -127,35 +127,35 @@ pub enum ReachError {
         l2a: f64,
         /// The distance, m.
         distance_m: f64,
-        /// Why not.
+        /// The cause.
         source: Box<EvaluateError>,
     },
-    /// Hardly any ratio is read at all.
+    /// Hardly any ratio is readable.
     #[error(
         "at no more than {ratios} of the ratios tried from {low:.3} to {high:.3} are messages read at the nearest distance: give another \
          range, more light or a camera that sees more"
     )]
     Unread {
-        /// Ratios that are read.
+        /// Readable ratios.
         ratios: usize,
         /// The lowest ratio.
         low: f64,
         /// The highest ratio.
         high: f64,
     },
-    /// [`ReachSearch::stop`] has ended the search.
+    /// [`ReachSearch::stop`] ended the search.
     #[error("interrupted before the reach was known")]
     Interrupted,
 }
 
-/// The best ratio by reach, and what it was found from.
+/// The best ratio by reach, and its evidence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reach {
-    /// The best ratio, the one to take, and how sure they are.
+    /// The best ratio, the chosen one, and their intervals.
     pub judged: Judgement,
     /// Whether the best ratio is an end of the range: the true one may lie beyond.
     pub at_border: bool,
-    /// The nearest distance before the reach at which too many bits are wrong at the ratio taken, m, if there is one.
+    /// The nearest distance before the reach at which too many bits are wrong at the chosen ratio, m, if there is one.
     pub lost_at_m: Option<f64>,
     /// The reach over the ratio.
     pub curve: Curve,
@@ -165,7 +165,7 @@ pub struct Reach {
 
 /// Finds the best ratio of a scene's first panel by reach; the scene's distance is ignored.
 ///
-/// # Errors
+/// If the search or the scene is invalid, or [`ReachSearch::stop`] ended it: see [`ReachError`].
 /// When the search or the scene makes no sense, or [`ReachSearch::stop`] ended it: see [`ReachError`].
 pub fn reach(scene: &Scene, search: &ReachSearch) -> Result<Reach, ReachError> {
     reach_from(scene, search, &[], |_| {})
@@ -209,7 +209,7 @@ pub(crate) fn reach_from(
     })
 }
 
-/// A search as far as it is done.
+/// A search in progress.
 struct Work<'a> {
     scene: &'a Scene,
     search: &'a ReachSearch,
@@ -237,7 +237,7 @@ impl Work<'_> {
 
     /// The result of a number of rounds.
     fn after(&mut self, rounds: usize, tell: &mut (impl FnMut(&Crossing) + Send)) -> Result<Judgement, ReachError> {
-        // The first group has neighbours for all others on both sides.
+        // The first group gives all others neighbours on both sides.
         for first in WIDE_ORDER {
             let group: Vec<usize> = (2 * first..=LAST).step_by(2 * WIDE_ORDER.len()).collect();
             self.cross(&group, rounds, tell)?;
@@ -249,14 +249,14 @@ impl Work<'_> {
         self.judged(rounds)
     }
 
-    /// Finds the crossings of some ratios at once, and reports those that are new.
+    /// Finds the crossings of some ratios in parallel, and reports new ones.
     fn cross(&mut self, numbers: &[usize], rounds: usize, tell: &mut (impl FnMut(&Crossing) + Send)) -> Result<(), ReachError> {
         let ratios = numbers.par_iter().map(|&number| ratio(self.search.range, number));
         let tell = Mutex::new(tell);
         let cross = |l2a| {
             let found = self.crossing(l2a, rounds)?;
             if let Some((crossing, false)) = &found {
-                // Each as soon as it is known: with others it may take long.
+                // Each as soon as it is known, because others may take long.
                 let mut tell = tell.lock().unwrap_or_else(PoisonError::into_inner);
                 tell(crossing);
             }
@@ -272,12 +272,12 @@ impl Work<'_> {
         Ok(())
     }
 
-    /// Where a ratio is among those found, or would be.
+    /// The position of a ratio among those found, or for its insertion.
     fn place(&self, l2a: f64) -> Result<usize, usize> {
         self.found.binary_search_by(|one| one.l2a.total_cmp(&l2a))
     }
 
-    /// The crossing of one ratio, and whether it was known; none where too much is lost everywhere.
+    /// The crossing of one ratio, and whether it was known; `None` if too much is lost everywhere.
     fn crossing(&self, l2a: f64, rounds: usize) -> Result<Option<(Crossing, bool)>, ReachError> {
         let of_ratio = |crossing: &&Crossing| crossing.l2a == l2a;
         let mut known = self.known.iter().filter(of_ratio);
@@ -298,7 +298,7 @@ impl Work<'_> {
         Ok(crossing.map(|crossing| (crossing, false)))
     }
 
-    /// Where to look for the crossing of a ratio, by those of its neighbours.
+    /// The expected place of a ratio's crossing, by its neighbours.
     fn guess(&self, l2a: f64) -> Guess {
         let above = self.place(l2a).unwrap_or_else(|place| place);
         let at = |place: usize| self.found.get(place);
@@ -313,7 +313,7 @@ impl Work<'_> {
         }
     }
 
-    /// Without those of fewer rounds, that were near the best then and are not now.
+    /// Without ratios of fewer rounds, which were near the best earlier and are not now.
     fn curve(&self, rounds: usize) -> Curve {
         let crossings = self.found.iter();
         let crossings: Vec<&Crossing> = crossings.filter(|one| one.rounds() == rounds).collect();
@@ -329,7 +329,7 @@ impl Work<'_> {
         judged.ok_or(ReachError::Unread { ratios, low, high })
     }
 
-    /// The nearest distance at which too much is lost at a ratio, if there is one before its reach, m.
+    /// The nearest distance with too many losses at a ratio before its reach, if there is one, m.
     fn lost_before_reach(&self, l2a: f64) -> Result<Option<f64>, ReachError> {
         let above = self.found.partition_point(|crossing| crossing.l2a < l2a);
         let beside = self.found.get(above).or(self.found.last());
@@ -340,10 +340,10 @@ impl Work<'_> {
     }
 }
 
-/// The number of the last ratio, where those between two of [`RATIOS`] are numbered too.
+/// The number of the last ratio; those between two of [`RATIOS`] have numbers too.
 const LAST: usize = 2 * (RATIOS - 1);
 
-/// The ratio of a number, to a millionth, so that it reads well; the ends are as they were given.
+/// The ratio of a number, rounded to a millionth for readability; the ends are as given.
 fn ratio([low, high]: [f64; 2], number: usize) -> f64 {
     let exact = low * (high / low).powf(number as f64 / LAST as f64);
     (exact * 1e6).round() / 1e6

@@ -6,13 +6,13 @@ use super::*;
 use crate::monte_carlo::Evaluation;
 use crate::optimum::Sample;
 
-/// One bit in this many may be wrong.
+/// The tolerable share of wrong bits.
 const RATE: f64 = 0.08;
-/// Where the made-up reach is greatest, and how far that is, m.
+/// The ratio of greatest synthetic reach, and that reach, m.
 const BEST: f64 = 1.7;
 const FARTHEST_M: f64 = 90.0;
 
-/// A made-up reach, m: a parabola of logarithms.
+/// A synthetic reach, m: a parabola of logarithms.
 fn reach_m(l2a: f64) -> f64 {
     FARTHEST_M * (-0.1 * (l2a / BEST).ln().powi(2)).exp()
 }
@@ -21,7 +21,7 @@ fn ratios() -> Vec<f64> {
     (0..=LAST).step_by(2).map(|number| ratio([0.2, 4.0], number)).collect()
 }
 
-/// Frames at the two distances about the made-up reach of each ratio. Each frame is easier or harder to read, the same at all ratios.
+/// Frames at the two distances about the synthetic reach of each ratio. Each frame is easier or harder to read, the same at all ratios.
 fn crossings(seed: u64) -> Vec<Crossing> {
     const BATCHES: usize = 16;
     const FRAMES: usize = 8;
@@ -35,7 +35,7 @@ fn crossings(seed: u64) -> Vec<Crossing> {
             let mut batch = Evaluation::default();
             for ease in frames {
                 let wrong = 1.0 / (1.0 + odds.exp());
-                // In proportion, so that the mean is what it was.
+                // In proportion, so that the mean stays.
                 batch.errors.push(misread(wrong * (1.0 - ease), &mut random));
             }
             batch
@@ -78,7 +78,7 @@ fn the_intervals_hold_the_truth_in_95_of_100_cases() {
             *held += usize::from(low <= truth && truth <= high);
         }
     }
-    // Of 100 cases 95 ± 2.2; frames as uneven as these, and straight lines between ratios, take one or two more.
+    // 95 ± 2.2 of 100 cases; frames as uneven as these, and straight lines between ratios, cost one or two more.
     assert!(held.iter().all(|&held| held >= 88), "seeds 0 to 99: {held:?}");
 }
 
@@ -90,7 +90,7 @@ fn what_is_chosen_loses_no_more_than_it_may() {
     assert!((best.best / BEST - 1.0).abs() < 0.01 && best.chosen == best.best, "{best:?}");
     let least = at(Choice::LeastLight).chosen;
     assert!((reach_m(least) / FARTHEST_M - 0.99).abs() < 0.002 && least < BEST, "{least}");
-    // A parabola falls as steeply on both sides.
+    // A parabola is symmetric.
     let margin = at(Choice::Margin).chosen;
     assert!((margin / BEST - 1.0).abs() < 0.02, "{margin}");
     assert!(!best.is_flat(), "{best:?}");

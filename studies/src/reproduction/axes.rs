@@ -1,22 +1,22 @@
-//! What the figures vary, and how finely.
+//! The axes of the figures, and their resolution.
 
 use crate::detectors::{DETECTORS, DetectorChoice};
 
 /// The detector of Do & Yoo 2020.
 pub const PAPERS_DETECTOR: &str = "kmeans";
-/// Intervals and ratios at which a detector of figure 22 has learnt.
+/// Intervals and ratios at which a detector of figure 22 is trained.
 const LEARNT_AT: [usize; 2] = [6, 4];
-/// The same in a first look: maximum likelihood follows a panel at each before it counts, which takes most of the time.
+/// The same in a first look, whose time is mostly for maximum likelihood, which follows a panel at each.
 const QUICK_LEARNT_AT: [usize; 2] = [4, 2];
 
-/// How much is looked at.
+/// The amount of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// All that the figures show.
+    /// All points of the figures.
     Figures,
-    /// A first look: fewer points, and the best ratio less well known.
+    /// A first look: fewer points, and less precise best ratios.
     Quick,
-    /// What the claims need, coarser.
+    /// The points that the claims need, coarser.
     Claims,
 }
 
@@ -35,7 +35,7 @@ pub struct Axes {
     pub optimum_distance_m: Vec<f64>,
     /// Distances of figure 22, in metres.
     pub error_distance_m: Vec<f64>,
-    /// At how many intervals and ratios a detector that learns has learnt, at each of them.
+    /// The numbers of intervals and ratios at which a detector is trained.
     pub learnt_at: [usize; 2],
     /// Detectors of figure 22.
     pub detectors: Vec<&'static str>,
@@ -48,7 +48,7 @@ fn even(low: f64, high: f64, count: usize) -> Vec<f64> {
 }
 
 impl Axes {
-    /// The axes to that extent.
+    /// The axes for that amount of work.
     pub fn of(extent: Extent) -> Self {
         let l2a = even(0.2, 4.0, 20);
         let optimum_interval = even(0.5, 2.0, 4);
@@ -83,7 +83,7 @@ impl Axes {
     }
 }
 
-/// All detectors that a receiver can be, once, by name: `best` is one of the others.
+/// All detectors of receivers, once, by name: `best` is one of the others.
 fn detectors() -> impl Iterator<Item = &'static str> {
     DETECTORS
         .iter()
@@ -95,7 +95,7 @@ fn detectors() -> impl Iterator<Item = &'static str> {
 mod tests {
     use super::*;
 
-    /// Maximum likelihood learns 256 frames of each before it counts: 0.35 s of processor time in the mean.
+    /// Maximum likelihood learns from 256 frames of each first: 0.35 s of processor time on average.
     #[test]
     fn a_first_look_follows_no_more_panels_than_half_a_minute_allows() {
         let [quick, full] = [Extent::Quick, Extent::Figures].map(Axes::of);

@@ -1,4 +1,4 @@
-//! The features of many frames at one setting, in batches, so that what is computed from them has an interval.
+//! The features of many frames at one setting, in batches, so that statistics of them have an interval.
 
 use crate::parallel::prelude::*;
 use link::panel::LEDS;
@@ -23,15 +23,15 @@ impl Batches {
     /// Measures `frames` random frames of `scene`, rounded up to whole batches, each with its own reflectance.
     ///
     /// # Errors
-    /// When the scene cannot be seen or measured, or `stop` has ended it.
+    /// If the scene cannot be seen or measured, or `stop` ended it.
     pub fn measure(scene: &Scene, frames: u64, seed: u64, stop: Stop) -> Result<Self, EvaluateError> {
         Self::measure_on(scene, frames, seed, stop, &mut Pieces::default(), |_| {})
     }
 
-    /// The same, gone on from the batches that are finished, to which it adds; `tell` is shown them now and then.
+    /// The same, continued from finished batches, to which it adds; calls `tell` with them now and then.
     ///
     /// # Errors
-    /// As [`Batches::measure`]; what is finished is in `pieces`.
+    /// As [`Batches::measure`]; finished batches are in `pieces`.
     pub(super) fn measure_on(
         scene: &Scene,
         frames: u64,

@@ -1,8 +1,8 @@
 //! Bit errors over distance with the best L2A and with a random one (figure 22 of Do & Yoo 2020).
 //!
-//! In both sets each frame's interval is drawn from [`STEPS`] values, spread evenly over 0.5 to 2; in the one set the ratio is the best
-//! for that interval, in the other it is drawn evenly from 0.2 to 4. Frames are independent of each other in all that is random, so
-//! that the interval of their error rate holds it all. Both sets have the same intervals, bits, phases and reflectances.
+//! In both sets each frame's interval is drawn from [`STEPS`] values, spread evenly over 0.5 to 2. In the one set the ratio is the best for
+//! that interval, in the other it is drawn uniformly from 0.2 to 4. All random properties of frames are independent, so that the interval
+//! of their error rate covers all of them. Both sets have the same intervals, bits, phases and reflectances.
 
 use crate::parallel::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -18,12 +18,12 @@ use sim::scene::Scene;
 pub const INTERVALS: [f64; 2] = [0.5, 2.0];
 /// The ratios of Table 1.
 pub const RATIOS: [f64; 2] = [0.2, 4.0];
-/// Values of the interval. Their steps of 0.023 are finer than what the error rate shows of it.
+/// Values of the interval. Their steps of 0.023 are finer than the error rate resolves.
 pub const STEPS: usize = 64;
-/// Frames between two looks at the number of errors.
+/// Frames between two checks of the number of errors.
 const ROUND: u64 = 512;
 
-/// How the panel is dimmed.
+/// The dimming of the panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Dimming {
@@ -39,11 +39,11 @@ pub struct Set<'a, B> {
     pub scene: &'a Scene,
     /// The distance in metres.
     pub distance_m: f64,
-    /// Which of the two.
+    /// The dimming.
     pub dimming: Dimming,
     /// The best ratio for an interval.
     pub best: B,
-    /// At how many intervals and ratios a detector that learns has learnt: it reads a frame by what it knows of the nearest.
+    /// The numbers of intervals and ratios at which a detector is trained: a frame is read with the nearest training.
     pub learnt_at: [usize; 2],
 }
 
@@ -52,7 +52,7 @@ fn middle([low, high]: [f64; 2], step: usize, count: usize) -> f64 {
     low + (high - low) * (step as f64 + 0.5) / count as f64
 }
 
-/// In which of `count` even steps a share from 0 to 1 is.
+/// The step, of `count` even ones, that contains a share from 0 to 1.
 fn step(share: f64, count: usize) -> usize {
     ((share * count as f64) as usize).min(count - 1)
 }
@@ -67,7 +67,7 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
         at.scene(self.scene)
     }
 
-    /// The step of a frame's interval, the share of the range of ratios that is below its own, and that.
+    /// The step of a frame's interval, the share of the range of ratios below its own, and its ratio.
     fn drawn(&self, seed: u64, frame: u64) -> (usize, f64, f64) {
         let mut random = stream(seed, frame, Purpose::Setting);
         let (place, share) = (step(uniform(&mut random), STEPS), uniform(&mut random));
@@ -78,7 +78,7 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
         (place, share, l2a)
     }
 
-    /// For each interval one who reads, or where detectors learn as many as there are ratios to learn at.
+    /// For each interval one reader, or for trained detectors one per training ratio.
     fn readers(&self, settings: Settings) -> Result<Vec<Vec<Evaluator>>, EvaluateError> {
         if !settings.detector.looks_back() {
             let reader = |place| {
@@ -112,12 +112,12 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
         (0..STEPS).into_par_iter().map(taught).collect()
     }
 
-    /// Counts bit errors: in as many frames as `settings` say, rounded up to whole rounds, or until there are `enough`.
+    /// Counts bit errors: in as many frames as in `settings`, rounded up to whole rounds, or until there are `enough`.
     ///
-    /// It goes on from the rounds that are finished, to which it adds; `tell` is shown them now and then.
+    /// It continues from finished rounds, to which it adds; calls `tell` with them now and then.
     ///
     /// # Errors
-    /// When the scene cannot be seen or measured, the detector not be trained, or [`Settings::stop`] has ended it.
+    /// If the scene cannot be seen or measured, the detector cannot be trained, or [`Settings::stop`] ended it.
     pub fn count(
         &self,
         settings: Settings,
@@ -139,7 +139,7 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
         while pieces.errors.frames() < settings.frames && pieces.errors.errors() < enough {
             let done = pieces.errors.frames();
             let mut round: Vec<u64> = (done..done + ROUND).collect();
-            // Frames of one interval after each other need one workspace.
+            // Successive frames of one interval need one workspace.
             round.sort_by_key(|&frame| self.drawn(settings.seed, frame).0);
             let round = round.into_par_iter().map_init(|| None, read);
             let round = round.collect::<Result<Vec<_>, EvaluateError>>()?;
@@ -189,7 +189,7 @@ mod tests {
         }
     }
 
-    /// A frame's ratio is not that of the scene that was prepared: it is as if it were.
+    /// A frame with another ratio than the prepared scene equals one prepared for that ratio.
     #[test]
     fn a_frame_is_that_of_a_scene_of_its_interval_and_ratio() {
         let scene = scene();
@@ -238,7 +238,7 @@ mod tests {
         assert_eq!(count(0, 1).frames(), 0);
     }
 
-    /// What many frames of another seed have, and how often the intervals of few frames hold it.
+    /// The error rate of many frames of another seed, and how often the intervals of few frames hold it.
     #[test]
     fn intervals_hold_what_is_drawn_with_the_frames() {
         let scene = scene();

@@ -1,4 +1,4 @@
-//! The tasks that figures and claims need done, and what they found.
+//! The tasks behind figures and claims, and their results.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use super::operating_point::OperatingPoint;
 use super::optima::BestRatio;
 use crate::statistics::FrameErrors;
 
-/// One piece of work.
+/// A unit of work.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Task {
@@ -25,7 +25,7 @@ pub enum Task {
     Errors {
         /// The distance in metres.
         distance_m: f64,
-        /// How the panel is dimmed.
+        /// The dimming of the panel.
         dimming: Dimming,
         /// The detector's name.
         detector: String,
@@ -46,7 +46,7 @@ impl std::fmt::Display for Task {
     }
 }
 
-/// What a task found.
+/// The result of a task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Finding {
@@ -58,17 +58,17 @@ pub enum Finding {
     Errors(Box<FrameErrors>),
 }
 
-/// What has been found so far.
+/// The results so far.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Findings(Vec<(Task, Finding)>);
 
 impl Findings {
-    /// Keeps what a task found.
+    /// Stores a task's result.
     pub fn keep(&mut self, task: Task, finding: Finding) {
         self.0.push((task, finding));
     }
 
-    /// What `task` found.
+    /// The result of `task`.
     pub fn of(&self, task: &Task) -> Option<&Finding> {
         self.0.iter().find(|(done, _)| done == task).map(|(_, finding)| finding)
     }

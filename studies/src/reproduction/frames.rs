@@ -1,4 +1,4 @@
-//! Single frames: the pictures of figures 8, 12, 15 and 18, and the features that figures 13, 16 and 19 scatter.
+//! Single frames: the pictures of figures 8, 12, 15 and 18, and the features of the scatter plots in figures 13, 16 and 19.
 
 use link::panel::{LEDS, PanelFrame};
 use serde::{Deserialize, Serialize};
@@ -27,7 +27,7 @@ pub struct Picture {
 /// The cells of the scene's first panel, with the bits of that seed.
 ///
 /// # Errors
-/// When the scene cannot be seen.
+/// If the scene cannot be seen.
 pub fn panel_picture(scene: &Scene, seed: u64) -> Result<Picture, ViewError> {
     let renderer = Renderer::new(scene, Level::Fine)?;
     let bits = PanelFrame::from_bits(stream(seed, 0, Purpose::Bits).next_u64());
@@ -36,7 +36,7 @@ pub fn panel_picture(scene: &Scene, seed: u64) -> Result<Picture, ViewError> {
 
 /// The luminance of the LED of figure 8: the highest of Table 1.
 pub const PAIR_LUMINANCE_CD_M2: f64 = 8000.0;
-/// The conditions of figure 8 and an illuminance that each stands for.
+/// The conditions of figure 8 with a typical illuminance for each.
 pub const DAYLIGHT: [(&str, f64); 5] = [
     ("direct strong sunlight", 100_000.0),
     ("direct mild sunlight", 40_000.0),
@@ -44,15 +44,15 @@ pub const DAYLIGHT: [(&str, f64); 5] = [
     ("overcast day", 2_000.0),
     ("twilight", 10.0),
 ];
-/// The distance at which figure 8 sees its two LEDs.
+/// The distance of the two LEDs in figure 8.
 const PAIR_DISTANCE_M: f64 = 50.0;
 /// The On LED of figure 8; its left neighbour is Off.
 const PAIR_ON: usize = 8 * 3 + 4;
 
-/// Two LEDs, the left one Off, the right one On at [`PAIR_LUMINANCE_CD_M2`], in the given ambient light; with the ratio that this makes.
+/// Two LEDs, the left one Off, the right one On at [`PAIR_LUMINANCE_CD_M2`], in the given ambient light; with the resulting ratio.
 ///
 /// # Errors
-/// When the scene cannot be seen.
+/// If the scene cannot be seen.
 pub fn pair_picture(scene: &Scene, illuminance_lx: f64) -> Result<(Picture, f64), ViewError> {
     let mut scene = scene.clone();
     scene.ambient.illuminance_lx = illuminance_lx;
@@ -109,8 +109,8 @@ pub struct Feature {
 }
 
 /// The features of all LEDs in the first `frames` random frames of a scene.
-///
 /// # Errors
+/// If the scene cannot be seen or measured.
 /// When the scene cannot be seen or measured.
 pub fn scatter(scene: &Scene, frames: u64, seed: u64) -> Result<Vec<Feature>, EvaluateError> {
     let settings = Settings::fast(frames, seed, DetectorChoice::KMeans);

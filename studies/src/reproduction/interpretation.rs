@@ -1,17 +1,17 @@
-//! The ways to read the paper where it contradicts itself or is silent, each a few scene keys.
+//! The interpretations of the paper where it contradicts itself or is silent, each a few scene keys.
 
-/// One reading: what it sets apart from the scene `paper`.
+/// One interpretation: its differences from the scene `paper`.
 #[derive(Clone, Copy, Debug)]
 pub struct Interpretation {
     /// A short name.
     pub name: &'static str,
-    /// What it takes the paper to say.
+    /// Its reading of the paper.
     pub summary: &'static str,
-    /// Scene keys, as `--set` takes them.
+    /// Scene keys in the form of `--set`.
     pub overrides: &'static [&'static str],
 }
 
-/// The other readings that the report puts beside the scene as it is.
+/// The other interpretations in the report, beside the unchanged scene.
 pub const INTERPRETATIONS: [Interpretation; 9] = [
     Interpretation {
         name: "eq10",

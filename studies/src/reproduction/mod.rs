@@ -1,17 +1,17 @@
 //! The figures of Do & Yoo 2020 (Sensors 20, 292, section 4.4) computed again, with a verdict on each of their claims.
 //!
-//! A [`Study`] of a scene lists the tasks whose findings the figures and the claims need; each is done once and kept.
+//! A [`Study`] of a scene lists the tasks behind the figures and the claims; each is done once and stored.
 //!
-//! | figures | from |
+//! | figures | source |
 //! |---|---|
 //! | 8, 12, 15, 18: pictures; 13, 16, 19: features of single frames | [`panel_picture`], [`pair_picture`], [`scatter`] |
 //! | 14, 17, 20: Bvar, Wvar and B2W over L2A, interval and distance | [`Batches`] |
 //! | 21: the best L2A over interval and distance | [`BestRatio`], by [`crate::optimum`] |
 //! | 22: bit error rates with the best L2A and with a random one | [`Task::Errors`] |
 //!
-//! [`judge`] holds each claim against its number, with its interval. [`INTERPRETATIONS`] lists the ways to
-//! read the paper where it contradicts itself. The paper's frames also draw the ambient light; exposure and dimming follow it, so that its
-//! frames do not depend on it.
+//! [`judge`] compares each claim with its number and interval. [`INTERPRETATIONS`] lists the interpretations of the paper where it
+//! contradicts itself. The paper also draws the ambient light at random; exposure and dimming follow it, so that its frames do not depend
+//! on it.
 //!
 //! ```
 //! use studies::reproduction::{Extent, Findings, Study, Task, judge};

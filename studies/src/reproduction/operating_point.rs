@@ -1,4 +1,4 @@
-//! Where in the paper's three dimensions a point lies, and the scene that is there.
+//! A point in the paper's three dimensions, and its scene.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,19 +16,19 @@ pub struct OperatingPoint {
 }
 
 impl OperatingPoint {
-    /// What the figures keep of interval, distance and ratio while they vary one of them.
+    /// The values of interval, distance and ratio in the figures that vary one of them.
     pub const REFERENCE: Self = Self {
         interval: 1.0,
         distance_m: 50.0,
         l2a: 1.0,
     };
 
-    /// Of another ratio than [`OperatingPoint::REFERENCE`].
+    /// [`OperatingPoint::REFERENCE`] with another ratio.
     pub fn at_l2a(l2a: f64) -> Self {
         Self { l2a, ..Self::REFERENCE }
     }
 
-    /// Of another interval.
+    /// The reference with another interval.
     pub fn at_interval(interval: f64) -> Self {
         Self {
             interval,
@@ -36,7 +36,7 @@ impl OperatingPoint {
         }
     }
 
-    /// At another distance.
+    /// The reference at another distance.
     pub fn at_distance(distance_m: f64) -> Self {
         Self {
             distance_m,
@@ -73,7 +73,7 @@ mod tests {
         [exposure.background, light.off, light.on]
     }
 
-    /// The paper draws each frame's illuminance from 50 to 16 000 lx. Exposure and dimming follow it, so one illuminance stands for all.
+    /// The paper draws each frame's illuminance from 50 to 16 000 lx. Exposure and dimming follow it, so one illuminance represents all.
     #[test]
     fn frames_of_the_paper_do_not_depend_on_the_light() {
         let [bright, dark] = [16_000.0, 50.0].map(|lx| lights(lx, &[]));

@@ -14,16 +14,16 @@ use sim::scene::Scene;
 pub struct BestRatio {
     /// The ratio, from 0.2 to 4.
     pub l2a: Estimate,
-    /// The B2W that it gives.
+    /// Its B2W.
     pub b2w: f64,
     /// Whether it is the end of that range: the true one may lie beyond.
     pub at_border: bool,
 }
 
-/// Finds it, gone on from the pieces of the search's rounds that are finished, to which it adds; `tell` is shown them now and then.
+/// Finds it, continuing from finished pieces of the search's rounds, to which it adds; calls `tell` with them now and then.
 ///
 /// # Errors
-/// When the scene cannot be evaluated, or the search was given up.
+/// If the scene cannot be evaluated, or the search was stopped.
 pub fn find(
     scene: &Scene,
     interval: f64,

@@ -1,4 +1,4 @@
-//! What is finished of a task in work, so that it goes on from there.
+//! The finished parts of a task in progress, from which it continues.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use super::sums::Sums;
 use crate::monte_carlo::Evaluation;
 use crate::statistics::FrameErrors;
 
-/// What is finished of a task that is in work.
+/// The finished parts of a task in progress.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pieces {

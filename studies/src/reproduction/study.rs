@@ -1,5 +1,4 @@
-//! What the figures need, as tasks that are done one by one and kept, so that figures share them and a run can be
-//! interrupted and taken up again.
+//! The figures' tasks, which are done one by one and stored, so that figures share them and a run can be interrupted and resumed.
 
 use super::axes::{Axes, Extent, PAPERS_DETECTOR};
 use super::batches::Batches;
@@ -16,14 +15,14 @@ use crate::statistics::FrameErrors;
 use crate::stop::Stop;
 use sim::scene::Scene;
 
-/// Bit errors at which a count ends: by then the interval of the rate is a few percent wide.
+/// Bit errors that end a count: the interval of the rate is then a few percent wide.
 pub const ERRORS_ENOUGH: u64 = 20_000;
-/// By how many fewer frames a point of figure 22 has with a detector that is not the paper's.
+/// The divisor of the frames of a point of figure 22 for detectors other than the paper's.
 const DETECTOR_SHARE: u64 = 32;
-/// By how many fewer frames a ratio of the search has than a figure.
+/// The divisor of a figure's frames for a ratio of the search.
 const SEARCH_SHARE: u64 = 5;
 
-/// Why a task cannot be done.
+/// Why a task failed.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// A setting cannot be evaluated.
@@ -34,7 +33,7 @@ pub enum StudyError {
     Optimum(String, OptimumError),
 }
 
-/// A scene to be looked at from all sides.
+/// The study of a scene.
 #[derive(Clone, Debug)]
 pub struct Study {
     /// The scene; its interval, distance and ratio are varied.
@@ -43,16 +42,16 @@ pub struct Study {
     pub seed: u64,
     /// Frames of a figure, or of a point of figure 22.
     pub frames: u64,
-    /// What is varied.
+    /// The axes.
     pub axes: Axes,
-    /// A search for a best ratio ends before its frames do when the 95 % interval is no wider than ± this.
+    /// A search for a best ratio ends early if the 95 % interval is no wider than ± this.
     pub tolerance: f64,
-    /// What ends a task early.
+    /// The flag that ends a task early.
     pub stop: Stop,
 }
 
 impl Study {
-    /// A study of `scene` to that extent, with `frames` frames a figure.
+    /// A study of `scene` with that amount of work, with `frames` frames a figure.
     pub fn new(scene: Scene, extent: Extent, frames: u64, seed: u64) -> Self {
         Self {
             scene,
@@ -72,8 +71,8 @@ impl Study {
         (self.frames / SEARCH_SHARE).max(FRAMES_MIN)
     }
 
-    /// The most frames of one point of figure 22. With the paper's detector they are those of a whole figure, so that rates
-    /// without errors have bounds below those with some.
+    /// The most frames of one point of figure 22. With the paper's detector they are those of a whole figure, so that rates without errors
+    /// have lower bounds than rates with some.
     pub fn error_frames(&self, detector: &str) -> u64 {
         if detector == PAPERS_DETECTOR {
             self.frames
@@ -99,7 +98,7 @@ impl Study {
         distances_m.map(|&distance_m| OperatingPoint::at_distance(distance_m)).collect()
     }
 
-    /// All tasks, in an order in which each has what it needs; none twice.
+    /// All tasks, each once, in the order of their dependencies.
     pub fn tasks(&self) -> Vec<Task> {
         let points = [self.over_l2a(), self.over_interval(), self.over_distance()];
         let mut tasks: Vec<Task> = Vec::new();
@@ -124,20 +123,20 @@ impl Study {
         tasks
     }
 
-    /// The share of a figure's frames that one of its points has.
+    /// The share of a figure's frames for one of its points.
     pub fn share(&self, points: usize) -> u64 {
         self.frames.div_ceil(points.max(1) as u64)
     }
 
-    /// Does a task; `known` holds the findings of those before it. `None` where [`Study::stop`] has ended it.
+    /// Does a task; `known` holds the results of the tasks before it. `None` if [`Study::stop`] ended it.
     ///
     /// # Errors
-    /// When the scene cannot be seen or measured at the task's setting.
+    /// If the scene cannot be seen or measured at the task's setting.
     pub fn perform(&self, task: &Task, known: &Findings) -> Result<Option<Finding>, StudyError> {
         self.perform_on(task, known, &mut Pieces::default(), |_| {})
     }
 
-    /// The same, gone on from the pieces of the task that are finished, to which it adds; `tell` is shown them now and then.
+    /// The same, continued from the finished pieces of the task, to which it adds; calls `tell` with them now and then.
     ///
     /// # Errors
     /// As [`Study::perform`].
@@ -215,7 +214,7 @@ impl Study {
         set.count(settings, ERRORS_ENOUGH, pieces, tell)
     }
 
-    /// For each interval of figure 21 that is finished: the mean over the distances of the best ratio (figure 21b).
+    /// For each finished interval of figure 21: the mean of the best ratio over the distances (figure 21b).
     pub fn mean_optima(&self, findings: &Findings) -> Vec<(f64, f64)> {
         let mean = |&interval: &f64| {
             let ratios = self
@@ -264,7 +263,7 @@ mod tests {
             });
             ASKED.store(false, Ordering::Relaxed);
             assert!(matches!(found, Ok(None)), "{task}");
-            // As a file keeps them.
+            // In the file format.
             let text = serde_json::to_string(&pieces).unwrap();
             let mut pieces = serde_json::from_str(&text).unwrap();
             let (mut all, mut left) = (0, 0);

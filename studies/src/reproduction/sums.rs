@@ -1,4 +1,4 @@
-//! What the features of frames add up to.
+//! The sums of the frames' features.
 
 use link::panel::LEDS;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::monte_carlo::Observation;
 use crate::statistics::{Distinguishability, Moments};
 
-/// What the frames of a batch add up to.
+/// The sums over a batch's frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sums {
@@ -21,7 +21,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Takes one frame, with the grey levels at the LEDs' centres.
+    /// Adds one frame, with the grey levels at the LEDs' centres.
     pub fn push(&mut self, observed: &Observation, led_greys: &[u8; LEDS]) {
         let features = &observed.features;
         for (led, &led_grey) in led_greys.iter().enumerate() {
@@ -36,7 +36,7 @@ impl Sums {
         }
     }
 
-    /// Takes all frames of `other`.
+    /// Adds all frames of `other`.
     pub fn merge(&mut self, other: &Self) {
         self.on.merge(&other.on);
         self.off.merge(&other.off);

@@ -1,8 +1,8 @@
-//! Whether the dimming of LEDs beats with a camera's exposures.
+//! Beats between the dimming of LEDs and a camera's exposures.
 //!
-//! An exposure that holds no whole number of pulses receives more or less light by where in a period it begins, and that place moves on
-//! from frame to frame: the LEDs' brightness goes up and down at the difference between the pulses' frequency and the nearest multiple of
-//! the frame rate.
+//! An exposure without a whole number of pulses receives more or less light depending on its phase in a period, and the phase changes from
+//! frame to frame: the LEDs' brightness oscillates at the difference between the pulses' frequency and the nearest multiple of the frame
+//! rate.
 
 use sim::accuracy::Level;
 use sim::effects::Pulses;
@@ -10,19 +10,19 @@ use sim::renderer::Renderer;
 use sim::scene::Scene;
 use sim::view::ViewError;
 
-/// LEDs whose light strays further than this beat; a receiver reads LEDs that differ by four times as much.
+/// The greatest relative deviation of light that does not count as a beat; a receiver reads LEDs that differ by four times as much.
 const SEEN: f64 = 0.05;
 
-/// How the pulses of a scene's panels meet its camera's exposures.
+/// The relation of a panel's pulses to the camera's exposures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DimmingBeat {
-    /// Pulses, or whole scans of a panel that is lit row by row, a second.
+    /// Pulses, or whole scans of a row-scanned panel, a second.
     pub pulses_hz: f64,
     /// Pulses in an exposure.
     pub pulses_an_exposure: f64,
-    /// How often brightness goes up and down, a second; 0 where all frames are alike.
+    /// The frequency of the brightness, Hz; 0 if all frames are alike.
     pub beat_hz: f64,
-    /// How far a frame's light may stray from the mean, as a part of it.
+    /// The greatest relative deviation of a frame's light from the mean.
     pub stray: f64,
 }
 
@@ -33,7 +33,7 @@ impl DimmingBeat {
     }
 }
 
-/// Of each panel that is dimmed by pulses, or lit row by row.
+/// For each panel with PWM dimming or row scanning.
 pub(super) fn beats(scene: &Scene) -> Result<Vec<DimmingBeat>, ViewError> {
     let renderer = Renderer::new(scene, Level::Fast)?;
     let view = renderer.view();
@@ -50,7 +50,7 @@ pub(super) fn beats(scene: &Scene) -> Result<Vec<DimmingBeat>, ViewError> {
         .collect())
 }
 
-/// From the first of the camera's lines that show the first panel's LEDs to the last, s.
+/// The time from the first of the camera's lines that show the first panel's LEDs to the last, s.
 pub(super) fn panel_readout_s(scene: &Scene) -> Result<f64, ViewError> {
     let rows = Renderer::new(scene, Level::Fast)?.corner_leds_px(0).map(|[_, row]| row);
     let first = rows.iter().copied().fold(f64::INFINITY, f64::min);

@@ -1,14 +1,14 @@
-//! Cameras that expose for a given time.
+//! Cameras with a given exposure time.
 
 use sim::camera::exposure::Exposure;
 use sim::scene::Scene;
 use sim::scene::SceneError;
 
-/// The widest aperture by which an exposure is set.
+/// The widest aperture for setting an exposure.
 const WIDEST_F_NUMBER: f64 = 1.4;
 
-/// The scene whose camera exposes for so long, s: by its aperture, as by a grey filter before the lens, and where that would have to be
-/// wider than f/1.4 by the ISO.
+/// The scene with a camera that exposes for that time, s: by its aperture, which also models a grey filter before the lens, and beyond
+/// f/1.4 by the ISO.
 ///
 /// ```
 /// use sim::camera::exposure::Exposure;
@@ -22,7 +22,7 @@ const WIDEST_F_NUMBER: f64 = 1.4;
 /// ```
 ///
 /// # Errors
-/// [`SceneError`] for what no camera exposes for.
+/// [`SceneError`] for an impossible exposure.
 pub fn exposed_for(scene: &Scene, exposure_s: f64) -> Result<Scene, SceneError> {
     let key = if scene.camera.exposure_s.is_some() {
         "exposure_s"

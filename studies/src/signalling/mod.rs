@@ -1,9 +1,9 @@
-//! What a transmitter should show a camera: how many symbols a second, under which code, and what gets through.
+//! The symbol rate and code of the highest net rate through a camera.
 //!
-//! A camera of `f` frames a second that exposes for `E`, and whose sensor takes `R` to read the panel's lines, sees a whole exposure of each
-//! symbol, on every row and at any phase, as long as a symbol lasts at least 1/f + E + R ([`SymbolRate::for_camera`]). Faster symbols share
-//! exposures; the receiver reads those as far as it can, and what that brings is not computed but tried: messages are sent over the rendered
-//! road ([`Trial`]) at each of some rates, at phases that cover a symbol evenly, and then under each code at the best of them.
+//! A camera of `f` frames a second that exposes for `E`, and whose sensor takes `R` to read the panel's lines, sees a whole exposure of
+//! each symbol, on every row and at any phase, if a symbol lasts at least 1/f + E + R ([`SymbolRate::for_camera`]). Faster symbols share
+//! exposures. The receiver reads those as far as it can; the benefit is not computed but tried: messages are sent over the rendered road
+//! ([`Trial`]) at several rates, at phases that cover a symbol evenly, and then under each code at the best rate.
 //!
 //! ```no_run
 //! use sim::scene::Scene;
@@ -34,14 +34,14 @@ pub use trial::{Trial, TrialError};
 use crate::statistics::FrameErrors;
 use crate::stop::Stop;
 
-/// Rates that are tried beside the one at which every symbol has a whole exposure, as shares of the frames.
+/// Rates to try beside that of whole exposures, as shares of the frame rate.
 const SHARES_OF_FRAMES: [f64; 6] = [0.5, 0.6, 0.7, 0.8, 0.9, 0.95];
-/// Rates nearer to each other than this, as a part, are one.
+/// Rates that differ by less, relatively, count as one.
 const APART: f64 = 0.03;
 /// Phases are spread by the golden ratio: any number of them covers a symbol evenly.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-/// How much is tried.
+/// The amount of trials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Search {
     /// Bytes of a message, 1 to 1024.
@@ -52,7 +52,7 @@ pub struct Search {
     pub seed: u64,
 }
 
-/// What came of a symbol rate and a code.
+/// The result of a symbol rate and a code.
 #[derive(Clone, Copy, Debug)]
 pub struct TrialOutcome {
     /// Symbols a second.
@@ -65,39 +65,39 @@ pub struct TrialOutcome {
     pub delivered: u64,
     /// Payload of those, bits.
     pub bits: u64,
-    /// What all of them took, s.
+    /// The total time of all messages, s.
     pub seconds: f64,
-    /// Bits of single frames that were read wrongly, against the symbol in the middle of the exposure.
+    /// Wrong bits of single frames, compared with the symbol in the middle of the exposure.
     pub errors: FrameErrors,
 }
 
 impl TrialOutcome {
-    /// Payload a second, messages that did not arrive included, bit/s.
+    /// Payload a second, including the time of lost messages, bit/s.
     pub fn net_bit_s(&self) -> f64 {
         self.bits as f64 / self.seconds
     }
 
-    /// Seconds a message, those included that did not arrive; infinite where none did.
+    /// Seconds a message, including the time of lost ones; infinite if none arrived.
     pub fn seconds_a_message(&self) -> f64 {
         self.seconds / self.delivered as f64
     }
 }
 
-/// What a camera is to be shown.
+/// The recommendation for a camera.
 #[derive(Clone, Debug)]
 pub struct Advice {
     /// The rate at which every symbol has a whole exposure on every row of the panel, at any phase.
     pub whole_exposures: SymbolRate,
-    /// Everything that was tried, in order.
+    /// All trials, in order.
     pub tried: Vec<TrialOutcome>,
-    /// Where in `tried` the best is.
+    /// The index of the best in `tried`.
     best: usize,
-    /// How the dimming meets the exposure, of each panel that is dimmed by pulses or scanned.
+    /// The beat of each panel with PWM dimming or row scanning.
     pub dimming: Vec<DimmingBeat>,
 }
 
 impl Advice {
-    /// What brings most through.
+    /// The trial of the highest net rate.
     pub fn best(&self) -> &TrialOutcome {
         &self.tried[self.best]
     }
@@ -107,7 +107,7 @@ impl Advice {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum SignallingError {
-    /// No transmitter shows symbols as slow as the camera asks for.
+    /// The camera needs slower symbols than any transmitter can show.
     #[error(
         "a camera of {frames_hz} frames a second that exposes for {exposure_s} s and takes {readout_s} s to read the panel out sees no whole \
          symbol of a transmitter: {source}; expose for less"
@@ -117,27 +117,26 @@ pub enum SignallingError {
         frames_hz: f64,
         /// The exposure, s.
         exposure_s: f64,
-        /// From the panel's first line to its last, s.
+        /// Time from the panel's first line to its last, s.
         readout_s: f64,
-        /// The rate that it would take.
+        /// The required rate.
         source: SymbolRateError,
     },
     /// A trial could not be made.
     #[error(transparent)]
     Trial(#[from] TrialError),
-    /// Nothing is to be tried.
+    /// There are no trials.
     #[error("0 runs at each setting tell nothing: give at least 1")]
     NoRuns,
 }
 
 impl Search {
-    /// Settings that are tried, at most.
+    /// The most settings of a search.
     pub const SETTINGS_MAX: u64 = (1 + SHARES_OF_FRAMES.len() + Code::ALL.len()) as u64;
 
     /// Tries rates and codes; `done` is called after each message, `tell` after each setting.
-    ///
     /// # Errors
-    /// [`SignallingError`]: a camera too slow, a scene or message that cannot be, or the work was asked to stop.
+    /// [`SignallingError`]: a camera too slow, an invalid scene or message, or a stop.
     pub fn run(
         &self,
         scene: &Scene,
@@ -212,7 +211,7 @@ impl Search {
     }
 }
 
-/// Where most gets through; of equals, the first.
+/// The trial of the highest net rate; of equals, the first.
 fn best(tried: &[TrialOutcome]) -> usize {
     let net = |at: usize| tried[at].net_bit_s();
     (0..tried.len()).fold(0, |best, at| if net(at) > net(best) { at } else { best })
@@ -231,7 +230,7 @@ fn whole_exposures(scene: &Scene) -> Result<SymbolRate, SignallingError> {
     })
 }
 
-/// The rates to try, from the slowest: that of whole exposures, and those that share them.
+/// The rates to try, from the slowest: that of whole exposures, and those of shared ones.
 fn rates(scene: &Scene, whole_exposures: SymbolRate) -> Vec<SymbolRate> {
     let faster = SHARES_OF_FRAMES.map(|share| share * scene.camera.frame_rate_hz);
     let faster = faster.into_iter().filter_map(|hz| SymbolRate::from_hz(hz).ok());

@@ -34,7 +34,7 @@ fn long_exposures_and_slow_readout_ask_for_longer_symbols() {
     let of = |overrides: &[&str]| whole_exposures(&scene(overrides)).expect("a rate").hz();
     let long = of(&["camera.frame_rate_hz=30", "camera.exposure_max_s=0.02", "camera.f_number=22"]);
     assert!((long - 1.0 / (1.0 / 30.0 + 0.02)).abs() < 1e-3, "{long}");
-    // The panel is seen by some of the lines alone.
+    // Only some of the lines see the panel.
     let slow = of(&["camera.readout_s=0.009"]);
     assert!((1.0 / 0.02..90.0).contains(&slow), "{slow}");
     let too_slow = advice(&["camera.frame_rate_hz=8"]).expect_err("too slow").to_string();

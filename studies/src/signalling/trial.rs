@@ -35,30 +35,30 @@ pub struct Trial {
     pub bytes: usize,
     /// Symbols a second.
     pub rate_hz: f64,
-    /// Where in a symbol the first exposure begins, from 0 up to 1.
+    /// The phase within a symbol at which the first exposure starts, from 0 up to 1.
     pub phase: f64,
     /// The seed of the message and of all random numbers.
     pub seed: u64,
-    /// Whether the receiver knows the panel's place, as if it follows it.
+    /// Whether the receiver gets the panel's position, as if it followed the panel.
     pub true_corners: bool,
 }
 
-/// What became of it.
+/// The result of a trial.
 #[derive(Clone, Debug)]
 pub struct Run {
     /// The message, if it arrived.
     pub received: Option<Received>,
-    /// Frames that were filmed, until it was whole or given up.
+    /// Frames until the message was whole or given up.
     pub frames: u64,
-    /// Bits of the frames read wrongly.
+    /// Wrong bits of the frames.
     pub errors: FrameErrors,
 }
 
-/// Why a message could not be tried.
+/// Why a trial failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TrialError {
-    /// The scene, or what it asks of the transmitter or the receiver.
+    /// The scene, the transmitter or the receiver.
     #[error(transparent)]
     Road(#[from] RoadError),
     /// The scene's camera does not see it.
@@ -67,10 +67,10 @@ pub enum TrialError {
     /// The message.
     #[error(transparent)]
     Framing(#[from] FramingError),
-    /// The receiver's way of telling bits apart.
+    /// The receiver's detector.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// It was asked to stop.
+    /// The work was stopped.
     #[error("stopped before all was tried")]
     Stopped,
 }
@@ -82,7 +82,7 @@ impl Trial {
     /// Sends it.
     ///
     /// # Errors
-    /// [`TrialError`]: a scene or a message that cannot be, or it was asked to stop.
+    /// [`TrialError`]: an invalid scene or message, or a stop.
     pub fn run(&self, scene: &Scene, stop: Stop) -> Result<Run, TrialError> {
         let mut scene = scene.clone();
         scene.link.symbol_rate_hz = self.rate_hz;

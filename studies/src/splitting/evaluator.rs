@@ -14,7 +14,7 @@ const _: () = assert!(SWARM as u64 == CHUNK);
 /// Evaluates swarms.
 pub struct SplittingEvaluator {
     sampler: Sampler,
-    /// Ascending; the last is that of a misread LED.
+    /// In ascending order; the last is that of a misread LED.
     levels: Vec<f32>,
 }
 
@@ -22,12 +22,12 @@ impl SplittingEvaluator {
     /// Prepares an evaluation of `scene`'s first panel, and chooses the levels.
     ///
     /// # Errors
-    /// When the scene cannot be evaluated, or simulates no noise.
+    /// If the scene cannot be evaluated, or has no noise.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
         Self::with_levels(scene, settings, None)
     }
 
-    /// The same with the levels that were chosen before for this scene and these settings: to choose them takes as long as a swarm.
+    /// The same with earlier levels for this scene and these settings, because choosing them takes as long as a swarm.
     ///
     /// # Errors
     /// As [`SplittingEvaluator::new`].
@@ -45,7 +45,7 @@ impl SplittingEvaluator {
         &self.levels
     }
 
-    /// Room to work on swarms in.
+    /// Memory for a thread.
     pub fn workspace(&self) -> SplittingWorkspace {
         self.sampler.workspace()
     }
@@ -53,7 +53,7 @@ impl SplittingEvaluator {
     /// Evaluates swarm `chunk`, as [`crate::monte_carlo::Evaluator::chunk`] does frames.
     ///
     /// # Errors
-    /// When a frame cannot be measured.
+    /// If a frame cannot be measured.
     pub fn chunk(&self, chunk: u64, workspace: &mut SplittingWorkspace) -> Result<Evaluation, EvaluateError> {
         let seed = self.sampler.seed();
         let mut rare = RareErrors::default();
@@ -64,7 +64,7 @@ impl SplittingEvaluator {
         })
     }
 
-    /// What a swarm finds the rate to be.
+    /// A swarm's estimate of the rate.
     fn swarm(&self, seed: u64, number: u64, workspace: &mut SplittingWorkspace) -> Result<f64, EvaluateError> {
         let random = &mut stream(seed, number, Purpose::Splitting);
         let mut swarm = (0..CHUNK)

@@ -7,15 +7,15 @@ use crate::monte_carlo::EvaluateError;
 use crate::statistics::RARER;
 use sim::random::{Purpose, stream};
 
-/// Frames of each level, in parts with random numbers of their own. As many as a swarm has: four times as many find no better levels.
+/// Frames of each level, in parts with their own random numbers. As many as a swarm has: four times as many find no better levels.
 const PARTS: usize = 25;
 const FRAMES: usize = 10 * PARTS;
 /// The most levels: rates down to 10⁻²⁰.
 const MOST_LEVELS: usize = 30;
-/// What turns the seed of an evaluation into that of the frames looked at here.
+/// XOR mask from the seed of an evaluation to that of these frames.
 const LEVELS_SEED: u64 = 0x6c65_7665_6c73;
 
-/// Ascending levels, each reached by about one frame in five of those above the one before; the last is [`MISREAD`].
+/// Ascending levels, each reached by about one in five of the frames above the one before; the last is [`MISREAD`].
 pub(super) fn choose(sampler: &Sampler) -> Result<Vec<f32>, EvaluateError> {
     let seed = sampler.seed() ^ LEVELS_SEED;
     let in_parts = |round: usize, above: Option<(&[ScoredParticle], f32)>| {
@@ -36,7 +36,7 @@ pub(super) fn choose(sampler: &Sampler) -> Result<Vec<f32>, EvaluateError> {
     while levels.len() + 1 < MOST_LEVELS {
         swarm.sort_by(|(_, a), (_, b)| b.total_cmp(a));
         let level = swarm[FRAMES / RARER - 1].1;
-        // Where nothing moves any more, more levels would not help.
+        // If no frame moves any more, more levels would not help.
         if level == MISREAD || levels.last().is_some_and(|last| level <= *last) {
             break;
         }

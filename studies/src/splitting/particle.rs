@@ -1,4 +1,4 @@
-//! A frame by its random numbers, and small changes of them that leave their law as it is.
+//! A frame by its random numbers, and small changes of them that preserve their distribution.
 
 use link::panel::{LEDS, PanelFrame, SIDE};
 use rand::Rng;
@@ -9,24 +9,24 @@ use sim::random::uniform;
 use sim::renderer::PanelExposure;
 use sim::renderer::canvas::Region;
 
-/// A frame, one LED of which is looked at.
+/// A frame with one selected LED.
 #[derive(Debug)]
 pub struct Particle {
-    /// When it is exposed.
+    /// The time of its exposure.
     pub moment: Moment,
     /// The LED.
     pub led: usize,
-    /// What the panels show, and the first one's phase and reflectance.
+    /// The panels' exposures, with the first one's phase and reflectance.
     pub shown: Vec<PanelExposure>,
-    /// For each pixel which part of all readings are lower.
+    /// The quantile of each pixel's reading.
     pub noise: Vec<f32>,
     /// Each pixel's light.
     pub light: Vec<f32>,
-    /// What it is read as.
+    /// Each pixel's reading.
     pub grey: Vec<u8>,
 }
 
-/// Fields are copied into the room that is there.
+/// Copies fields into existing memory.
 impl Clone for Particle {
     fn clone(&self) -> Self {
         Self {
@@ -51,7 +51,7 @@ impl Clone for Particle {
 /// Pixels around an LED.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
-    /// The LED's place in the region.
+    /// The LED's position in the region.
     pub centre: [f64; 2],
     /// Half the side.
     pub radius: f64,
@@ -59,11 +59,11 @@ pub struct Window {
     pub region: Region,
 }
 
-/// LEDs across and down whose bits matter to the one in the middle.
+/// LEDs across and down whose bits affect the one in the middle.
 const NEAR: usize = 2;
 
 impl Particle {
-    /// Draws some of the random numbers anew. Returns whether that changes the light.
+    /// Redraws some of the random numbers. Returns whether the light changes.
     pub fn change(&mut self, window: Window, law: &PixelLaw, random: &mut impl Rng) -> bool {
         match random.next_u32() % 8 {
             0 => self.change_phase(random),
@@ -76,7 +76,7 @@ impl Particle {
         true
     }
 
-    /// One or two bits of neighbours, and perhaps those of LEDs farther away.
+    /// Redraws one or two bits of neighbours, and perhaps those of LEDs farther away.
     fn change_bits(&mut self, random: &mut impl Rng) {
         let (row, column) = (self.led / SIDE, self.led % SIDE);
         let is_near = |led: usize| (led / SIDE).abs_diff(row) <= NEAR && (led % SIDE).abs_diff(column) <= NEAR;
@@ -97,7 +97,7 @@ impl Particle {
         }
     }
 
-    /// The phase by up to a twentieth or to half of a pixel, on a circle.
+    /// Changes the phase by up to a twentieth or to half of a pixel, cyclically.
     fn change_phase(&mut self, random: &mut impl Rng) {
         let most = [0.05, 0.15, 0.5][random.next_u32() as usize % 3];
         for shift in &mut self.shown[0].shift_px {
@@ -105,7 +105,7 @@ impl Particle {
         }
     }
 
-    /// The noise of some of the pixels near the LED, and perhaps of all others.
+    /// Redraws the noise of some of the pixels near the LED, and perhaps of all others.
     fn change_noise(&mut self, window: Window, law: &PixelLaw, random: &mut impl Rng) {
         // One of two pixels, of four, of eight or of sixteen.
         let mask = (2 << (random.next_u32() % 4)) - 1;
@@ -127,7 +127,7 @@ impl Particle {
         }
     }
 
-    /// Gives it another light.
+    /// Sets its light.
     pub fn expose(&mut self, light: &[f32], law: &PixelLaw) {
         for (pixel, &light) in light.iter().enumerate() {
             if light != self.light[pixel] {
@@ -138,7 +138,7 @@ impl Particle {
     }
 }
 
-/// A number from 0 up to 1 that single precision holds.
+/// A number from 0 up to 1 in single precision.
 pub fn part_of(random: &mut impl Rng) -> f32 {
     (random.next_u32() >> 8) as f32 / (1u32 << 24) as f32
 }

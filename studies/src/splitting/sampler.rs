@@ -1,4 +1,4 @@
-//! Frames that are scored by how near an LED is to being misread, and moved above a level of that score.
+//! Frames with a score, which measures how near an LED is to being misread, and moves above a level of that score.
 
 use glam::DVec2;
 use link::panel::{LEDS, PanelFrame};
@@ -10,9 +10,9 @@ use sim::scene::Scene;
 use super::particle::{Particle, Window, part_of};
 use crate::monte_carlo::{EvaluateError, Evaluator, Observation, Settings, Workspace};
 
-/// Steps that each frame takes above a level before the next.
+/// Steps of each frame above a level before the next one.
 const STEPS: usize = 4;
-/// What the score of the features is worth beside one step of a log-likelihood ratio, which is rounded.
+/// The weight of the features' score relative to one step of a log-likelihood ratio, which is rounded.
 const FINE: f32 = 1e-3;
 
 /// The score of a misread LED.
@@ -26,7 +26,7 @@ pub(super) struct Sampler {
     radius_px: f64,
 }
 
-/// What a thread needs; made once, reused for each swarm.
+/// The memory of a thread; made once, reused for each swarm.
 pub struct SplittingWorkspace {
     inner: Workspace,
     changed: Option<Particle>,
@@ -39,7 +39,7 @@ impl Sampler {
     /// Of `scene`'s first panel.
     ///
     /// # Errors
-    /// When the scene cannot be evaluated, or simulates no noise.
+    /// If the scene cannot be evaluated, or has no noise.
     pub(super) fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
         let evaluator = Evaluator::new(scene, settings)?;
         let renderer = evaluator.renderer();
@@ -61,7 +61,7 @@ impl Sampler {
         self.evaluator.settings().seed
     }
 
-    /// Room to work on swarms in.
+    /// Memory for a thread.
     pub(super) fn workspace(&self) -> SplittingWorkspace {
         SplittingWorkspace {
             inner: self.evaluator.workspace(),
@@ -69,7 +69,7 @@ impl Sampler {
         }
     }
 
-    /// A number of frames above a level, resampled from those that are there with equal frequency, then moved.
+    /// A number of frames above a level: resampled from the present ones with equal frequency, then moved.
     pub(super) fn spread(
         &self,
         above: &[ScoredParticle],
@@ -78,7 +78,7 @@ impl Sampler {
         random: &mut impl Rng,
         workspace: &mut SplittingWorkspace,
     ) -> Result<Vec<ScoredParticle>, EvaluateError> {
-        // Systematic: beginning anywhere, so that none has more of a chance.
+        // Systematic, with a random start, so that all have equal chances.
         let first = random.next_u32() as usize % above.len();
         let mut spread = Vec::with_capacity(count);
         for member in 0..count {
@@ -91,7 +91,7 @@ impl Sampler {
         Ok(spread)
     }
 
-    /// A frame as counting draws it, looked at at one LED.
+    /// A frame drawn as for counting, with one selected LED.
     pub(super) fn draw(
         &self,
         seed: u64,
@@ -157,7 +157,7 @@ impl Sampler {
         Ok(())
     }
 
-    /// How near the LED is to being misread: [`MISREAD`] if it is, else the higher the nearer.
+    /// The score of the LED: [`MISREAD`] if it is misread, else the higher the nearer it is to that.
     fn score(&self, particle: &Particle, workspace: &mut SplittingWorkspace) -> Result<f32, EvaluateError> {
         let inner = &mut workspace.inner;
         inner.shown.clone_from(&particle.shown);
@@ -179,8 +179,8 @@ impl Sampler {
     }
 }
 
-/// How much nearer a cell is to the mean of the other class than to that of its own, in standardised features, as a part of the means'
-/// distance; at most −0 if that decides them.
+/// The position of a cell between the means of its own and the other class, in standardised features, relative to the means' distance; at
+/// most −0 if that decides them.
 fn nearness(features: &Features, read: PanelFrame, led: usize) -> f32 {
     let axes = [&features.agr, &features.gri].map(|values| {
         let mean_where = |is_on: bool| {

@@ -1,9 +1,9 @@
-//! Splitting against counting, where both can be done.
+//! Splitting compared with counting, in a case for both.
 
 use crate::statistics::SWARM;
 use crate::sweep::{Results, Run, Shard, Summary, Sweep};
 
-/// One setting, of which about one bit in 700 is read wrongly.
+/// One setting with about one wrong bit in 700.
 fn summary(rare_events: bool, frames: usize) -> Summary {
     let plan = format!(
         "frames = {frames}\nrare_events = {rare_events}\n[set]\neffects.noise = \"on\"\npose.distance_m = \
@@ -24,7 +24,7 @@ fn splitting_finds_the_rate_that_counting_finds() {
     assert!(of_count < 0.1 && of_split < 0.25, "{of_count} {of_split}");
     let apart = (split.ber / counted.ber).ln() / of_count.hypot(of_split);
     assert!(apart.abs() < 4.0, "{apart} deviations: {split:?} {counted:?}");
-    // As many frames, had they been counted, would have told less.
+    // The same number of counted frames would have given less information.
     let by_counting = counted.effective_errors / counted.bits as f64 * split.bits as f64;
     assert!(split.effective_errors > 5.0 * by_counting, "{split:?}");
 }

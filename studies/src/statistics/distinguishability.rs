@@ -6,8 +6,8 @@ use super::Moments;
 
 /// Between- and within-class variances of the features of On and Off LEDs (Do & Yoo 2020, Eqs. 5 to 7).
 ///
-/// Both variances are 0 where a class is empty; the ratios are then undefined, as they are where nothing varies. No number here is
-/// infinite or NaN.
+/// Both variances are 0 if a class is empty; the ratios are then undefined, as they are if nothing varies. No number here is infinite or
+/// NaN.
 ///
 /// ```
 /// use studies::statistics::{Distinguishability, Moments};
@@ -24,20 +24,20 @@ pub struct Distinguishability {
     pub bvar: f64,
     /// E|x_on − μ_on|² + E|x_off − μ_off|².
     pub wvar: f64,
-    /// Their ratio; none where a class is empty or neither varies.
+    /// Their ratio; `None` if a class is empty or neither varies.
     pub b2w: Option<f64>,
-    /// Fisher's criterion, (μ_on − μ_off)ᵀ·(Σ_on + Σ_off)⁻¹·(μ_on − μ_off): the largest such ratio of any linear combination of
-    /// the features, whatever their scales (Fisher 1936). None where a class is empty, a feature tells the classes apart and never
-    /// varies within them, or the features always vary together ([`COLLINEAR`]).
+    /// Fisher's criterion, (μ_on − μ_off)ᵀ·(Σ_on + Σ_off)⁻¹·(μ_on − μ_off): the largest such ratio of any linear combination of the
+    /// features, at any scales (Fisher 1936). `None` if a class is empty, a feature separates the classes and never varies within them, or
+    /// the features always vary together ([`COLLINEAR`]).
     pub fisher: Option<f64>,
 }
 
-/// Features are taken to vary together always where 1 − ρ² of their correlation ρ is below this: with fewer digits left, Fisher's
-/// criterion would be rounding. Above it is right to 10⁻⁶ of itself.
+/// Features count as always varying together if 1 − ρ² of their correlation ρ is below this: with fewer digits left, Fisher's criterion
+/// would be rounding. Above this its relative error is at most 10⁻⁶.
 pub const COLLINEAR: f64 = 1e-9;
 
 impl Distinguishability {
-    /// Of the two classes' moments.
+    /// From the two classes' moments.
     pub fn of(on: &Moments, off: &Moments) -> Self {
         if on.count == 0 || off.count == 0 {
             return Self::default();
@@ -56,8 +56,8 @@ impl Distinguishability {
     }
 }
 
-/// Fisher's criterion of means that are `apart`, under a covariance: by each feature over its own deviation, so that neither their
-/// scales nor a determinant of nearly equal products takes digits.
+/// Fisher's criterion of means that are `apart`, under a covariance, in units of each feature's deviation, so that neither their scales nor
+/// a determinant of nearly equal products costs digits.
 fn fisher([x, y]: [f64; 2], xx: f64, xy: f64, yy: f64) -> Option<f64> {
     let of_one = |apart: f64, variance: f64| apart * (apart / variance);
     let criterion = match (xx > 0.0, yy > 0.0) {
@@ -98,7 +98,7 @@ mod tests {
                 return Err(TestCaseError::reject("features that do not vary"));
             };
             prop_assert!((fisher / rescaled - 1.0).abs() < 1e-6, "{:?} {:?}", one, other);
-            // No direction separates better, the sum of both axes neither.
+            // No direction separates better, nor does the sum of both axes.
             prop_assert!(fisher >= b2w * (1.0 - 1e-9));
         }
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::MOST_FRAMES;
 use super::proportion::{mean_95, share_95};
 
-/// Bit errors by frame: how many frames had 0, 1, … 64 of them.
+/// Bit errors by frame: the numbers of frames with 0, 1, … 64 of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<u64>", into = "Vec<u64>")]
 pub struct FrameErrors([u64; 65]);
@@ -45,17 +45,17 @@ impl TryFrom<Vec<u64>> for FrameErrors {
 }
 
 impl FrameErrors {
-    /// Takes a frame with its bit errors (more than 64 count as 64).
+    /// Adds a frame with its bit errors (more than 64 count as 64).
     pub fn push(&mut self, errors: u32) {
         self.0[(errors as usize).min(64)] += 1;
     }
 
-    /// Takes all frames of `other`.
+    /// Adds all frames of `other`.
     pub fn merge(&mut self, other: &Self) {
         self.0.iter_mut().zip(other.0).for_each(|(own, others)| *own += others);
     }
 
-    /// Without the frames of `part`; none if it is no part of them.
+    /// Without the frames of `part`; `None` if they are not all included.
     pub fn without(&self, part: &Self) -> Option<Self> {
         let mut rest = *self;
         for (own, part) in rest.0.iter_mut().zip(part.0) {
@@ -64,7 +64,7 @@ impl FrameErrors {
         Some(rest)
     }
 
-    /// Frames taken.
+    /// The number of frames.
     pub fn frames(&self) -> u64 {
         self.0.iter().sum()
     }
@@ -74,7 +74,7 @@ impl FrameErrors {
         64 * self.frames()
     }
 
-    /// Bit errors in all.
+    /// The number of bit errors.
     pub fn errors(&self) -> u64 {
         self.0.iter().zip(0..).map(|(frames, errors)| frames * errors).sum()
     }
@@ -84,7 +84,7 @@ impl FrameErrors {
         self.frames() - self.0[0]
     }
 
-    /// The share of frames with any error, 0 of none, and its 95 % interval ([`share_95`]), 0 to 1 of none.
+    /// The share of frames with any error, 0 without frames, and its 95 % interval ([`share_95`]), 0 to 1 without frames.
     ///
     /// ```
     /// use studies::statistics::FrameErrors;
@@ -98,13 +98,13 @@ impl FrameErrors {
         (wrong / frames.max(1.0), share_95(wrong, frames))
     }
 
-    /// Bit error rate; 0 of no frames.
+    /// Bit error rate; 0 without frames.
     pub fn rate(&self) -> f64 {
         self.errors() as f64 / self.bits().max(1) as f64
     }
 
-    /// The 95 % interval of the bit error rate: frames are the units, whose bits may be wrong together ([`mean_95`]). Without frames
-    /// nothing is known: 0 to 1.
+    /// The 95 % interval of the bit error rate: frames are the units, because their bits may be wrong together ([`mean_95`]). Without
+    /// frames it is 0 to 1.
     pub fn interval_95(&self) -> [f64; 2] {
         let counts = self.0.iter().zip(0..).filter(|(frames, _)| **frames > 0);
         let units: Vec<(f64, f64)> = counts.map(|(&frames, wrong)| (f64::from(wrong) / 64.0, frames as f64)).collect();
@@ -135,7 +135,7 @@ mod tests {
             spread.push(u32::from(frame % 10 == 0));
             clustered.push(if frame % 100 == 0 { 10 } else { 0 });
         }
-        // 2^30 frames, so that one more is nothing.
+        // 2^30 frames, so that one more is negligible.
         for errors in [&mut spread, &mut clustered] {
             (0..20).for_each(|_| errors.merge(&errors.clone()));
         }

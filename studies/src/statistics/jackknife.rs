@@ -13,15 +13,15 @@ pub struct Estimate {
     pub high: f64,
 }
 
-/// Batches of frames that every point is made of: see [`jackknife`].
+/// Batches of frames of every point: see [`jackknife`].
 pub const BATCHES: usize = 32;
 /// The 97.5 % point of Student's t with [`BATCHES`] − 1 degrees of freedom.
 const STUDENT_T: f64 = 2.0395;
 
 /// Estimates a statistic from that of all batches and those with one batch left out in turn (the delete-one jackknife).
 ///
-/// Batches hold whole frames, so that what the 64 LEDs of a frame have in common is accounted for; a statistic of several points
-/// whose batches hold the same random numbers is estimated with what these share.
+/// Batches hold whole frames, which covers the correlation of a frame's 64 LEDs. A statistic of several points whose batches have the same
+/// random numbers benefits from their correlation.
 ///
 /// ```
 /// use studies::statistics::{BATCHES, jackknife};
@@ -49,7 +49,7 @@ pub fn jackknife(statistic: impl Fn(Option<usize>) -> f64) -> Estimate {
 }
 
 impl Estimate {
-    /// Whether the whole interval is above `bound`: `None` where the interval holds it.
+    /// Whether the whole interval is above `bound`: `None` if the interval holds it.
     pub fn exceeds(&self, bound: f64) -> Option<bool> {
         if self.low > bound {
             Some(true)

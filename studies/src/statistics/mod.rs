@@ -1,7 +1,7 @@
 //! Statistics that take one value at a time, merge, and stay exact: memory does not grow with the number of frames.
 //!
-//! [`Moments`] and [`Distinguishability`] are of features, [`FrameErrors`] of bits counted frame by frame, [`RareErrors`] of bits reached
-//! by splitting, [`Reliability`] of bits by their reported certainty. [`jackknife`] gives any function of batches an interval.
+//! [`Moments`] and [`Distinguishability`] are for features, [`FrameErrors`] for bits counted frame by frame, [`RareErrors`] for bits
+//! reached by splitting, [`Reliability`] for bits by their reported certainty. [`jackknife`] gives an interval to any function of batches.
 
 mod distinguishability;
 mod frame_errors;
@@ -26,5 +26,5 @@ pub use reliability::{Bin, Reliability};
 pub(crate) use student::student_97_5;
 pub use symbol_changes::SymbolChanges;
 
-/// The most frames that a file may speak of: no sum of them overflows.
+/// The most frames in a file, so that no sum overflows.
 const MOST_FRAMES: u64 = 1 << 48;

@@ -6,8 +6,8 @@ use super::MOST_FRAMES;
 
 /// Count, mean and scatter of pairs of numbers, each at most 10¹⁵⁰ in size, so that squares are finite.
 ///
-/// Values are taken relative to the first one, so that a large common offset does not eat the digits, by Welford's updates;
-/// two such sums merge by Chan's formula (Chan, Golub & LeVeque 1983).
+/// Values are relative to the first one, so that a large common offset costs no digits, with Welford's updates; two such sums merge by
+/// Chan's formula (Chan, Golub & LeVeque 1983).
 ///
 /// ```
 /// use studies::statistics::Moments;
@@ -21,13 +21,13 @@ use super::MOST_FRAMES;
 pub struct Moments {
     pub(super) count: u64,
     pub(super) first: [f64; 2],
-    /// Mean less `first`.
+    /// Mean minus `first`.
     pub(super) mean: [f64; 2],
     /// Sums of squares and products about the mean: xx, xy, yy.
     scatter: [f64; 3],
 }
 
-/// As a file has them.
+/// The file format.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenMoments {
@@ -37,7 +37,7 @@ struct WrittenMoments {
     scatter: [f64; 3],
 }
 
-/// Moments of no pairs that can be.
+/// Invalid moments.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "{} pairs that begin with {:?}, with a mean {:?} from there and a scatter of {:?}: at most {MOST_PAIRS} pairs of numbers up to \
@@ -46,7 +46,7 @@ struct WrittenMoments {
 )]
 struct ImpossibleMoments(WrittenMoments);
 
-/// The most pairs that a file may speak of: one for each LED of each frame.
+/// The most pairs in a file: one for each LED of each frame.
 const MOST_PAIRS: u64 = 64 * MOST_FRAMES;
 /// The largest number, by size.
 const MOST_SIZE: f64 = 1e150;
@@ -61,7 +61,7 @@ impl TryFrom<WrittenMoments> for Moments {
             mean,
             scatter,
         } = written;
-        // Two numbers are at most twice their size apart; leave a little to rounding.
+        // Two numbers differ by at most twice their magnitude; some room is left for rounding.
         let most_apart = 2.001 * MOST_SIZE;
         let most_scatter = count as f64 * most_apart.powi(2);
         let is_possible = count <= MOST_PAIRS
@@ -83,7 +83,7 @@ impl TryFrom<WrittenMoments> for Moments {
 }
 
 impl Moments {
-    /// Those of a few pairs at once, in two passes: first the mean, then what is left about it.
+    /// The moments of a few pairs at once, in two passes: first the mean, then the residuals.
     pub fn of(values: &[[f64; 2]]) -> Self {
         let Some(&first) = values.first() else {
             return Self::default();
@@ -104,7 +104,7 @@ impl Moments {
         }
     }
 
-    /// Takes one pair.
+    /// Adds one pair.
     pub fn push(&mut self, value: [f64; 2]) {
         if self.count == 0 {
             self.first = value;
@@ -120,7 +120,7 @@ impl Moments {
         self.scatter[2] += before[1] * after[1];
     }
 
-    /// Takes all that `other` has taken.
+    /// Adds all pairs of `other`.
     pub fn merge(&mut self, other: &Self) {
         if other.count == 0 {
             return;
@@ -141,17 +141,17 @@ impl Moments {
         self.count += other.count;
     }
 
-    /// How many pairs were taken.
+    /// The number of pairs.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Their mean; zeros of none.
+    /// Their mean; zeros without pairs.
     pub fn mean(&self) -> [f64; 2] {
         [self.first[0] + self.mean[0], self.first[1] + self.mean[1]]
     }
 
-    /// Their covariance (over n); zeros of none.
+    /// Their covariance (over n); zeros without pairs.
     pub fn covariance(&self) -> [[f64; 2]; 2] {
         let [xx, xy, yy] = self.scatter.map(|s| s / (self.count.max(1)) as f64);
         [[xx, xy], [xy, yy]]

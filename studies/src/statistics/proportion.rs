@@ -1,23 +1,23 @@
-//! The 95 % interval of an error rate: one rule for all counts, none included.
+//! The 95 % interval of an error rate: one rule for all counts, zero included.
 //!
-//! What was drawn at random is the unit: a frame with its share of wrong bits, a film that arrived or not. Bits of a frame share phase,
-//! reflectance and noise level and are wrong together, by a correlation that nobody knows. The upper end counts one unit more than was
-//! seen, as bad as the worst of them, and the lower end one more without error; each is the 2.5 % quantile of the rate when the units are
-//! weighted at random, evenly among all weights that sum to 1 (Gaffke 2005; Learned-Miller & Thomas 2019). And the upper end is never
-//! below 1 − 0.025^(1/n), some 3.7/n, which is what n units without any error tell. So
+//! The unit is the random sample: a frame with its share of wrong bits, a film that arrived or not. Bits of a frame share phase,
+//! reflectance and noise level and are wrong together, with an unknown correlation. The upper end adds one unit to the sample, as bad as
+//! the worst of it, and the lower end one more without error; each is the 2.5 % quantile of the rate if the units are weighted at random,
+//! uniformly among all weights that sum to 1 (Gaffke 2005; Learned-Miller & Thomas 2019). The upper end is at least 1 − 0.025^(1/n), some
+//! 3.7/n, which is that of n units without any error. So
 //!
-//! - more errors never give a lower end, and none is a count like any other;
-//! - where a unit is wholly right or wholly wrong it is the interval of Clopper & Pearson 1934;
-//! - few errors are wide from above, as many units are needed to know that none in a thousand fails wholly.
+//! - more errors never lower an end, and zero is a count like any other;
+//! - for units that are wholly right or wholly wrong it is the interval of Clopper & Pearson 1934;
+//! - few errors have a wide upper end, because many units are needed to exclude that one in a thousand fails wholly.
 
 /// The probability outside an interval on either side.
 const TAIL: f64 = 0.025;
-/// The normal deviate that so much lies above.
+/// The normal deviate with that probability above it.
 const Z: f64 = 1.959_964;
-/// Halvings of an interval: down to the rounding of a number.
+/// Halvings of an interval: down to rounding.
 const HALVINGS: usize = 64;
 
-/// The 95 % interval of the mean of what units have wrong, by (share of a unit that is wrong, units of that share). Of no units 0 to 1.
+/// The 95 % interval of the mean wrong share of units, from (wrong share of a unit, number of such units). Without units 0 to 1.
 ///
 /// ```
 /// use studies::statistics::mean_95;
@@ -48,7 +48,7 @@ pub fn share_95(wrong: f64, count: f64) -> [f64; 2] {
     mean_95(&[(0.0, count - wrong), (1.0, wrong)])
 }
 
-/// What the mean is below in 97.5 % of all random weights of the units and of one more.
+/// The 97.5 % quantile of the mean over random weights of the units and of one more.
 fn upper(units: &[(f64, f64)], one_more: f64) -> f64 {
     let seen = units.iter().copied().filter(|&(_, count)| count > 0.0);
     let units: Vec<(f64, f64)> = seen.chain([(one_more, 1.0)]).collect();
@@ -61,9 +61,9 @@ fn upper(units: &[(f64, f64)], one_more: f64) -> f64 {
     halved([mean, worst], |rate| deviations(&units, rate, worst) < Z)
 }
 
-/// How many normal deviations `rate`, which is above the mean of the units and below their greatest, is above the mean that random weights
-/// give: weights of n units are exponential over their sum, so that this asks whether Σ Gamma(nᵢ)·(shareᵢ − rate) is negative (saddlepoint
-/// approximation of Lugannani & Rice 1980 in the form of Barndorff-Nielsen 1991; within 2.5 %).
+/// The distance, in normal deviations, of `rate`, which is between the mean of the units and their greatest, above the mean under random
+/// weights. Weights of n units are exponential over their sum, so that this asks whether Σ Gamma(nᵢ)·(shareᵢ − rate) is negative
+/// (saddlepoint approximation of Lugannani & Rice 1980 in the form of Barndorff-Nielsen 1991; within 2.5 %).
 fn deviations(units: &[(f64, f64)], rate: f64, worst: f64) -> f64 {
     let of = |value: fn(f64, f64) -> f64, at: f64| -> f64 {
         let each = units.iter().map(|&(share, count)| count * value(share - rate, at));
@@ -81,7 +81,7 @@ fn deviations(units: &[(f64, f64)], rate: f64, worst: f64) -> f64 {
     }
 }
 
-/// Where a condition that holds at the low end of a range ceases to.
+/// The point at which a condition that holds at the low end of a range ceases to hold.
 fn halved([mut low, mut high]: [f64; 2], holds: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..HALVINGS {
         let middle = (low + high) / 2.0;
@@ -119,7 +119,7 @@ mod tests {
         assert_eq!(share_95(0.0, 0.0), [0.0, 1.0]);
     }
 
-    /// Each of many histories: one more bit wrong, in a frame that was right or in one that was wrong.
+    /// For many samples: one more wrong bit, in a frame that was right or in one that was wrong.
     #[test]
     fn one_more_error_never_lowers_an_end() {
         let random = &mut stream(1, 0, Purpose::Resampling);
@@ -144,7 +144,8 @@ mod tests {
         }
     }
 
-    /// In how many of 400 runs the interval holds the rate: frames of 64 bits of a correlation (beta-binomial; at 1 wholly right or wrong).
+    /// The number of 400 runs whose interval holds the rate, for frames of 64 bits with a correlation (beta-binomial; at 1 wholly right or
+    /// wrong).
     fn held(frames: u32, rate: f64, correlation: f64) -> u32 {
         let random = &mut stream((1e3 * correlation) as u64, u64::from(frames), Purpose::Resampling);
         let of_both = 1.0 / correlation - 1.0;
@@ -174,13 +175,13 @@ mod tests {
     fn intervals_hold_the_rate_whatever_the_correlation_within_a_frame() {
         for correlation in [0.0, 0.01, 0.1, 0.5, 1.0] {
             for errors in [0.5, 2.0, 10.0, 50.0] {
-                // That many wrong frames, or as many wrong bits as they have.
+                // That many wrong frames, or the same number of wrong bits.
                 let held = held(300, errors / 300.0, correlation);
-                // 95 % less three deviations of 400.
+                // 95 % minus three deviations of 400.
                 assert!(held >= 367, "{held} of 400: correlation {correlation}, {errors} of 300 frames");
             }
         }
-        // They are no wider than they must be where errors are many.
+        // They are not too wide if errors are many.
         for correlation in [0.0, 0.1, 1.0] {
             assert!(
                 (367..=396).contains(&held(300, 0.3, correlation)),

@@ -1,4 +1,4 @@
-//! Rates that are too small to count: what swarms of frames say of them (see [`crate::splitting`]).
+//! Rates too small to count, from swarms of frames (see [`crate::splitting`]).
 
 use serde::{Deserialize, Serialize};
 
@@ -6,10 +6,10 @@ use super::{MOST_FRAMES, student_97_5};
 
 /// Frames of a swarm.
 pub(crate) const SWARM: usize = 256;
-/// How much rarer each level is than the one before.
+/// The factor by which each level is rarer than the one before.
 pub(crate) const RARER: usize = 5;
 
-/// Sums over independent swarms, each of which has an estimate of the rate.
+/// Sums over independent swarms, each of which estimates the rate.
 ///
 /// ```
 /// use studies::statistics::RareErrors;
@@ -27,14 +27,14 @@ pub struct RareErrors {
     swarms: u64,
     /// Swarms that reached an error.
     errors: u64,
-    /// Of the estimates.
+    /// The sum of the estimates.
     sum: f64,
-    /// Of their squares.
+    /// The sum of their squares.
     squares: f64,
 }
 
 impl RareErrors {
-    /// Takes the estimate of a swarm, 0 to 1.
+    /// Adds the estimate of a swarm, 0 to 1.
     pub fn push(&mut self, rate: f64) {
         self.swarms += 1;
         self.errors += u64::from(rate > 0.0);
@@ -42,7 +42,7 @@ impl RareErrors {
         self.squares += rate * rate;
     }
 
-    /// Takes all swarms of `other`.
+    /// Adds all swarms of `other`.
     pub fn merge(&mut self, other: &Self) {
         self.swarms += other.swarms;
         self.errors += other.errors;
@@ -50,50 +50,50 @@ impl RareErrors {
         self.squares += other.squares;
     }
 
-    /// Whether no swarm was taken.
+    /// Whether there is no swarm.
     pub fn is_empty(&self) -> bool {
         self.swarms == 0
     }
 
-    /// Swarms taken.
+    /// The number of swarms.
     pub fn swarms(&self) -> u64 {
         self.swarms
     }
 
-    /// Those that reached an error.
+    /// The number of swarms that reached an error.
     pub fn errors(&self) -> u64 {
         self.errors
     }
 
-    /// The bit error rate: unbiased; 0 of no swarms.
+    /// The bit error rate: unbiased; 0 without swarms.
     pub fn rate(&self) -> f64 {
         self.sum / self.swarms.max(1) as f64
     }
 
-    /// The relative variance of the rate; infinite where it is not known.
+    /// The relative variance of the rate; infinite if unknown.
     fn relative_variance(&self) -> f64 {
         if self.swarms < 2 || self.sum <= 0.0 {
             return f64::INFINITY;
         }
         let swarms = self.swarms as f64;
         let scattered = self.squares * swarms / (self.sum * self.sum) - 1.0;
-        // Few swarms may agree by chance, which makes them no surer than they can be.
+        // Few swarms may agree by chance, which does not make them more certain than the minimum variance.
         let least = least_variance(self.rate()) / (swarms * SWARM as f64);
         (scattered / (swarms - 1.0)).max(least)
     }
 
-    /// The number of independent errors whose count would be as uncertain: one over the relative variance of the rate. At most one a
-    /// frame that swarms began with.
+    /// The number of independent counted errors with the same uncertainty: one over the relative variance of the rate. At most one per
+    /// initial frame of the swarms.
     pub fn effective_errors(&self) -> f64 {
         1.0 / self.relative_variance()
     }
 
     /// The 95 % interval of the rate.
     ///
-    /// Swarms are independent, and the logarithm of their mean is taken to be normally distributed (delta method, with Student's t for
-    /// what is not known of the spread). Where estimates scatter as widely as they do for rates of 10⁻⁸, it holds the truth in 90 % of all
-    /// runs of 30 swarms, and in 93 % from 150 on. Swarms that agree more closely than their frames can tell do so by chance, and
-    /// are taken to tell as much as these can. Fewer than two swarms, or none that reached an error, tell nothing: 0 to 1.
+    /// Swarms are independent, and the logarithm of their mean counts as normally distributed (delta method, with Student's t for the
+    /// unknown spread). If estimates scatter as widely as for rates of 10⁻⁸, the interval holds the truth in 90 % of all runs of 30 swarms,
+    /// and in 93 % from 150 on. Swarms that agree more closely than their frames allow do so by chance, and get the least variance of these
+    /// frames. With fewer than two swarms, or none that reached an error, it is 0 to 1.
     pub fn interval_95(&self) -> [f64; 2] {
         let variance = self.relative_variance();
         if variance.is_infinite() {
@@ -105,8 +105,8 @@ impl RareErrors {
     }
 }
 
-/// The least relative variance of a rate that one frame leaves: each level counted among frames that know nothing of each other, and
-/// one in [`RARER`] above it. From a rate of 1/[`RARER`] on that is counting. A frame has one error at most, and tells no more.
+/// The least relative variance of a rate from one frame: each level counted among independent frames, one in [`RARER`] of them above it.
+/// From a rate of 1/[`RARER`] on that is counting. A frame counts as at most one error.
 fn least_variance(rate: f64) -> f64 {
     let rarer = RARER as f64;
     let levels = (-rate.ln() / rarer.ln()).floor();
@@ -115,7 +115,7 @@ fn least_variance(rate: f64) -> f64 {
     all.max(1.0)
 }
 
-/// As a file has them.
+/// The file format.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RareErrorsRecord {
@@ -125,7 +125,7 @@ struct RareErrorsRecord {
     squares: f64,
 }
 
-/// Sums that no swarms leave.
+/// Sums that no swarms can have.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "{} swarms, {} of which reached errors, with rates that sum to {} and squares to {}: squares are at most the rates, these the \
@@ -134,7 +134,7 @@ struct RareErrorsRecord {
 )]
 struct Impossible(RareErrorsRecord);
 
-/// The most swarms that a file may speak of.
+/// The most swarms in a file.
 const MOST_SWARMS: u64 = MOST_FRAMES / SWARM as u64;
 
 impl TryFrom<RareErrorsRecord> for RareErrors {
@@ -147,7 +147,7 @@ impl TryFrom<RareErrorsRecord> for RareErrors {
             sum,
             squares,
         } = written;
-        // Rates are 0 to 1, and 0 where no error was reached. Rounding keeps the order.
+        // Rates are 0 to 1, and 0 if no error was reached. Rounding keeps the order.
         let is_possible = 0.0 <= squares && squares <= sum && sum <= errors as f64 && errors <= swarms && swarms <= MOST_SWARMS;
         if !is_possible {
             return Err(Impossible(written));
@@ -168,10 +168,10 @@ mod tests {
     use super::*;
     use sim::random::{Purpose, stream};
 
-    /// In how many of 2000 runs the interval holds the truth, where estimates are lognormal with a deviation of one.
+    /// The number of 2000 runs whose interval holds the truth, for lognormal estimates with a deviation of one.
     fn held(swarms: u64) -> u64 {
         let random = &mut stream(1, swarms, Purpose::Resampling);
-        // Of mean 1e-8.
+        // Mean 1e-8.
         let estimates = LogNormal::new(1e-8f64.ln() - 0.5, 1.0).unwrap();
         let mut holds = || {
             let mut errors = RareErrors::default();
@@ -210,7 +210,7 @@ mod tests {
                 assert!(0.0 < effective && effective <= frames, "{rate}: {effective} of {frames}");
                 let [low, high] = errors.interval_95();
                 assert!(low < rate && rate <= high, "{rate}: {low} to {high}");
-                // With no level before the error, splitting is counting.
+                // Without a level before the error, splitting is counting.
                 if rate >= 0.2 {
                     let of_count = ((1.0 - rate) / rate / frames).sqrt();
                     let reach = (rate / low).ln();

@@ -1,13 +1,12 @@
-//! How many times as often one errs as another, on the same frames.
+//! The ratio of two error counts on the same frames.
 
 use rand::RngExt;
 use sim::random::{Purpose, stream};
 
-/// How often frames are drawn again.
+/// Number of resamples.
 const RESAMPLED: usize = 1000;
 
-/// The interval that holds 95 % of the ratios of two sums over the same frames, resampled (bootstrap); infinite or no number where the
-/// lower sum is often 0.
+/// The 95 % interval of the ratio of two sums over the same frames (bootstrap); infinite or NaN if the lower sum is often 0.
 ///
 /// ```
 /// let [low, high] = studies::statistics::ratio_95(&[2, 4, 2, 4], &[1, 2, 1, 2]);

@@ -1,13 +1,13 @@
-//! Whether soft bits are as sure as they say.
+//! Whether soft bits are as reliable as stated.
 
 use link::panel::{LLR_STEP, PanelFrame, SoftPanel};
 
 use super::share_95;
 
-/// Where bins begin, in steps of a log-likelihood ratio: at 0, 0.5, 1, 2, 3, 4.5, 6.5, 9, 13 and 20 nats.
+/// The starts of bins, in steps of a log-likelihood ratio: at 0, 0.5, 1, 2, 3, 4.5, 6.5, 9, 13 and 20 nats.
 const EDGES: [u8; 10] = [0, 2, 4, 8, 12, 18, 26, 36, 52, 80];
 
-/// Bits by their reported certainty, and how many of them were wrong. Bits without information are not counted.
+/// Bits by their reported certainty, with the numbers of wrong ones. Bits without information are not counted.
 ///
 /// ```
 /// use link::panel::{PanelFrame, SoftPanel};
@@ -31,16 +31,16 @@ struct Sums {
     stated: f64,
 }
 
-/// Bits that were about as sure as each other.
+/// Bits of about the same certainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bin {
-    /// The share of them that is wrong by their soft values.
+    /// The wrong share of them by their soft values.
     pub stated: f64,
-    /// How many they are, not 0.
+    /// Their number, not 0.
     pub bits: u64,
-    /// How many are wrong.
+    /// The number of wrong ones.
     pub wrong: u64,
-    /// The 95 % interval of the share that is wrong, bits of a panel being wrong together.
+    /// The 95 % interval of the wrong share, for bits that are wrong together within a panel.
     pub wrong_95: [f64; 2],
 }
 
@@ -67,7 +67,7 @@ impl Reliability {
         }
     }
 
-    /// Counts what another has counted.
+    /// Adds the counts of another.
     pub fn merge(&mut self, other: &Self) {
         for (own, others) in self.0.iter_mut().zip(&other.0) {
             own.bits += others.bits;
@@ -77,7 +77,7 @@ impl Reliability {
         }
     }
 
-    /// The bins that hold bits, the least sure ones first.
+    /// The bins with bits, the least certain ones first.
     pub fn bins(&self) -> impl Iterator<Item = Bin> {
         self.0.iter().filter(|sums| sums.bits > 0).map(Sums::bin)
     }
@@ -94,8 +94,8 @@ impl Sums {
         }
     }
 
-    /// How many times the variance of the share is what it were if bits stood alone, from panel to panel (Cochran 1977, section 9A: the
-    /// ratio estimator of clusters); at least 1.
+    /// The factor on the variance of the share by correlation within panels (Cochran 1977, section 9A: the ratio estimator of clusters); at
+    /// least 1.
     fn crowding(&self) -> f64 {
         let share = self.wrong as f64 / self.bits as f64;
         let [bits, both, wrong] = self.squares.map(|sum| sum as f64);
@@ -111,7 +111,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Panels of 64 bits that say e⁻²/(1 + e⁻²), and are wrong by that share: each alone, or all of a panel together.
+    /// Panels of 64 bits that state e⁻²/(1 + e⁻²), and are wrong with that share: each bit independently, or all of a panel together.
     fn counted(seed: u64, panels: u32, together: bool) -> Bin {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut reliability = Reliability::default();

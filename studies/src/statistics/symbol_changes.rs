@@ -1,5 +1,5 @@
-//! Bit errors of frames that are exposed across a change of symbols. Such a frame shows two at once: what is read of it is no measure of
-//! how well one is read.
+//! Bit errors of frames that are exposed across a change of symbols. Such a frame shows two symbols at once, so that its reading does not
+//! measure how well one is read.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,13 +21,13 @@ use super::FrameErrors;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SymbolChanges {
-    /// Frames of which it is known whether they are.
+    /// Frames of which it is known.
     known: u64,
     across: FrameErrors,
 }
 
 impl SymbolChanges {
-    /// Takes a frame with its bit errors.
+    /// Adds a frame with its bit errors.
     pub fn push(&mut self, errors: u32, is_across: bool) {
         self.known += 1;
         if is_across {
@@ -35,28 +35,28 @@ impl SymbolChanges {
         }
     }
 
-    /// Takes all frames of `other`.
+    /// Adds all frames of `other`.
     pub fn merge(&mut self, other: &Self) {
         self.known += other.known;
         self.across.merge(&other.across);
     }
 
-    /// Whether no frame was taken.
+    /// Whether there is no frame.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Whether they may be of at most `frames` frames.
+    /// Whether they may have at most `frames` frames.
     pub(crate) fn are_within(&self, frames: u64) -> bool {
         self.known <= frames && self.across.frames() <= self.known
     }
 
-    /// Whether they can be among those frames.
+    /// Whether they may be among those frames.
     pub(crate) fn are_among(&self, all: &FrameErrors) -> bool {
         self.are_within(all.frames()) && all.without(&self.across).is_some()
     }
 
-    /// The frames of one symbol, and those across a change; none where it is not known of each, as in files of earlier versions.
+    /// The frames of one symbol, and those across a change; `None` if it is not known of each, as in files of earlier versions.
     pub fn apart(&self, all: &FrameErrors) -> Option<[FrameErrors; 2]> {
         let rest = all.without(&self.across)?;
         (self.known == all.frames()).then_some([rest, self.across])

@@ -1,32 +1,32 @@
-//! What a frame costs, near enough to divide work fairly.
+//! The approximate cost of a frame, for a fair division of work.
 //!
-//! A frame is drawn and measured pixel by pixel, and then read by a detector. The costs are those of one computer; only
-//! their ratios matter, as shards are cut by them (`docs/scale.md` has the measurement).
+//! A frame is drawn and measured pixel by pixel, and then read by a detector. The costs are those of one computer; only their ratios matter
+//! for the division into shards (`docs/scale.md` has the measurement).
 
 use super::{Sweep, SweepError};
 use crate::detectors::DetectorChoice;
 use crate::monte_carlo::view;
 use sim::view::View;
 
-/// Time of a frame whatever its size.
+/// Constant time of a frame.
 const FRAME_NS: f64 = 7_000.0;
 /// Time to draw, to read out and to measure a pixel.
 const PIXEL_NS: f64 = 10.0;
 
-/// The expected time of one frame of what is seen on one thread, ns.
+/// The expected time of one frame of a view on one thread, ns.
 fn frame_ns(view: &View, detector: DetectorChoice) -> f64 {
     FRAME_NS + PIXEL_NS * pixels(view) + detector_ns(detector)
 }
 
 impl Sweep {
-    /// What a frame of cell `index` is expected to cost on one thread, in ns, where errors are counted: see [`frame_ns`].
+    /// The expected cost of a frame of cell `index` on one thread, in ns, with counted errors: see [`frame_ns`].
     ///
-    /// Where errors are reached by splitting a frame costs fifty times as much or more, the more the lower the rate, as there are more
-    /// levels to climb. How many is known only once they are chosen, which is work in itself. So this is left out of
-    /// account, and shards of cells whose rates lie far apart are not balanced.
+    /// With splitting a frame costs fifty times as much or more, and the more the lower the rate, because there are more levels to climb.
+    /// Their number is known only after they are chosen, which is work in itself. So this is ignored, and shards of cells with very
+    /// different rates are not balanced.
     ///
     /// # Errors
-    /// When the cell's scene cannot be seen.
+    /// If the cell's scene cannot be seen.
     pub(super) fn frame_cost(&self, index: usize) -> Result<f64, SweepError> {
         let scene = self.scene_of(index)?;
         let seen = view(&scene, self.random_reflectance);
@@ -35,7 +35,7 @@ impl Sweep {
     }
 }
 
-/// The time that a detector takes for the features or the image of one frame.
+/// The time of a detector for the features or the image of one frame.
 fn detector_ns(detector: DetectorChoice) -> f64 {
     match detector {
         DetectorChoice::Otsu | DetectorChoice::Fisher | DetectorChoice::FisherNgr | DetectorChoice::KMeans | DetectorChoice::KMeansRaw => {

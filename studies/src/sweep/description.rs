@@ -1,4 +1,4 @@
-//! What a sweep is: a scene, a grid over its keys, detectors, and how much of it.
+//! The description of a sweep: a scene, a grid over its keys, detectors, and the amount of work.
 
 use std::collections::BTreeSet;
 
@@ -17,35 +17,35 @@ pub const MOST_FRAMES: u64 = 1_000_000_000_000;
 /// The most cells of a sweep.
 pub const MOST_CELLS: usize = 100_000;
 
-/// All that the results of a sweep depend on, but for the program's version.
+/// All that the results of a sweep depend on, except the program's version.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sweep {
-    /// The scene that holds where the grid says nothing.
+    /// The scene with the values that the grid does not vary.
     pub scene: Scene,
-    /// The keys that are varied, the slowest first; none for a sweep of one scene.
+    /// The varied keys, the slowest first; empty for a sweep of one scene.
     pub grid: Vec<Axis>,
     /// The detectors; they vary fastest.
     pub detectors: Vec<DetectorChoice>,
     /// Frames of a cell, at most; 1 to [`MOST_FRAMES`].
     pub frames: u64,
-    /// Bit errors from which on a cell has enough, or swarms that reached one; none: all frames are done.
+    /// Bit errors at which a cell has enough, or swarms that reached one; `None`: all frames are done.
     pub stop_errors: Option<u64>,
     /// The seed of all random numbers.
     pub seed: u64,
     /// Whether each frame's reflectance is drawn at random.
     pub random_reflectance: bool,
-    /// How exactly frames are drawn.
+    /// The accuracy of frames.
     pub level: Level,
-    /// Whether errors are reached by splitting ([`crate::splitting`]) instead of counted; frames are then those that swarms begin with,
-    /// in whole swarms.
+    /// Whether errors are reached by splitting ([`crate::splitting`]) instead of counted; frames are then the initial ones of swarms, in
+    /// whole swarms.
     pub rare_events: bool,
-    /// The receivers' camera settings; none: those of each scene.
+    /// The receivers' camera settings; `None`: those of each scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub camera: Option<Camera>,
 }
 
-/// One key of a scene and its values, as they would be written after `--set KEY=`.
+/// One key of a scene and its values, in the form of `--set KEY=`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Axis {
@@ -66,16 +66,16 @@ pub struct Cell {
     pub detector: DetectorChoice,
 }
 
-/// Why a sweep cannot be done.
+/// An invalid sweep.
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
-    /// There is nothing on an axis.
+    /// An axis has no values.
     #[error("the grid's key {key} has no values: give at least one, such as {key} = [1, 2], or take the key away")]
     EmptyAxis {
         /// Its key.
         key: String,
     },
-    /// A value stands twice.
+    /// A value is repeated.
     #[error("the grid's key {key} has the value {value} twice: give each once")]
     Doubled {
         /// Its key.
@@ -95,18 +95,18 @@ pub enum SweepError {
     /// No frames, or too many.
     #[error("frames = {0}: give 1 to {MOST_FRAMES}")]
     Frames(u64),
-    /// A stopping rule that stops before it begins.
+    /// A stopping rule that holds at the start.
     #[error("stop.errors = 0: give 1 or more, or take the rule away to do all frames")]
     NoErrors,
-    /// A level that is for single frames.
+    /// A level for single frames only.
     #[error("level = \"reference\" is for single frames (vocc render): choose fine or fast")]
     Level,
-    /// A cell's scene is none.
+    /// A cell's scene is invalid.
     #[error("cell {cell}: {source}")]
     Scene {
         /// The cell and its values.
         cell: String,
-        /// What is wrong.
+        /// The cause.
         source: Box<SceneError>,
     },
     /// A cell cannot be evaluated.
@@ -114,13 +114,13 @@ pub enum SweepError {
     Evaluate {
         /// The cell and its values.
         cell: String,
-        /// Why not.
+        /// The cause.
         source: Box<EvaluateError>,
     },
 }
 
 impl SweepError {
-    /// Why a cell stays empty while others need not: nothing of what it shows can be read. None where the sweep cannot go on.
+    /// Why a cell stays empty while others need not: its frames cannot be read. `None` if the sweep cannot continue.
     pub(super) fn why_empty(&self) -> Option<String> {
         match self {
             Self::Evaluate { source, .. } if source.is_of_what_is_seen() => Some(source.to_string()),
@@ -128,7 +128,7 @@ impl SweepError {
         }
     }
 
-    /// Whether it is that work was asked to stop.
+    /// Whether the work was stopped.
     pub(super) fn is_stop(&self) -> bool {
         matches!(self, Self::Evaluate { source, .. } if matches!(**source, EvaluateError::Stopped))
     }
@@ -151,10 +151,10 @@ impl Sweep {
         }
     }
 
-    /// Checks the description, and that any cell's scene can be seen; returns what a frame of each costs, in ns, 0 where it cannot.
+    /// Checks the description, and that any cell's scene can be seen; returns the cost of a frame of each, in ns, 0 for an unseen one.
     ///
     /// # Errors
-    /// Says what is wrong, and of which cell.
+    /// The fault, and its cell.
     pub fn check(&self) -> Result<Vec<f64>, SweepError> {
         self.check_description()?;
         let mut unseen = None;
@@ -246,8 +246,8 @@ impl Sweep {
     }
 
     /// The scene of cell `index`.
-    ///
     /// # Errors
+    /// If the grid's values do not make a valid one.
     /// When the grid's values make none.
     pub fn scene_of(&self, index: usize) -> Result<Scene, SweepError> {
         let cell = self.cell(index);
@@ -266,7 +266,7 @@ impl Sweep {
         })
     }
 
-    /// What cell `index` is evaluated by.
+    /// The settings of cell `index`.
     pub fn settings_of(&self, index: usize) -> Settings {
         Settings {
             frames: self.frames,
@@ -279,7 +279,7 @@ impl Sweep {
         }
     }
 
-    /// What went wrong in cell `index`.
+    /// The error of cell `index`.
     pub(super) fn evaluate_error(&self, index: usize, source: EvaluateError) -> SweepError {
         SweepError::Evaluate {
             cell: self.name_of(index),
@@ -288,15 +288,15 @@ impl Sweep {
     }
 }
 
-/// The first value whose key an earlier one has.
+/// The first value whose key equals an earlier one.
 fn first_doubled<T, K: Ord>(values: &[T], key: impl Fn(&T) -> K) -> Option<&T> {
     let mut seen = BTreeSet::new();
     values.iter().find(|value| !seen.insert(key(value)))
 }
 
-/// A value in words that are the same for 50 and 50.0, of which a scene is the same.
+/// A canonical text of a value, the same for 50 and 50.0, which make the same scene.
 fn meaning(value: &Value) -> String {
-    // Integers are exact here: larger ones are read as floats. Adding 0 makes −0 one.
+    // Integers are exact here, because larger ones are read as floats. Adding 0 turns −0 into 0.
     let of_number = |number: f64| (number + 0.0).to_string();
     match value {
         Value::Integer(number) => of_number(*number as f64),

@@ -1,27 +1,24 @@
 //! Monte Carlo at many settings: a grid over scene keys and detectors, divided into shards that add up to one run.
 //!
-//! A [`Sweep`] says what is to be done: every combination of the grid's values and the detectors is a [`Cell`]. Each cell has frames of
-//! its own, drawn as [`crate::monte_carlo`] draws them, in chunks whose results are added up in a fixed order
-//! ([`crate::monte_carlo::Accumulator`]). An evaluation of one scene is a sweep of one cell: there is one engine ([`Run`]) and one
-//! form of results ([`Results`]).
+//! A [`Sweep`] describes the work: every combination of the grid's values and the detectors is a [`Cell`]. Each cell has its own frames,
+//! drawn as in [`crate::monte_carlo`], in chunks whose results are added in a fixed order ([`crate::monte_carlo::Accumulator`]). An
+//! evaluation of one scene is a sweep of one cell: there is one engine ([`Run`]) and one format of results ([`Results`]).
 //!
 //! # Shards
 //!
-//! All chunks of all cells, cell after cell, are a line; a [`Shard`] is a piece of it. Pieces are cut so that each is expected to take
-//! equally long: by what a frame of the cell costs (`sweep/cost.rs`) and, where a run stops at a number of errors, by the number of frames
-//! that a first chunk predicts.
+//! All chunks of all cells, cell after cell, form a line; a [`Shard`] is a piece of it. Pieces are cut to equal expected times: by the cost
+//! of the cell's frames (`sweep/cost.rs`) and, if a run stops at a number of errors, by the number of frames that a first chunk predicts.
 //!
 //! # Stopping rules and shards
 //!
-//! A cell ends with the block (see [`crate::monte_carlo::Accumulator`]) in which its bit errors, counted from its first chunk on,
-//! reach a number, or with its last frame. This says which chunks belong to the result, and nothing else does: not who worked on
-//! them or when. Somebody who has only a part of a cell cannot know whether earlier parts have enough already. A shard therefore
-//! works on what is its own until that alone has enough, and [`Results::merge`] followed by [`Results::finish`] forgets what lies
-//! beyond the end. The chunks forgotten are the price: at most, for each further shard that shares in a cell, as many as the cell
-//! needed.
+//! A cell ends with the block (see [`crate::monte_carlo::Accumulator`]) in which its bit errors, counted from its first chunk on, reach a
+//! number, or with its last frame. This alone determines the chunks of the result, independent of who computed them and when. A shard with
+//! only a part of a cell cannot know whether earlier parts have enough already. It therefore computes its own part until that alone has
+//! enough, and [`Results::merge`] followed by [`Results::finish`] drops the chunks beyond the end. The dropped chunks are the price: at
+//! most, for each further shard of a cell, as many as the cell needed.
 //!
-//! A run stopped at a number of errors r overestimates the rate by about one part in r (Haldane 1945). That the rule is asked at
-//! the ends of blocks only makes it less.
+//! A run stopped at a number of errors r overestimates the rate by about one part in r (Haldane 1945). Applying the rule at the ends of
+//! blocks only reduces this.
 //!
 //! ```
 //! use studies::sweep::{Results, Run, Shard, Sweep};

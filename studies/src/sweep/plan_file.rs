@@ -12,7 +12,7 @@ use crate::detectors::DetectorChoice;
 use sim::accuracy::Level;
 use sim::scene::{Scene, SceneError, parse_value};
 
-/// A plan with every key that there is, and what it means.
+/// A plan with all keys and their meaning.
 pub const EXAMPLE: &str = include_str!("example.toml");
 
 /// A sweep as its file describes it.
@@ -22,18 +22,18 @@ pub struct PlanFile {
     pub sweep: Sweep,
     /// Whether the file names the seed.
     pub names_seed: bool,
-    /// How the sweep is divided, where that was fixed.
+    /// The division of the sweep, if fixed.
     pub division: Option<Division>,
 }
 
-/// How a sweep was divided into shards when it was handed to a cluster: a shard is then the same whatever becomes of the
-/// rule by which it was cut.
+/// The division of a sweep into shards when it was submitted to a cluster: a shard then stays the same even if the rule of division
+/// changes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Division {
     /// The number of shards.
     pub shards: u64,
-    /// For each cell, the frames that it was expected to take.
+    /// The expected frames of each cell.
     pub expected_frames: Vec<u64>,
 }
 
@@ -45,7 +45,7 @@ pub enum PlanError {
     Parse {
         /// The file.
         name: String,
-        /// Where and what.
+        /// The place and the fault.
         source: Box<toml::de::Error>,
     },
     /// The plan's scene, or what it sets there.
@@ -53,7 +53,7 @@ pub enum PlanError {
     Scene {
         /// The file.
         name: String,
-        /// What is wrong.
+        /// The cause.
         source: Box<SceneError>,
     },
     /// There is no grid.
@@ -65,17 +65,17 @@ pub enum PlanError {
         /// The file.
         name: String,
     },
-    /// A key of the grid is no list.
+    /// A key of the grid is not a list.
     #[error("plan {name}: the grid's key {key} is {value}: give a list of values, such as {key} = [1, 2]")]
     NoList {
         /// The file.
         name: String,
         /// The key.
         key: String,
-        /// What stands there.
+        /// The value.
         value: String,
     },
-    /// A key is overruled and varied.
+    /// A key is both set and varied.
     #[error("the key {key} is set and in the grid of plan {name}: leave one of them away")]
     SetAndVaried {
         /// The file.
@@ -83,7 +83,7 @@ pub enum PlanError {
         /// The key.
         key: String,
     },
-    /// A key stands twice, perhaps once in quotes.
+    /// A key is repeated, perhaps once in quotes.
     #[error("plan {name}: the key {key} stands twice: leave one of them away")]
     DoubledKey {
         /// The file.
@@ -91,7 +91,7 @@ pub enum PlanError {
         /// The key.
         key: String,
     },
-    /// No number of frames.
+    /// The number of frames is missing.
     #[error("plan {name}: there is no end: give frames, or bits under [stop]")]
     NoEnd {
         /// The file.
@@ -102,7 +102,7 @@ pub enum PlanError {
     Division {
         /// The file.
         name: String,
-        /// Numbers there.
+        /// Numbers in it.
         found: usize,
         /// Cells of the grid.
         cells: usize,
@@ -115,12 +115,12 @@ pub enum PlanError {
         /// Its shards.
         shards: u64,
     },
-    /// What is described cannot be done.
+    /// The described sweep is invalid.
     #[error("plan {name}: {source}")]
     Sweep {
         /// The file.
         name: String,
-        /// Why not.
+        /// The cause.
         source: Box<SweepError>,
     },
 }
@@ -165,10 +165,10 @@ fn kmeans() -> Vec<DetectorChoice> {
 }
 
 impl Sweep {
-    /// The sweep that the TOML `text` describes, called `name` in errors; `overrides` as in [`Scene::load`] come after what the plan sets.
+    /// The sweep in the TOML `text`, called `name` in errors; `overrides` as in [`Scene::load`] apply after the plan's settings.
     ///
     /// # Errors
-    /// Says what is wrong, where, what is allowed and what to do.
+    /// The fault, its place, the allowed values and the way out.
     pub fn from_toml(name: &str, text: &str, overrides: &[String]) -> Result<PlanFile, PlanError> {
         let name = name.to_string();
         let parse_error = |fault: toml::de::Error| PlanError::Parse {
@@ -232,16 +232,16 @@ impl Sweep {
 }
 
 impl PlanFile {
-    /// The frames that each cell is expected to take, where that was fixed.
+    /// The expected frames of each cell, if fixed.
     pub fn expected_frames(&self) -> Option<&[u64]> {
         let division = self.division.as_ref()?;
         Some(&division.expected_frames)
     }
 
-    /// The plan as a file that stands for itself: its scene is written out.
+    /// The plan as a self-contained file, with its scene written out.
     ///
     /// # Errors
-    /// When a number, such as a seed above 2⁶³, has no place in TOML.
+    /// If a number, such as a seed above 2⁶³, cannot be written in TOML.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         let sweep = &self.sweep;
         let mut grid = Table::new();
@@ -309,7 +309,7 @@ fn axes(name: &str, grid: &Table) -> Result<Vec<Axis>, PlanError> {
 /// The values of nested tables by their dotted keys, without the blanks that quotes may hold.
 ///
 /// # Errors
-/// When a key stands twice: TOML takes `a.b` and `"a.b"` for two.
+/// If a key is repeated: TOML distinguishes `a.b` from `"a.b"`.
 fn keyed<'a>(name: &str, table: &'a Table) -> Result<Vec<(String, &'a Value)>, PlanError> {
     let mut keyed: Vec<(String, &Value)> = Vec::new();
     for (key, value) in flat(table) {
@@ -323,7 +323,7 @@ fn keyed<'a>(name: &str, table: &'a Table) -> Result<Vec<(String, &'a Value)>, P
     Ok(keyed)
 }
 
-/// The same as they are written.
+/// The same as written.
 fn flat(table: &Table) -> Vec<(String, &Value)> {
     let mut found = Vec::new();
     for (key, value) in table {
@@ -338,7 +338,7 @@ fn flat(table: &Table) -> Vec<(String, &Value)> {
     found
 }
 
-/// A value as it would be written after `--set KEY=`: a word without quotes where that is still the same word.
+/// A value in the form of `--set KEY=`: a word without quotes if it stays the same word.
 fn as_override(value: &Value) -> String {
     match value {
         Value::String(word) if parse_value(word) == *value => word.clone(),
@@ -476,7 +476,7 @@ mod tests {
         assert!(fault.contains("distance_m") && fault.contains("cell 0"), "{fault}");
         let fault = check("pose.distance_m = [50, -3]");
         assert!(fault.contains("cell 1") && fault.contains("0.5 to 2000"), "{fault}");
-        // Of [50, 2000] the cell of 2000 stays empty.
+        // The cell of 2000 in [50, 2000] stays empty.
         let fault = check("pose.distance_m = [1000, 2000]");
         assert!(fault.contains("px apart"), "{fault}");
     }

@@ -1,4 +1,4 @@
-//! What came out of a sweep so far, and the form in which files keep it.
+//! The results of a sweep so far, and their file format.
 
 use std::collections::BTreeMap;
 
@@ -8,39 +8,39 @@ use super::{Sweep, SweepError, Work};
 use crate::checksum;
 use crate::monte_carlo::{Accumulator, AccumulatorError, CHUNK, Evaluation, Standing};
 
-/// The version of the form.
+/// The version of the format.
 const FORMAT: u32 = 3;
-/// The version that had no checksum, and is still read.
+/// The version without a checksum, which is still readable.
 const UNCHECKED: u32 = 2;
 
-/// The sums of a sweep's cells, and of which sweep they are.
+/// The sums of a sweep's cells, and the sweep.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Results {
     sweep: Sweep,
     cells: BTreeMap<usize, Accumulator>,
-    /// The levels of the score, but for the last, of cells of rare events that are in work.
+    /// The levels of the score, without the last, of unfinished cells of rare events.
     levels: BTreeMap<usize, Vec<f32>>,
-    /// Why nothing can be measured in a cell.
+    /// Why a cell cannot be measured.
     empty: BTreeMap<usize, String>,
 }
 
-/// Why results cannot be read or added up.
+/// Why results cannot be read or merged.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
-    /// No results at all, or half of them.
+    /// No results, or incomplete ones.
     #[error("these are no whole results of vocc evaluate or vocc sweep ({0}): make them again")]
     Damaged(serde_json::Error),
-    /// Of a sweep that cannot be.
+    /// An invalid sweep.
     #[error("these are results of no sweep that can be done, the file is damaged: {0}")]
     Sweep(Box<SweepError>),
-    /// Another form.
+    /// Another format.
     #[error(
         "these are results of format {found}, this program ({version}) knows format {FORMAT} and, without a checksum, {UNCHECKED}: read \
          them with the version that wrote them, or make them again",
         version = env!("CARGO_PKG_VERSION")
     )]
     Format {
-        /// The form's version.
+        /// The format's version.
         found: u32,
     },
     /// Results of another program.
@@ -55,7 +55,7 @@ pub enum ResultsError {
     /// Results of another sweep.
     #[error("these are results of another run: its {} differ; all shards must be of the same plan and seed", differences.join(", "))]
     OtherRun {
-        /// What differs.
+        /// The differences.
         differences: Vec<&'static str>,
     },
     /// A cell that the sweep does not have.
@@ -71,12 +71,12 @@ pub enum ResultsError {
     NoChunk {
         /// The cell and its values.
         cell: String,
-        /// The end of what is there.
+        /// The end of the chunks.
         end: u64,
         /// Chunks of a cell.
         chunks: u64,
     },
-    /// A sum of other frames than its chunks have.
+    /// A sum with other frames than those of its chunks.
     #[error(
         "the counts of cell {cell} do not add up: chunks {first} to {last} have {frames} frames, and something else was counted; the \
          file is damaged, make it again"
@@ -91,33 +91,33 @@ pub enum ResultsError {
         /// Their frames.
         frames: u64,
     },
-    /// Something was changed since it was written.
+    /// The file was changed after it was written.
     #[error(
         "these results were changed after they were written: their checksum should be {wanted}; take the change back, or make them again"
     )]
     Checksum {
-        /// What belongs to what is there.
+        /// The right checksum of its content.
         wanted: String,
     },
-    /// A sum that is there already, or that cannot be.
+    /// A sum that is there already, or is invalid.
     #[error("cell {cell}: {source}")]
     Accumulator {
         /// The cell and its values.
         cell: String,
-        /// What is wrong.
+        /// The cause.
         source: AccumulatorError,
     },
-    /// Not all is there.
+    /// Chunks are missing.
     #[error("chunk {chunk} of cell {cell} is missing: give all shards, and finish unfinished ones with --resume")]
     Missing {
         /// The cell and its values.
         cell: String,
-        /// The first chunk that is missing.
+        /// The first missing chunk.
         chunk: u64,
     },
 }
 
-/// What a file begins with.
+/// The start of a file.
 #[derive(Deserialize)]
 struct Head {
     format: u32,
@@ -136,13 +136,13 @@ struct ResultsRecord {
     levels: BTreeMap<usize, Vec<f32>>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     empty: BTreeMap<usize, String>,
-    /// Of all the rest as it is written.
+    /// Checksum of all the rest as written.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     checksum: Option<String>,
 }
 
 impl ResultsRecord {
-    /// That of the text without a checksum.
+    /// The checksum of the text without a checksum.
     fn checksum(&self) -> Result<String, serde_json::Error> {
         Ok(checksum::of(&serde_json::to_vec(self)?))
     }
@@ -156,7 +156,7 @@ struct WrittenCell {
 }
 
 impl Results {
-    /// Nothing yet.
+    /// Empty results.
     pub fn new(sweep: Sweep) -> Self {
         Self {
             sweep,
@@ -166,15 +166,15 @@ impl Results {
         }
     }
 
-    /// What they are of.
+    /// The sweep.
     pub fn sweep(&self) -> &Sweep {
         &self.sweep
     }
 
-    /// As a file keeps them. The same results are the same bytes.
+    /// The file content. The same results give the same bytes.
     ///
     /// # Errors
-    /// When a number has no place in JSON.
+    /// If a number cannot be written in JSON.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         let cells = self.cells.iter().filter(|(_, sums)| !sums.is_empty());
         let mut written = ResultsRecord {
@@ -190,10 +190,10 @@ impl Results {
         serde_json::to_string(&written)
     }
 
-    /// What a file keeps. One of the format before this is read too: it has no checksum, but its counts must add up all the same.
+    /// The results in a file. The format before this is read too: it has no checksum, but its counts must add up all the same.
     ///
     /// # Errors
-    /// When it is no such file, half of one, of another version, contradicts itself, or was changed since it was written.
+    /// If it is not such a file, is incomplete, of another version, inconsistent, or was changed after it was written.
     pub fn from_json(text: &str) -> Result<Self, ResultsError> {
         let Head { format, version } = serde_json::from_str(text).map_err(ResultsError::Damaged)?;
         if ![UNCHECKED, FORMAT].contains(&format) {
@@ -223,7 +223,7 @@ impl Results {
             results.merge_cell(cell, &sums)?;
             results.check_counts(cell, &sums)?;
         }
-        // Last, as what was found before says more.
+        // Last, because the earlier errors are more specific.
         if format == FORMAT && found.as_ref() != Some(&wanted) {
             return Err(ResultsError::Checksum { wanted });
         }
@@ -233,7 +233,7 @@ impl Results {
     /// Adds results of the same sweep.
     ///
     /// # Errors
-    /// When they are of another one, or hold what is there already.
+    /// If they are of another one, or overlap.
     pub fn merge(&mut self, other: &Self) -> Result<(), ResultsError> {
         let differences = differences(&self.sweep, &other.sweep);
         if !differences.is_empty() {
@@ -248,7 +248,7 @@ impl Results {
         Ok(())
     }
 
-    /// That each sum is of the frames of its chunks.
+    /// Checks that each sum has the frames of its chunks.
     fn check_counts(&self, cell: usize, sums: &Accumulator) -> Result<(), ResultsError> {
         for (chunks, found) in sums.spans() {
             let [start, end] = [chunks.start, chunks.end].map(|chunk| self.sweep.frames.min(chunk * CHUNK));
@@ -278,10 +278,10 @@ impl Results {
         })
     }
 
-    /// Forgets what lies beyond each cell's end; what is left is what one run leaves.
+    /// Drops the chunks beyond each cell's end; the rest equals the result of one run.
     ///
     /// # Errors
-    /// When something is missing.
+    /// If something is missing.
     pub fn finish(mut self) -> Result<Self, ResultsError> {
         self.levels.clear();
         for cell in 0..self.sweep.cells() {
@@ -296,7 +296,7 @@ impl Results {
         Ok(self)
     }
 
-    /// How far a cell is.
+    /// The progress of a cell.
     pub fn standing(&self, cell: usize) -> Standing {
         self.standing_of(&Work {
             cell,
@@ -304,7 +304,7 @@ impl Results {
         })
     }
 
-    /// How far a part of a cell is.
+    /// The progress of a part of a cell.
     pub fn standing_of(&self, work: &Work) -> Standing {
         let chunks = work.chunks.clone();
         if self.empty.contains_key(&work.cell) {
@@ -316,12 +316,12 @@ impl Results {
         }
     }
 
-    /// The sum over all of a cell that is there.
+    /// The sum over all present chunks of a cell.
     pub fn total(&self, cell: usize) -> Evaluation {
         self.cells.get(&cell).map(Accumulator::total).unwrap_or_default()
     }
 
-    /// The number of a cell's chunks that are there.
+    /// The number of present chunks of a cell.
     pub fn chunks_of(&self, cell: usize) -> u64 {
         self.cells.get(&cell).map_or(0, Accumulator::chunks)
     }
@@ -331,30 +331,30 @@ impl Results {
         self.cells.get(&cell).map_or(0, Accumulator::errors)
     }
 
-    /// Why nothing can be measured in a cell, if that is known.
+    /// Why a cell cannot be measured, if known.
     pub fn why_empty(&self, cell: usize) -> Option<&str> {
         self.empty.get(&cell).map(String::as_str)
     }
 
-    /// Keeps that nothing can be measured in a cell, and why.
+    /// Records that a cell cannot be measured, and why.
     pub(super) fn leave_empty(&mut self, cell: usize, why: String) {
         self.cells.remove(&cell);
         self.empty.insert(cell, why);
     }
 
-    /// The levels that were chosen for a cell of rare events, infinity at the end; none if they were not, or the cell is done.
+    /// The chosen levels of a cell of rare events, infinity at the end; `None` if they are not chosen, or the cell is done.
     pub(super) fn levels_of(&self, cell: usize) -> Option<Vec<f32>> {
         let levels = self.levels.get(&cell)?.iter().copied();
         Some(levels.chain([f32::INFINITY]).collect())
     }
 
-    /// Keeps the levels of a cell: JSON has no infinity.
+    /// Stores the levels of a cell; without the last, because JSON has no infinity.
     pub(super) fn keep_levels(&mut self, cell: usize, levels: &[f32]) {
         let finite = levels.iter().copied().filter(|level| level.is_finite());
         self.levels.insert(cell, finite.collect());
     }
 
-    /// Forgets the levels of a cell that is done.
+    /// Drops the levels of a finished cell.
     pub(super) fn forget_levels(&mut self, cell: usize) {
         self.levels.remove(&cell);
     }
@@ -363,7 +363,7 @@ impl Results {
         self.cells.get(&cell).is_some_and(|sums| sums.contains(chunk))
     }
 
-    /// Adds a chunk that is not there yet.
+    /// Adds a new chunk.
     pub(super) fn add(&mut self, cell: usize, chunk: u64, result: Evaluation) {
         let added = self.cells.entry(cell).or_default().add(chunk, result);
         debug_assert!(added.is_ok(), "only missing chunks are worked on");
@@ -376,7 +376,7 @@ impl Results {
     }
 }
 
-/// In what two sweeps differ, in the words of their plans.
+/// The differences of two sweeps, in the terms of their plans.
 fn differences(one: &Sweep, other: &Sweep) -> Vec<&'static str> {
     let parts = [
         ("scene", one.scene == other.scene),

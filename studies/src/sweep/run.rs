@@ -1,4 +1,4 @@
-//! The engine: works a shard's chunks off, on all threads.
+//! The engine: computes a shard's chunks on all threads.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -12,36 +12,35 @@ use crate::monte_carlo::{CHUNK, Evaluation, Evaluator, Settings, Workspace};
 use crate::splitting::{SplittingEvaluator, SplittingWorkspace};
 use crate::stop::Stop;
 
-/// Chunks that are worked on for each thread before results are added up and shown.
+/// Chunks per thread before results are merged and reported.
 const CHUNKS_A_THREAD: usize = 16;
-/// After this time no more of them are begun: what is finished is to be kept soon, however long a chunk takes.
+/// The time after which no more chunks are started, so that finished work is saved soon, however long a chunk takes.
 const BATCH_TIME: Duration = Duration::from_secs(1);
 
-/// A shard of a sweep to be done.
+/// A shard of a sweep in progress.
 pub struct Run<'a> {
     sweep: &'a Sweep,
     work: Vec<Work>,
     stop: Stop,
 }
 
-/// How far a run is.
+/// The progress of a run.
 pub struct News<'a> {
-    /// All that is finished.
+    /// All finished results.
     pub results: &'a Results,
-    /// Frames done, with those of earlier runs that were gone on from.
+    /// Frames done, including those of earlier runs that it continues.
     pub frames: u64,
-    /// The expected frames in all, as estimated now.
+    /// The current estimate of the total number of frames.
     pub expected: u64,
-    /// The cells of which nothing is left to do since the last news.
+    /// The cells finished since the last news.
     pub finished: &'a [usize],
 }
 
 impl Sweep {
-    /// For each cell the frames that it is expected to take: all of them, or as many as its first chunk predicts if a number of errors ends
-    /// it.
+    /// The expected frames of each cell: all of them, or as many as its first chunk predicts if a number of errors ends it.
     ///
     /// # Errors
-    /// When a cell cannot be evaluated.
+    /// If a cell cannot be evaluated.
     pub fn expected_frames(&self) -> Result<Vec<u64>, SweepError> {
         let Some(enough) = self.stop_errors else {
             return Ok(vec![self.frames; self.cells()]);
@@ -64,11 +63,10 @@ impl Sweep {
             .collect()
     }
 
-    /// The borders between shards, by the frames that cells are `expected` to take, or without them by
-    /// [`Sweep::expected_frames`].
+    /// The borders between shards, by the `expected` frames of cells, or without them by [`Sweep::expected_frames`].
     ///
     /// # Errors
-    /// When the sweep cannot be done: see [`Sweep::check`].
+    /// If the sweep is invalid: see [`Sweep::check`].
     pub fn partition(&self, expected: Option<&[u64]>) -> Result<Partition, SweepError> {
         let costs = self.check()?;
         let frames = match expected {
@@ -82,7 +80,7 @@ impl Sweep {
         Ok(Partition::new(self.chunks(), cells.collect()))
     }
 
-    /// Who works on a cell, with the levels that were chosen for it before.
+    /// The evaluator of a cell, with levels that were chosen before.
     fn worker(&self, cell: usize, levels: Option<&[f32]>, stop: Stop) -> Result<Worker, SweepError> {
         let scene = self.scene_of(cell)?;
         let settings = Settings {
@@ -110,20 +108,20 @@ impl Sweep {
     }
 }
 
-/// Who works on a cell.
+/// The evaluator of a cell.
 enum Worker {
     Counting(Box<Evaluator>),
     Splitting(Box<SplittingEvaluator>),
 }
 
-/// What a thread needs for that.
+/// The memory of a thread for it.
 enum Room {
     Counting(Box<Workspace>),
     Splitting(Box<SplittingWorkspace>),
 }
 
 impl Worker {
-    /// Puts the levels it has chosen where they are kept.
+    /// Stores the levels it has chosen.
     fn tell_levels(&self, cell: usize, results: &mut Results) {
         if let Self::Splitting(evaluator) = self {
             results.keep_levels(cell, evaluator.levels());
@@ -142,7 +140,7 @@ impl<'a> Run<'a> {
     /// One shard of a sweep, cut as by [`Sweep::partition`].
     ///
     /// # Errors
-    /// When the sweep cannot be done: see [`Sweep::check`].
+    /// If the sweep is invalid: see [`Sweep::check`].
     pub fn new(sweep: &'a Sweep, shard: Shard, expected: Option<&[u64]>) -> Result<Self, SweepError> {
         let work = if shard == Shard::WHOLE {
             sweep.check()?;
@@ -162,21 +160,21 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// The same, ended early by `stop`: at once, with what is finished.
+    /// The same, ended early by `stop`: at once, with the finished work.
     pub fn until(self, stop: Stop) -> Self {
         Self { stop, ..self }
     }
 
-    /// What is to be done.
+    /// The work to do.
     pub fn work(&self) -> &[Work] {
         &self.work
     }
 
-    /// Works on all that `results` do not hold yet, and adds it; `progress` is called now and then and may end the run by returning false.
+    /// Does all work that `results` do not hold yet, and adds it; `progress` is called now and then and may end the run by returning false.
     /// Returns whether all is done.
     ///
     /// # Errors
-    /// When a cell cannot be evaluated; what is finished is in `results`.
+    /// If a cell cannot be evaluated; finished work is in `results`.
     pub fn advance(&self, results: &mut Results, mut progress: impl FnMut(&News) -> bool) -> Result<bool, SweepError> {
         let mut left: Vec<&Work> = self.work.iter().collect();
         let mut open: BTreeMap<usize, Worker> = BTreeMap::new();
@@ -197,7 +195,7 @@ impl<'a> Run<'a> {
             new.dedup();
             new.retain(|cell| !open.contains_key(cell));
             if self.sweep.rare_events {
-                // To choose levels takes all threads for a while: those of one cell are kept before the next.
+                // Choosing levels takes all threads for a while: those of one cell are saved before the next.
                 new.truncate(1);
             }
             let made = new.par_iter().map(|&cell| {
@@ -218,7 +216,7 @@ impl<'a> Run<'a> {
                     }
                 }
             }
-            // The next news end the work, or another batch is without the cells that stay empty.
+            // The next news end the work, or another batch leaves out the cells that stay empty.
             if was_stopped || is_empty || !new.is_empty() && self.sweep.rare_events {
                 continue;
             }
@@ -233,7 +231,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Keeps why nothing can be measured in a cell, if others go on.
+    /// Records why a cell cannot be measured, if others continue.
     fn leave_empty(&self, cell: usize, fault: SweepError, results: &mut Results) -> Result<(), SweepError> {
         let others = (0..self.sweep.cells()).any(|other| other != cell && results.why_empty(other).is_none());
         match fault.why_empty().filter(|_| others) {
@@ -245,7 +243,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Takes the work that is done off the list, forgets what is beyond its end, and returns its cells.
+    /// Removes finished work from the list, drops the chunks beyond its end, and returns its cells.
     fn put_away_finished(&self, left: &mut Vec<&Work>, results: &mut Results) -> Vec<usize> {
         let mut finished = Vec::new();
         left.retain(|work| match results.standing_of(work) {
@@ -260,8 +258,7 @@ impl<'a> Run<'a> {
         finished
     }
 
-    /// The next chunks to be worked on. Of a cell that may have enough soon no more are taken than were done, so that few
-    /// are done in vain.
+    /// The next chunks. A cell that may have enough soon gets at most as many as are done already, so that few are wasted.
     fn batch(&self, left: &[&Work], results: &Results) -> Vec<(usize, u64)> {
         let size = CHUNKS_A_THREAD * crate::parallel::threads();
         let mut batch = Vec::with_capacity(size);
@@ -284,7 +281,7 @@ impl<'a> Run<'a> {
         batch
     }
 
-    /// What came out of each chunk of a batch; none of those that were not begun.
+    /// The result of each chunk of a batch; `None` for those that were not started.
     fn evaluate(&self, batch: &[(usize, u64)], open: &BTreeMap<usize, Worker>) -> Vec<Option<Result<Evaluation, SweepError>>> {
         let begun = Instant::now();
         let part = |room: &mut Option<(usize, Room)>, &(cell, chunk): &(usize, u64)| {
@@ -301,7 +298,7 @@ impl<'a> Run<'a> {
         batch.par_iter().map_init(|| None, part).collect()
     }
 
-    /// Frames of this run that `results` hold.
+    /// Frames of this run in `results`.
     pub fn frames_done(&self, results: &Results) -> u64 {
         let frames = |work: &Work| self.frames_of(results.chunks_of(work.cell));
         self.work.iter().map(frames).sum()

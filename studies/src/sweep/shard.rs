@@ -1,4 +1,4 @@
-//! The division of a sweep: pieces that are expected to take equally long.
+//! The division of a sweep into pieces of equal expected time.
 
 use std::fmt;
 use std::ops::Range;
@@ -14,7 +14,7 @@ pub struct Shard {
     count: u64,
 }
 
-/// What is no part of any number of parts.
+/// An invalid part.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{text:?} is not i/n with i from 0 and below n, and n at most {MOST_SHARDS}, such as 0/8")]
 pub struct ShardError {
@@ -37,7 +37,7 @@ impl Shard {
     /// Part `index` of `count`, counted from 0.
     ///
     /// # Errors
-    /// When there is no such part, or too many parts.
+    /// If there is no such part, or there are too many parts.
     pub fn new(index: u64, count: u64) -> Result<Self, ShardError> {
         if index < count && count <= MOST_SHARDS {
             Ok(Self { index, count })
@@ -59,7 +59,7 @@ impl Shard {
     }
 }
 
-/// What is expected of a cell.
+/// The expected work of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ExpectedWork {
     /// Chunks until it has enough.
@@ -83,8 +83,8 @@ impl Partition {
 
     /// The work of one part.
     ///
-    /// The chunks of a cell that are not expected to be done cost nothing; they belong to the part that has the cell's end.
-    /// Sums are taken in the order of the cells, so that every part sees the same borders.
+    /// Chunks of a cell beyond the expected number cost nothing; they belong to the part with the cell's end. Sums are formed in the order
+    /// of the cells, so that every part computes the same borders.
     pub fn work(&self, shard: Shard) -> Vec<Work> {
         let cost = |cell: &ExpectedWork| cell.chunks.min(self.chunks) as f64 * cell.chunk_cost;
         let total: f64 = self.cells.iter().map(cost).sum();
@@ -94,7 +94,7 @@ impl Partition {
         let (mut before, mut work) = (0.0, Vec::new());
         for (number, cell) in self.cells.iter().enumerate() {
             let after = before + cost(cell);
-            // The chunk at which the cell is cut; a border at the cell's end is the next cell's beginning.
+            // The chunk at which the cell is cut; a border at the cell's end is the next cell's start.
             let cut = |border: f64| {
                 if border >= after {
                     return self.chunks;

@@ -1,4 +1,4 @@
-//! A cell's outcome in numbers, and a table of all cells.
+//! A cell's results as numbers, and a table of all cells.
 
 use serde::Serialize;
 
@@ -6,7 +6,7 @@ use super::{Results, Sweep};
 use crate::monte_carlo::Standing;
 use crate::statistics::{FrameErrors, SWARM};
 
-/// What came out for one cell.
+/// The results of one cell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// The cell's number.
@@ -20,41 +20,41 @@ pub struct Summary {
     pub finished: bool,
     /// Frames.
     pub frames: u64,
-    /// Bits that were looked at: all of a frame, or where errors are rare one.
+    /// Evaluated bits: all of a frame, or one with rare events.
     pub bits: u64,
-    /// Those read wrongly; where errors are rare, the swarms that reached one.
+    /// Wrong bits; with rare events, the swarms that reached one.
     pub bit_errors: u64,
-    /// The number of counted errors that would tell as much.
+    /// The number of counted errors with the same uncertainty.
     pub effective_errors: f64,
     /// Bit error rate.
     pub ber: f64,
     /// Its 95 % interval.
     pub ber_95: [f64; 2],
-    /// The bit error rate of the frames that show one symbol; none where that is not known of each frame, or errors are rare.
+    /// The bit error rate of the frames that show one symbol; `None` if that is not known of each frame, or with rare events.
     pub ber_one_symbol: Option<f64>,
     /// Its 95 % interval, likewise.
     pub ber_one_symbol_95: Option<[f64; 2]>,
     /// Frames that are exposed across a change of symbols, likewise.
     pub frames_across: Option<u64>,
-    /// Bits that are read wrongly of them, likewise.
+    /// Wrong bits of these, likewise.
     pub bit_errors_across: Option<u64>,
-    /// Panels with any bit read wrongly; none where errors are reached by splitting, which looks at single bits.
+    /// Panels with any wrong bit; `None` with splitting, which uses single bits.
     pub panel_errors: Option<u64>,
     /// The 95 % interval of their share, likewise.
     pub panel_error_rate_95: Option<[f64; 2]>,
-    /// Between-class variance; none where errors are reached by splitting, which measures no features.
+    /// Between-class variance; `None` with splitting, which measures no features.
     pub bvar: Option<f64>,
     /// Within-class variance, likewise.
     pub wvar: Option<f64>,
-    /// Their ratio, where there is one.
+    /// Their ratio, if defined.
     pub b2w: Option<f64>,
-    /// Why nothing can be measured in the cell, where that is so: its numbers are those of no frames.
+    /// Why the cell cannot be measured, if so: its numbers are those of no frames.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_empty: Option<String>,
 }
 
 impl Results {
-    /// What came out for a cell so far.
+    /// The results of a cell so far.
     pub fn summary(&self, cell: usize) -> Summary {
         let total = self.total(cell);
         let (counted, rare) = (total.errors, total.rare);
@@ -68,7 +68,7 @@ impl Results {
         let [one_symbol, across] = apart.filter(|_| rare.is_empty()).map_or([None; 2], |apart| apart.map(Some));
         let variance = |value| rare.is_empty().then_some(value);
         let rare_frames = rare.swarms() * SWARM as u64;
-        // Where all frames show one symbol, the interval need not be computed again.
+        // If all frames show one symbol, the interval need not be computed again.
         let interval_95 = |errors: FrameErrors| match errors == counted {
             true => ber_95,
             false => errors.interval_95(),
@@ -143,8 +143,8 @@ fn names(sweep: &Sweep) -> Vec<String> {
 }
 
 impl Summary {
-    /// Bit error rate, its 95 % interval and the errors that it counts, of the frames to compare detectors by: those of one symbol where
-    /// that is known of each frame, else all.
+    /// Bit error rate, its 95 % interval and the number of errors, of the frames for a comparison of detectors: those of one symbol if that
+    /// is known of each frame, else all.
     pub fn comparable(&self) -> (f64, [f64; 2], u64) {
         match (self.ber_one_symbol, self.ber_one_symbol_95) {
             (Some(rate), Some(interval)) => {
@@ -192,12 +192,12 @@ fn number(value: f64) -> String {
     format!("{value:e}")
 }
 
-/// All digits of a number that is known, else nothing.
+/// All digits of a known number, else an empty text.
 fn known(value: Option<f64>) -> String {
     value.map(number).unwrap_or_default()
 }
 
-/// A count that is known, else nothing.
+/// A known count, else an empty text.
 fn count(value: Option<u64>) -> String {
     value.map(|count| count.to_string()).unwrap_or_default()
 }
@@ -207,7 +207,7 @@ fn line(fields: &[String]) -> String {
     fields.join(",") + "\n"
 }
 
-/// A field as a cell that no spreadsheet evaluates: a text that begins like a formula gets an apostrophe before it.
+/// A field as a cell that no spreadsheet evaluates: a text that starts like a formula gets an apostrophe before it.
 fn cell(field: &str) -> String {
     let is_formula = field.starts_with(['=', '+', '-', '@', '\t', '\r']) && field.parse::<f64>().is_err();
     let text = format!("{}{field}", if is_formula { "'" } else { "" });

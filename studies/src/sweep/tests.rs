@@ -1,4 +1,4 @@
-//! Shards, interruptions and stopping rules against one run.
+//! Shards, interruptions and stopping rules compared with one run.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -114,7 +114,7 @@ fn levels_are_kept_as_soon_as_they_are_chosen_and_until_their_cell_is_done() {
         assert!(engine.advance(results, |_| true).unwrap());
     }
     assert_eq!(resumed.to_json().unwrap(), whole.to_json().unwrap());
-    // Those that are there are gone on with: without any, only what is counted is found.
+    // Existing levels are reused: without any, only counting would work.
     assert_ne!(other.total(0), whole.total(0));
     assert_eq!(other.total(1), whole.total(1));
 }
@@ -153,7 +153,7 @@ fn interruptions_change_nothing() {
             steps += 1;
             steps < 2
         });
-        // As if the program had ended and begun again.
+        // As if the program had ended and started again.
         results = Results::from_json(&results.to_json().unwrap()).unwrap();
         if done.unwrap() {
             break;
@@ -171,11 +171,11 @@ fn a_stop_at_any_moment_changes_nothing() {
     let mut results = Results::new(sweep.clone());
     let mut stops = 0;
     loop {
-        // The first is there before the run, however long a thread waits for its turn.
+        // The first stop comes before the run, however long a thread waits.
         let flag: &AtomicBool = Box::leak(Box::new(AtomicBool::new(stops == 0)));
         let engine = Run::new(&sweep, Shard::WHOLE, None).unwrap();
         let timer = std::thread::spawn(move || {
-            // Ever later, so that some chunk is finished at last.
+            // Later each time, so that some chunk is finished at last.
             std::thread::sleep(Duration::from_millis(5 * stops));
             flag.store(true, Ordering::Relaxed);
         });
@@ -246,18 +246,18 @@ fn results_that_were_edited_are_refused() {
         let fault = fault(&edited(counts));
         assert!(fault.contains("damaged"), "{counts}: {fault}");
     }
-    // The counts add up, and are others.
+    // The counts add up, but are others.
     let moved = edited("[255,1]");
     assert!(fault(&moved).contains("checksum"), "{}", fault(&moved));
     let (checked, checksum) = text.split_once(",\"checksum\"").unwrap();
     let bare = format!("{checked}}}");
     assert!(fault(&bare).contains("checksum"), "{checksum}");
-    // The format before had none; what is read of it is written with one.
+    // The format before had none; its results are written with one.
     let before = bare.replacen("\"format\":3", "\"format\":2", 1);
     assert_eq!(Results::from_json(&before).unwrap().to_json().unwrap(), text);
     let before = before.replacen(without_errors, "\"errors\":[0]", 1);
     assert!(fault(&before).contains("do not add up"), "{}", fault(&before));
-    // Blanks change nothing.
+    // Blanks do not matter.
     let spaced = text.replace("\":", "\": ");
     assert_eq!(Results::from_json(&spaced).unwrap().to_json().unwrap(), text);
 }
@@ -280,7 +280,7 @@ fn parts_of_unequal_cells_take_about_equally_long() {
 
 #[test]
 fn a_cell_that_cannot_be_read_says_why_and_the_others_go_on() {
-    // Whole, less than 1 px, less than 1.5 px from LED to LED, and beside the sensor.
+    // Readable, less than 1 px, less than 1.5 px from LED to LED, and beside the sensor.
     let text = "frames = 600\ndetectors = [\"otsu\"]\n[grid]\npose.distance_m = [50, 400, 170]\npose.x_m = [0, 100]";
     let sweep = Sweep::from_toml("a plan", text, &[]).unwrap().sweep;
     let whole = run(&sweep, Shard::WHOLE);

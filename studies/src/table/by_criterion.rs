@@ -1,4 +1,4 @@
-//! The best ratio at each distance by variances or bit errors, and what of it a transmitter carries.
+//! The best ratio at each distance by variances or bit errors, and the transmitter's ratio.
 
 use serde::{Deserialize, Serialize};
 use sim::accuracy::Level;
@@ -10,14 +10,14 @@ use super::survey::{EntryAndDetails, News, Survey, SurveyError, check_axes, unle
 use crate::monte_carlo::Evaluation;
 use crate::optimum::{Criterion, Optimum, Piece, Search, least_mean_ber, optimum_from};
 
-/// How one ratio is made of those that are best at each distance.
+/// The rule for one ratio from the best ones of all distances.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Rule {
     /// Their mean (Do & Yoo 2020, section 4.4.3).
     #[default]
     Mean,
-    /// That of the least bit error rate of all distances' frames together.
+    /// The ratio of the least bit error rate of all distances' frames together.
     LeastBer,
 }
 
@@ -44,13 +44,13 @@ pub struct Cell {
     /// The ratios that are not significantly worse: the plateau about the best.
     #[serde(serialize_with = "short_pair")]
     pub not_worse: [f64; 2],
-    /// By which factor the criterion is worse at the two ends of these than at the best (of the bit error rate: its odds).
+    /// The factors by which the criterion is worse at the two ends of these than at the best (for the bit error rate: its odds).
     #[serde(default, serialize_with = "short_pair_if_any", skip_serializing_if = "Option::is_none")]
     pub not_worse_loss: Option<[f64; 2]>,
-    /// B2W next to the best ratio, where it is defined.
+    /// B2W next to the best ratio, if defined.
     #[serde(default, serialize_with = "short_if_any", skip_serializing_if = "Option::is_none")]
     pub b2w: Option<f64>,
-    /// Fisher's criterion there, where it is defined.
+    /// Fisher's criterion there, if defined.
     #[serde(default, serialize_with = "short_if_any", skip_serializing_if = "Option::is_none")]
     pub fisher: Option<f64>,
     /// Bit error rate there, of all frames.
@@ -59,18 +59,17 @@ pub struct Cell {
     /// Its 95 % interval.
     #[serde(serialize_with = "short_pair")]
     pub ber_95: [f64; 2],
-    /// The same for the frames that show one symbol, which the criterion `ber` judges; none if all do.
+    /// The same for the frames that show one symbol, which the criterion `ber` uses; `None` if all do.
     #[serde(default, serialize_with = "short_if_any", skip_serializing_if = "Option::is_none")]
     pub ber_one_symbol: Option<f64>,
-    /// Frames that these are of.
+    /// The number of frames behind these.
     pub frames: u64,
-    /// By which factor the criterion is worse (of the bit error rate: its odds) where the panel is driven to the ratio
-    /// that the table holds.
+    /// The factor by which the criterion is worse (for the bit error rate: its odds) at the table's ratio.
     #[serde(serialize_with = "short")]
     pub table_loss: f64,
 }
 
-/// What the distances together say for one illuminance and interval.
+/// The results of all distances for one illuminance and interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Entry {
@@ -104,7 +103,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// The ratio that the transmitter carries by a rule.
+    /// The transmitter's ratio by a rule.
     pub fn l2a(&self, rule: Rule) -> f64 {
         match rule {
             Rule::Mean => self.mean_l2a,
@@ -176,7 +175,7 @@ impl Cell {
     }
 }
 
-/// The settings a search is done at: every combination of the values of four scene keys.
+/// The settings of a search: every combination of the values of four scene keys.
 ///
 /// ```
 /// use studies::optimum::Search;
@@ -195,9 +194,9 @@ impl Cell {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct CriterionSurvey {
-    /// What is searched for at each setting.
+    /// The search at each setting.
     pub search: Search,
-    /// How the ratio that a transmitter carries is made.
+    /// The rule for the transmitter's ratio.
     pub rule: Rule,
     /// Ambient illuminances, lx.
     pub illuminance_lx: Vec<f64>,
@@ -205,7 +204,7 @@ pub struct CriterionSurvey {
     pub interval: Vec<f64>,
     /// Distances, m.
     pub distance_m: Vec<f64>,
-    /// Turns about the vertical, degrees. The first is that of the table; the others show what it costs there.
+    /// Rotations about the vertical, degrees. The first is that of the table; the others show the loss there.
     pub yaw_deg: Vec<f64>,
 }
 
@@ -215,27 +214,27 @@ pub struct CriterionSurvey {
 pub struct SearchRecord {
     /// The program's version.
     pub version: String,
-    /// What was maximised.
+    /// The criterion.
     pub criterion: Criterion,
-    /// How one ratio was made of those of the distances.
+    /// The rule for one ratio from those of the distances.
     pub rule: Rule,
     /// The seed.
     pub seed: u64,
     /// The most frames at one ratio.
     pub frames: u64,
-    /// Half the width of the 95 % interval with which a search ended before that.
+    /// Half the width of the 95 % interval at which a search ended early.
     pub tolerance: f64,
-    /// The ratios looked among.
+    /// The range of ratios.
     pub range: [f64; 2],
     /// Whether reflectances were drawn.
     pub random_reflectance: bool,
     /// The detector.
     pub detector: String,
-    /// How exactly frames were drawn.
+    /// The accuracy of frames.
     pub level: Level,
     /// The distances, m.
     pub distance_m: Vec<f64>,
-    /// The turns about the vertical, degrees; the table is for the first.
+    /// The rotations about the vertical, degrees; the table is for the first.
     pub yaw_deg: Vec<f64>,
 }
 
@@ -252,10 +251,10 @@ impl CriterionSurvey {
         }
     }
 
-    /// That all settings are valid ones of `scene`.
+    /// Checks that all settings are valid for `scene`.
     ///
     /// # Errors
-    /// Names the first value that is not, or the key that has none.
+    /// The first invalid value, or the key without values.
     pub fn check(&self, scene: &Scene) -> Result<(), SurveyError> {
         let keys: [(&str, &[f64]); 4] = [
             ("illuminance", &self.illuminance_lx),
@@ -281,7 +280,7 @@ impl CriterionSurvey {
         Ok(check_axes(&self.illuminance_lx, &self.interval)?)
     }
 
-    /// How many settings there are of each illuminance and interval.
+    /// The number of settings of each illuminance and interval.
     pub fn settings_of_place(&self) -> usize {
         self.distance_m.len() * self.yaw_deg.len()
     }
@@ -319,7 +318,7 @@ impl CriterionSurvey {
         Ok((entry, cells))
     }
 
-    /// The best ratio at one setting, and what another one costs there.
+    /// The best ratio at one setting, and the loss of another one there.
     fn best(
         &self,
         scene: &Scene,
@@ -343,7 +342,7 @@ impl CriterionSurvey {
         Ok((cell, optimum))
     }
 
-    /// What the distances together say.
+    /// The results of all distances together.
     fn summary(&self, illuminance_lx: f64, interval: f64, parallel: &[(Cell, Optimum)]) -> Result<Entry, SurveyError> {
         let optima: Vec<&Optimum> = parallel.iter().map(|(_, optimum)| optimum).collect();
         let least = least_mean_ber(&optima, &self.search).ok_or(SurveyError::NoMean { illuminance_lx, interval })?;

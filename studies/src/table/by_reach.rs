@@ -10,7 +10,7 @@ use super::intensity::{Bounds, Light, panel_cd};
 use super::survey::{EntryAndDetails, News, Survey, SurveyError, check_axes, unless_ended};
 use crate::reach::{Choice, Crossing, Demand, Reach, ReachSearch, reach_from};
 
-/// The lights and intervals that a search by reach is done at: every combination.
+/// The illuminances and intervals of a search by reach: every combination.
 ///
 /// ```
 /// use sim::scene::Scene;
@@ -35,11 +35,11 @@ use crate::reach::{Choice, Crossing, Demand, Reach, ReachSearch, reach_from};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReachSurvey {
-    /// What is searched for at each; its range is cut down to [`ReachSurvey::bounds`].
+    /// The search at each; its range is limited to [`ReachSurvey::bounds`].
     pub search: ReachSearch,
-    /// What is asked of the link, which [`ReachSearch::raw_error_rate`] comes from.
+    /// The demand on the link, from which [`ReachSearch::raw_error_rate`] follows.
     pub demand: Demand,
-    /// The light that the panel must and may give.
+    /// The required and the allowed light of the panel.
     pub bounds: Bounds,
     /// Ambient illuminances, lx.
     pub illuminance_lx: Vec<f64>,
@@ -47,7 +47,7 @@ pub struct ReachSurvey {
     pub interval: Vec<f64>,
 }
 
-/// What was found for one illuminance and interval.
+/// The results for one illuminance and interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReachEntry {
@@ -55,7 +55,7 @@ pub struct ReachEntry {
     pub illuminance_lx: f64,
     /// Normalised LED interval.
     pub interval: f64,
-    /// The ratio that the transmitter carries.
+    /// The transmitter's ratio.
     #[serde(serialize_with = "short")]
     pub l2a: f64,
     /// Its 95 % interval.
@@ -81,7 +81,7 @@ pub struct ReachEntry {
     /// The ratios about the best that lose no more than 1 % of its reach.
     #[serde(serialize_with = "short_pair")]
     pub loses_nothing: [f64; 2],
-    /// Whether these differ by a factor of two and more, so that the ratio hardly matters.
+    /// Whether these span a factor of two and more, so that the ratio hardly matters.
     pub is_flat: bool,
     /// The nearest distance before the reach at which too many bits are wrong, m, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -89,7 +89,7 @@ pub struct ReachEntry {
     /// The panel's mean luminous intensity straight ahead at [`ReachEntry::l2a`], cd.
     #[serde(serialize_with = "short")]
     pub mean_cd: f64,
-    /// That of all LEDs On, cd.
+    /// Luminous intensity with all LEDs On, cd.
     #[serde(serialize_with = "short")]
     pub peak_cd: f64,
     /// The luminance of an On LED, cd/m².
@@ -124,27 +124,27 @@ pub struct ReachPoint {
 pub struct ReachRecord {
     /// The program's version.
     pub version: String,
-    /// What was asked of the link.
+    /// The demand on the link.
     pub demand: Demand,
-    /// The share of bits that may be wrong for that.
+    /// The tolerable share of wrong bits for it.
     pub raw_error_rate: f64,
-    /// The light that the panel must and may give.
+    /// The required and the allowed light of the panel.
     pub bounds: Bounds,
-    /// Which ratio was taken.
+    /// The choice of the ratio.
     pub choice: Choice,
     /// The seed.
     pub seed: u64,
     /// The most frames at one ratio and distance.
     pub frames: u64,
-    /// The share of the ratio by which its 95 % interval was to be narrower than ±.
+    /// The tolerance: the share of the ratio for the ± of its 95 % interval.
     pub tolerance: f64,
-    /// The ratios looked among.
+    /// The range of ratios.
     pub range: [f64; 2],
     /// Whether reflectances were drawn.
     pub random_reflectance: bool,
     /// The detector.
     pub detector: String,
-    /// How exactly frames were drawn.
+    /// The accuracy of frames.
     pub level: Level,
 }
 
@@ -160,10 +160,10 @@ outcome!(
 );
 
 impl ReachSurvey {
-    /// That all settings are valid ones of `scene`, and that each has ratios within the bounds.
+    /// Checks that all settings are valid for `scene`, and that each has ratios within the bounds.
     ///
     /// # Errors
-    /// Names the first value that is not.
+    /// The first invalid value.
     pub fn check(&self, scene: &Scene) -> Result<(), SurveyError> {
         check_axes(&self.illuminance_lx, &self.interval)?;
         for &illuminance_lx in &self.illuminance_lx {

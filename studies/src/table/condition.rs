@@ -1,4 +1,4 @@
-//! Where a search is done.
+//! The conditions of a search.
 
 use sim::scene::Scene;
 
@@ -11,7 +11,7 @@ pub struct Condition {
     pub interval: f64,
     /// Distance, m.
     pub distance_m: f64,
-    /// Turn about the vertical, degrees.
+    /// Rotation about the vertical, degrees.
     pub yaw_deg: f64,
 }
 
@@ -28,7 +28,7 @@ impl std::fmt::Display for Condition {
 }
 
 impl Condition {
-    /// The scene with its first panel so.
+    /// The scene with its first panel in this condition.
     pub(super) fn of(self, scene: &Scene) -> Scene {
         let mut scene = with_panel(scene, self.illuminance_lx, self.interval);
         let pose = scene.pose_of_mut(0);
@@ -37,7 +37,7 @@ impl Condition {
     }
 }
 
-/// The scene in a light, its first panel of an interval.
+/// The scene with that illuminance, its first panel with that interval.
 pub(super) fn with_panel(scene: &Scene, illuminance_lx: f64, interval: f64) -> Scene {
     let mut scene = scene.clone();
     scene.ambient.illuminance_lx = illuminance_lx;

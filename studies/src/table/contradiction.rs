@@ -1,25 +1,25 @@
-//! Whether a table's file contradicts itself, as one does that was changed since its search wrote it.
+//! Detects a table file that contradicts itself, as after a change by hand.
 
 use toml::Value;
 
 use super::file::TableFile;
 use super::findings::{AtPlace, Findings, Outcome};
 
-/// A row has three digits behind the point, and its entry five in all.
+/// A row has three digits after the point, and its entry five in all.
 const ROUNDED: f64 = 6e-4;
-/// What may be below 0: angles, and what may be won by chance.
+/// Numbers that may be negative: angles, and gains by chance.
 const SIGNED: [&str; 2] = ["yaw_deg", "most_lost"];
 
-/// What a table's file says that cannot be.
+/// A contradiction in a table file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Contradiction {
-    /// A ratio is not the one that was found.
+    /// A ratio differs from that of the search.
     #[error(
         "the ratio for {illuminance_lx} lx and interval {interval} is {ratio}, and the search found {found:.3}, as {key} has it: the file was \
          changed since. Put it back, or take that entry out of {key}"
     )]
     Ratio {
-        /// The list of what was found.
+        /// The list of results.
         key: &'static str,
         /// Ambient illuminance, lx.
         illuminance_lx: f64,
@@ -30,24 +30,24 @@ pub enum Contradiction {
         /// The ratio of its entry.
         found: f64,
     },
-    /// Two entries, or one of no row and column.
+    /// Two entries, or one without a row and column.
     #[error(
         "{key} has {count} entries at {illuminance_lx} lx and interval {interval}: there can be one where the table has a ratio, else none"
     )]
     Place {
-        /// The list of what was found.
+        /// The list of results.
         key: &'static str,
         /// Ambient illuminance, lx.
         illuminance_lx: f64,
         /// Normalised LED interval.
         interval: f64,
-        /// Entries there.
+        /// Number of entries.
         count: usize,
     },
-    /// A number that none can be.
+    /// An impossible number.
     #[error("{key} at {illuminance_lx} lx and interval {interval} has {name} = {value}: {must}")]
     Number {
-        /// The list of what was found.
+        /// The list of results.
         key: &'static str,
         /// Ambient illuminance, lx.
         illuminance_lx: f64,
@@ -55,15 +55,15 @@ pub enum Contradiction {
         interval: f64,
         /// Its name.
         name: String,
-        /// What is there.
+        /// The value.
         value: String,
-        /// What should be.
+        /// The requirement.
         must: &'static str,
     },
 }
 
 impl TableFile {
-    /// Looks whether all that the file says agrees.
+    /// Checks that all parts of the file agree.
     ///
     /// # Errors
     /// The first contradiction.
@@ -92,7 +92,7 @@ impl TableFile {
                     count,
                 });
             };
-            // What no search decides may be filled in.
+            // Ratios that no search decides may be filled in.
             let Some(record) = findings.record.as_ref().filter(|_| !unknown.contains(&place)) else {
                 continue;
             };
@@ -136,7 +136,7 @@ fn check_numbers(key: &'static str, of: &impl AtPlace) -> Result<(), Contradicti
         if is_rate && numbers.iter().any(|&number| number > 1.0) {
             return Err(fault(name, value, "a rate is 0 to 1"));
         }
-        // Those of several scenes, and what two ratios lose, are no interval.
+        // Reaches in several scenes, and losses of two ratios, are no interval.
         if !["reach_m", "not_worse_loss"].contains(&&**name) && !numbers.is_sorted() {
             return Err(fault(name, value, "its lower end must come first"));
         }

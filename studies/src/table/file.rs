@@ -1,8 +1,8 @@
-//! The file of a table found by a search: the ratios ([`sim::l2a::file`]) and all that they came from.
+//! The file of a table found by a search: the ratios ([`sim::l2a::file`]) and their origin.
 //!
-//! Beside the ratios it has the settings of the search (`search`), the scene, the outcome of each illuminance and interval
-//! (`entries`) and of each setting (`cells`). One made by reach has `reach`, `reach_entries` and, for each ratio tried, `reach_points`
-//! instead; one of least regret over several of these `regret`, `regret_entries` and `regret_points`.
+//! Beside the ratios it has the settings of the search (`search`), the scene, the results of each illuminance and interval (`entries`) and
+//! of each setting (`cells`). A table by reach has `reach`, `reach_entries` and, for each tried ratio, `reach_points` instead; a table of
+//! least regret over several of these has `regret`, `regret_entries` and `regret_points`.
 
 use std::path::Path;
 
@@ -20,23 +20,23 @@ use super::regret::{Regret, RegretEntry, RegretPoint, RegretRecord};
 use super::survey::{News, Survey, SurveyError};
 use crate::reach::{Curve, found_to_m};
 
-/// A table as it is in a file.
+/// The content of a table file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableFile {
     /// The ratios, and their axes.
     pub ratios: RatioFile,
-    /// The scene searched.
+    /// The scene of the search.
     pub scene: Option<Scene>,
-    /// Where the ratios come from, if from a search by variances or bit errors.
+    /// The origin of the ratios, if from a search by variances or bit errors.
     pub search: Findings<Entry>,
-    /// Where they come from, if from a search by reach.
+    /// The origin, if from a search by reach.
     pub reach: Findings<ReachEntry>,
-    /// Where they come from, if they are those of least regret.
+    /// The origin, if they are those of least regret.
     pub regret: Findings<RegretEntry>,
 }
 
 impl TableFile {
-    /// How far away a panel of each interval is found at most, in metres, if the table is of one scene: see [`found_to_m`].
+    /// The greatest distance at which a panel of each interval is found, in metres, if the table is for one scene: see [`found_to_m`].
     pub fn found_to_m(&self) -> Option<Vec<f64>> {
         let scene = self.scene.as_ref()?;
         let of = |&interval: &f64| found_to_m(&with_panel(scene, scene.ambient.illuminance_lx, interval));
@@ -44,12 +44,12 @@ impl TableFile {
     }
 }
 
-/// An outcome that a table's file has room for.
+/// A result that a table file can hold.
 pub trait InFile: Outcome {
-    /// What a file has of it.
+    /// The results in a file.
     fn of(file: &TableFile) -> &Findings<Self>;
 
-    /// The same, to be changed.
+    /// The same, mutable.
     fn of_mut(file: &mut TableFile) -> &mut Findings<Self>;
 }
 
@@ -68,7 +68,7 @@ macro_rules! in_file {
 }
 in_file!(Entry: search, ReachEntry: reach, RegretEntry: regret);
 
-/// Why parts of a table are none of one.
+/// Why parts of a table do not fit together.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PartError {
     /// Another survey.
@@ -84,7 +84,7 @@ pub enum PartError {
     },
 }
 
-/// What a file says of where its ratios come from.
+/// The origin of the ratios.
 #[derive(Deserialize)]
 struct Origin {
     search: Option<SearchRecord>,
@@ -117,7 +117,7 @@ impl TableFile {
         }
     }
 
-    /// The file of a survey of which nothing is done yet.
+    /// The file of a survey without results.
     pub fn of<S: Survey<Entry: InFile>>(survey: &S, scene: &Scene) -> Self {
         let [illuminance_lx, interval] = survey.axes().map(<[f64]>::to_vec);
         let mut file = Self::plain(RatioFile::empty(illuminance_lx, interval));
@@ -126,10 +126,10 @@ impl TableFile {
         file
     }
 
-    /// The file of a survey; where that is ended early, with what was found before.
+    /// The file of a survey; if the survey is ended early, with the results so far.
     ///
     /// # Errors
-    /// When a place cannot be searched.
+    /// If a place cannot be searched.
     pub fn searched<S: Survey<Entry: InFile>>(
         survey: &S,
         scene: &Scene,
@@ -145,7 +145,7 @@ impl TableFile {
         Ok(file)
     }
 
-    /// Whether a search has made it, or begun to.
+    /// Whether a search has made it, or started to.
     pub fn is_searched(&self) -> bool {
         let is_found = !self.search.entries.is_empty() || !self.reach.entries.is_empty();
         self.search.record.is_some() || self.reach.record.is_some() || is_found
@@ -158,14 +158,14 @@ impl TableFile {
             && (&self.ratios.illuminance_lx, &self.ratios.interval) == (&other.ratios.illuminance_lx, &other.ratios.interval)
     }
 
-    /// The reach over the ratio at a place, where it is known.
+    /// The reach over the ratio at a place, if known.
     pub fn curve(&self, place: [f64; 2]) -> Option<Curve> {
         let points = || self.reach.details_at(place);
         let curve = Curve::through(points().map(|point| (point.l2a, point.reach_m)));
         (points().count() > 1).then_some(curve)
     }
 
-    /// What is lost by other ratios than the best at a place, where that is known.
+    /// The loss by other ratios than the best at a place, if known.
     pub fn regret_at(&self, place: [f64; 2]) -> Option<Regret> {
         Some(Regret {
             curve: self.curve(place)?,
@@ -174,13 +174,13 @@ impl TableFile {
         })
     }
 
-    /// The same as it might have come out as well.
+    /// A random resample of it.
     pub(super) fn resampled_regret(&self, place: [f64; 2], random: &mut impl Rng) -> Option<Regret> {
         let points = self.reach.details_at(place);
         Regret::resampled(points, self.reach.record.as_ref()?.range, random)
     }
 
-    /// The 95 % interval of the ratio of a place, where it is known.
+    /// The 95 % interval of the ratio of a place, if known.
     pub fn l2a_95(&self, place: [f64; 2]) -> Option<[f64; 2]> {
         let by_reach = self.reach.carried_95(place);
         by_reach
@@ -188,13 +188,13 @@ impl TableFile {
             .or_else(|| self.search.carried_95(place))
     }
 
-    /// The entries of which the search says nothing.
+    /// The entries that the search does not decide.
     pub fn unknown(&self) -> impl Iterator<Item = Unknown> {
         let by_search = self.search.unknown();
         by_search.chain(self.reach.unknown()).chain(self.regret.unknown())
     }
 
-    /// Adds what was found at a place. A ratio of which the search says nothing stays missing.
+    /// Adds the result at a place. A ratio that the search does not decide stays missing.
     pub fn add<E: InFile>(&mut self, entry: E, details: Vec<E::Detail>) {
         let place = entry.place();
         let findings = E::of_mut(self);
@@ -209,7 +209,7 @@ impl TableFile {
     /// Adds the entries of another part of the same survey.
     ///
     /// # Errors
-    /// When it is none, or has one that is there already; nothing is added then.
+    /// If it is not one, or overlaps; nothing is added then.
     pub fn merge(&mut self, part: Self) -> Result<(), PartError> {
         if !self.is_of_same_survey(&part) {
             return Err(PartError::OtherSurvey);
@@ -230,7 +230,7 @@ impl TableFile {
         Ok(())
     }
 
-    /// Whether something was found at a place, or is there in a table that nothing is said of.
+    /// Whether a place has a result, or a ratio in a table without an origin.
     fn is_found(&self, place: [f64; 2]) -> bool {
         let is_plain = !self.is_searched() && self.regret.record.is_none();
         self.search.entry(place).is_some()
@@ -251,7 +251,7 @@ impl TableFile {
         Some([row, column])
     }
 
-    /// The places at which nothing was found yet.
+    /// The places without results.
     pub fn missing(&self) -> impl Iterator<Item = [f64; 2]> {
         self.ratios.places().filter(|place| !self.is_found(*place))
     }
@@ -259,23 +259,23 @@ impl TableFile {
     fn put(&mut self, place: [f64; 2], l2a: f64) {
         let place = self.row_and_column(place);
         if let Some(ratio) = place.and_then(|[row, column]| self.ratios.l2a.get_mut(row)?.get_mut(column)) {
-            // To a thousandth: finer than any uncertainty, and what a reader can take in.
+            // To a thousandth: finer than any uncertainty, and readable.
             *ratio = (l2a * 1e3).round() / 1e3;
         }
     }
 
-    /// The table of a file, and all that the file says of it.
+    /// The table of a file, and its origin.
     ///
     /// # Errors
-    /// Says what is wrong, where, and what to do: see [`Fault`].
+    /// See [`Fault`]: the fault, its place, and the way out.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         read_with(path, Self::from_toml)
     }
 
-    /// The same for a file that a transmitter can use, and the table as it carries it.
+    /// The same for a usable file, and the transmitter's table.
     ///
     /// # Errors
-    /// Also where there is no such table: see [`RatioFile::table`].
+    /// Also if there is no such table: see [`RatioFile::table`].
     pub fn read_with_table(path: &Path) -> Result<(Self, L2aTable), FileError> {
         read_with(path, |text| {
             let file = Self::from_toml(text)?;
@@ -287,7 +287,7 @@ impl TableFile {
     /// The same for a text.
     ///
     /// # Errors
-    /// When it is no TOML with the keys of a table, or of another version.
+    /// If it is not TOML with the keys of a table, or has another version.
     pub fn from_toml(text: &str) -> Result<Self, Fault> {
         let ratios = RatioFile::from_toml(text)?;
         let origin: Origin = toml::from_str(text).map_err(Box::new)?;
@@ -315,7 +315,7 @@ impl TableFile {
     /// The file's text, the same for the same content.
     ///
     /// # Errors
-    /// When TOML has no word for something in it.
+    /// If a value cannot be written in TOML.
     pub fn to_toml(&self) -> Result<String, toml::ser::Error> {
         let findings = [self.search.lines()?, self.reach.lines()?, self.regret.lines()?];
         let text = self.ratios.to_toml() + &findings.concat();

@@ -1,20 +1,20 @@
-//! What a criterion finds for a table: an entry for each illuminance and interval, the details it came from, and the settings.
+//! The results of a criterion for a table: an entry for each illuminance and interval, its details, and the settings.
 
 use std::cmp::Ordering;
 use std::fmt::Debug;
 
 use serde::{Serialize, Serializer};
 
-/// Ratios that differ by no more than this share are the same: files have five digits.
+/// Ratios that differ by no more than this share are the same, because files have five digits.
 pub(super) const SAME: f64 = 1e-4;
 
-/// What belongs to a place of a table.
+/// A record of a table's place.
 pub trait AtPlace: Clone + Debug + PartialEq + Serialize {
     /// Ambient illuminance, lx, and normalised LED interval.
     fn place(&self) -> [f64; 2];
 }
 
-/// The place of what has its illuminance and interval as fields.
+/// Implements the place from the fields for illuminance and interval.
 macro_rules! at_place {
     ($($kind:ty),+) => {
         $(impl $crate::table::AtPlace for $kind {
@@ -26,7 +26,7 @@ macro_rules! at_place {
 }
 pub(super) use at_place;
 
-/// The outcome of a search that carries the ratio of its field `l2a`, and does not decide between those of another field.
+/// Implements the results of a search whose ratio is the field `l2a`, and which does not decide between those of another field.
 macro_rules! outcome {
     ($entry:ty, $detail:ty, $record:ty, $undecided:ident, $keys:expr) => {
         $crate::table::findings::at_place!($entry, $detail);
@@ -56,16 +56,16 @@ macro_rules! outcome {
 }
 pub(super) use outcome;
 
-/// What a criterion says of one place.
+/// The result of a criterion at one place.
 pub trait Outcome: AtPlace {
     /// The settings of the search.
     type Record: Clone + Debug + PartialEq;
-    /// What it was found from, several of a place.
+    /// Its details, several for a place.
     type Detail: AtPlace;
-    /// In a table's file: the keys of the outcomes and of the details, each with the comment above it.
+    /// The keys of the results and of the details in a table file, each with the comment above it.
     const KEYS: [[&str; 2]; 2];
 
-    /// The ratio that a transmitter carries.
+    /// The transmitter's ratio.
     fn carried(&self, record: &Self::Record) -> f64;
 
     /// Its 95 % interval.
@@ -74,18 +74,18 @@ pub trait Outcome: AtPlace {
     /// The lowest and the highest of the ratios between which the search does not decide.
     fn undecided(&self, record: &Self::Record) -> [f64; 2];
 
-    /// The ratios looked among.
+    /// The range of ratios.
     fn range(record: &Self::Record) -> [f64; 2];
 }
 
-/// All that a criterion has found.
+/// All results of a criterion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Findings<E: Outcome> {
     /// The settings of the search, if there was one.
     pub record: Option<E::Record>,
-    /// What was found for each illuminance and interval.
+    /// The result for each illuminance and interval.
     pub entries: Vec<E>,
-    /// What that was found from.
+    /// The details of the results.
     pub details: Vec<E::Detail>,
 }
 
@@ -100,7 +100,7 @@ impl<E: Outcome> Default for Findings<E> {
 }
 
 impl<E: Outcome> Findings<E> {
-    /// The entry of a place, if it is there.
+    /// The entry of a place, if present.
     pub fn entry(&self, place: [f64; 2]) -> Option<&E> {
         self.entries.iter().find(|entry| entry.place() == place)
     }
@@ -110,13 +110,13 @@ impl<E: Outcome> Findings<E> {
         self.details.iter().filter(move |detail| detail.place() == place)
     }
 
-    /// The 95 % interval of the ratio of a place, where it is known.
+    /// The 95 % interval of the ratio of a place, if known.
     pub(super) fn carried_95(&self, place: [f64; 2]) -> Option<[f64; 2]> {
         let record = self.record.as_ref()?;
         Some(self.entry(place)?.carried_95(record))
     }
 
-    /// The entries of which the search says nothing.
+    /// The entries that the search does not decide.
     pub(super) fn unknown(&self) -> impl Iterator<Item = Unknown> {
         self.record.iter().flat_map(|record| {
             let range = E::range(record);
@@ -125,7 +125,7 @@ impl<E: Outcome> Findings<E> {
         })
     }
 
-    /// Adds others, and puts all in the order of the axes, whatever was finished first.
+    /// Adds others, and sorts all by the axes.
     pub(super) fn extend(&mut self, entries: impl IntoIterator<Item = E>, details: impl IntoIterator<Item = E::Detail>) {
         self.entries.extend(entries);
         self.details.extend(details);
@@ -133,7 +133,7 @@ impl<E: Outcome> Findings<E> {
         self.details.sort_by(in_order);
     }
 
-    /// The lines of a table's file.
+    /// The lines of a table file.
     pub(super) fn lines(&self) -> Result<String, toml::ser::Error> {
         let [entries, details] = E::KEYS;
         Ok(lines(entries, &self.entries)? + &lines(details, &self.details)?)
@@ -144,7 +144,7 @@ fn in_order<T: AtPlace>(one: &T, other: &T) -> Ordering {
     one.place().partial_cmp(&other.place()).unwrap_or(Ordering::Equal)
 }
 
-/// A list of tables, one a line; nothing of an empty one.
+/// A list of tables, one a line; nothing for an empty one.
 fn lines([key, comment]: [&str; 2], values: &[impl Serialize]) -> Result<String, toml::ser::Error> {
     if values.is_empty() {
         return Ok(String::new());
@@ -158,7 +158,7 @@ fn lines([key, comment]: [&str; 2], values: &[impl Serialize]) -> Result<String,
     Ok(text + "]\n")
 }
 
-/// A search that says nothing of a ratio.
+/// A search that does not decide on a ratio.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "at {illuminance_lx} lx and interval {interval} any ratio from {low} to {high} will do, for all that the search has found, which is \
@@ -176,7 +176,7 @@ pub struct Unknown {
 }
 
 impl Unknown {
-    /// That of a place where the search does not decide between any ratios of its range, if it does not.
+    /// The undecided ratios of a place, if these are the search's whole range.
     fn of([illuminance_lx, interval]: [f64; 2], undecided: [f64; 2], [low, high]: [f64; 2]) -> Option<Self> {
         let is_all = undecided[0] <= low * (1.0 + SAME) && undecided[1] >= high * (1.0 - SAME);
         is_all.then_some(Self {
@@ -188,7 +188,7 @@ impl Unknown {
     }
 }
 
-/// A number as it is written: five digits, which is more than chance leaves of it.
+/// A number with five digits, which is more than its uncertainty.
 pub(super) fn short<S: Serializer>(value: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     five_digits(*value).serialize(serializer)
 }

@@ -1,10 +1,10 @@
-//! The light of a panel as the rules of the road measure it: luminous intensity, in candela.
+//! The light of a panel as in road regulations: luminous intensity, in candela.
 
 use link::intensity::mean_cd;
 use serde::{Deserialize, Serialize};
 use sim::scene::{Panel, Scene};
 
-/// Lamps by name, and the luminous intensity in candela that each must and may have on its axis: UN Regulation No. 148, section 5 (rear
+/// Lamps by name, with the required and the allowed luminous intensity in candela on their axis: UN Regulation No. 148, section 5 (rear
 /// position lamps R1 of steady and R2 of variable intensity, stop lamps S1 and S2, daytime running lamps).
 pub const LAMPS: [(&str, Bounds); 5] = [
     ("rear-position", Bounds::of(4.0, 17.0)),
@@ -14,7 +14,7 @@ pub const LAMPS: [(&str, Bounds); 5] = [
     ("daytime-running", Bounds::of(400.0, 1200.0)),
 ];
 
-/// The mean luminous intensity that a panel must and may have, cd.
+/// The required and the allowed mean luminous intensity of a panel, cd.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bounds {
@@ -34,10 +34,10 @@ impl Bounds {
         }
     }
 
-    /// Those of a lamp in `LAMPS`.
+    /// The bounds of a lamp in `LAMPS`.
     ///
     /// # Errors
-    /// Names the lamps that there are.
+    /// The names of all lamps.
     pub fn of_lamp(name: &str) -> Result<Self, String> {
         let lamp = LAMPS.iter().find(|(lamp, _)| *lamp == name);
         lamp.map(|&(_, bounds)| bounds).ok_or_else(|| {
@@ -46,7 +46,7 @@ impl Bounds {
         })
     }
 
-    /// The ratios among those of a range at which a panel's mean intensity is within these bounds; none if there are none.
+    /// The ratios of a range at which a panel's mean intensity is within these bounds; `None` if there are none.
     pub fn ratios(&self, [low, high]: [f64; 2], panel: &Panel, illuminance_lx: f64) -> Option<[f64; 2]> {
         let of_one = panel_cd(panel, illuminance_lx, 1.0);
         let low = self.min_cd.map_or(low, |least| low.max(least / of_one));
@@ -71,7 +71,7 @@ impl std::fmt::Display for Bounds {
 pub(super) struct Light {
     /// The mean luminous intensity straight ahead, cd.
     pub mean_cd: f64,
-    /// That of all LEDs On, cd.
+    /// Luminous intensity with all LEDs On, cd.
     pub peak_cd: f64,
     /// The luminance of an On LED, cd/m².
     pub luminance_cd_m2: f64,

@@ -1,4 +1,4 @@
-//! The table to carry where nobody knows which of several scenes it will be.
+//! The transmitter's table for an unknown one of several scenes.
 
 use crate::parallel::prelude::*;
 use sim::l2a::file::RatioFile;
@@ -12,25 +12,25 @@ use super::survey::EntryAndDetails;
 use crate::optimum::{RESAMPLES, percentiles};
 use crate::reach::{FLAT, NOTHING};
 
-/// Ratios that are tried, at equal factors: 0.75 % apart in the paper's range.
+/// Tried ratios, at equal factors: 0.75 % apart in the paper's range.
 const TRIED: usize = 401;
 const IN_FILE: usize = 20;
 
-/// A ratio, and the most that it costs.
+/// A ratio, and its greatest loss.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeastRegret {
     /// The ratio.
     pub l2a: f64,
-    /// The share of the best ratio's reach that it loses in the scene where it loses most.
+    /// The share of the best ratio's reach that it loses in the worst scene.
     pub most_lost: f64,
-    /// The ratios about it that lose no more than 1 % more than any must.
+    /// The ratios about it that lose at most 1 % more than the minimum.
     pub no_worse: [f64; 2],
 }
 
 impl LeastRegret {
-    /// The ratio that loses least of the reach in the scene where it loses most (Savage 1951, minimax regret), by tables made by reach for
-    /// those scenes: the middle one, by factors, of those that lose no more than 1 % more. None where one of the tables has no such entry,
-    /// or they looked at no common ratio.
+    /// The ratio of the least loss of reach in its worst scene (Savage 1951, minimax regret), from tables by reach for those scenes: the
+    /// middle one, by factors, of those that lose no more than 1 % more. `None` if one of the tables has no such entry, or they have no
+    /// common ratio.
     ///
     /// ```
     /// use sim::scene::Scene;
@@ -78,8 +78,8 @@ impl LeastRegret {
         })
     }
 
-    /// The 95 % interval of its ratio, from what the reach at each ratio is known to. Errors of neighbours are taken for independent, which
-    /// common random numbers make smaller: the interval is rather too wide.
+    /// The 95 % interval of its ratio, from the uncertainty of the reach at each ratio. Errors of neighbours count as independent, while
+    /// common random numbers make them smaller: the interval is rather too wide.
     fn l2a_95(scenes: &[TableFile], place: [f64; 2]) -> Option<[f64; 2]> {
         let as_well = (0..RESAMPLES).into_par_iter().filter_map(|number| {
             let random = &mut stream(0, number, Purpose::Resampling);
@@ -91,7 +91,7 @@ impl LeastRegret {
     }
 }
 
-/// The ratios that all scenes have looked at, and what each loses at most.
+/// The ratios within all scenes' ranges, with the greatest loss of each.
 fn tried(regrets: &[Regret]) -> Option<Vec<(f64, f64)>> {
     let [low, high] = common(regrets.iter().map(|regret| regret.range))?;
     let ratio = |number: usize| low * (high / low).powf(number as f64 / (TRIED - 1) as f64);
@@ -104,7 +104,7 @@ fn most_lost(regrets: &[Regret], l2a: f64) -> Option<f64> {
     losses.try_fold(f64::NEG_INFINITY, |most, loss| Some(most.max(loss?)))
 }
 
-/// The range that all have in common; none where there is none.
+/// The common part of all ranges; `None` if it is empty.
 fn common(ranges: impl Iterator<Item = [f64; 2]>) -> Option<[f64; 2]> {
     let range = ranges.reduce(|one, other| [one[0].max(other[0]), one[1].min(other[1])]);
     range.filter(|[low, high]| low < high)
@@ -116,7 +116,7 @@ pub enum RegretError {
     /// No table is given.
     #[error("no table to make it from: give at least one that `vocc optimize --criterion reach` made")]
     NoTable,
-    /// A table has no such entry, or looked at other ratios.
+    /// A table has no such entry, or other ratios.
     #[error(
         "at {illuminance_lx} lx and interval {interval} no ratio was looked at in all scenes: make their tables of the same axes and range"
     )]
@@ -129,11 +129,11 @@ pub enum RegretError {
 }
 
 impl TableFile {
-    /// The table of the ratios that lose least in the scene where they lose most ([`LeastRegret::over`]), of tables made by reach, each with
-    /// its file's name; its axes, and the panel whose light is told, are those of the first.
+    /// The table of the ratios with the least loss in their worst scene ([`LeastRegret::over`]), from tables by reach, each with its file's
+    /// name; the axes, and the panel for the intensities, are those of the first.
     ///
     /// # Errors
-    /// When there is no table, or at an entry no ratio that all of them have looked at.
+    /// If there is no table, or at an entry no ratio common to all of them.
     pub fn of_least_regret(tables: &[(String, Self)]) -> Result<Self, RegretError> {
         let (names, scenes): (Vec<String>, Vec<Self>) = tables.iter().cloned().unzip();
         let first = scenes.first().ok_or(RegretError::NoTable)?;
@@ -154,7 +154,7 @@ impl TableFile {
     }
 }
 
-/// The entry of an illuminance and an interval, and what other ratios lose there.
+/// The entry of an illuminance and an interval, and the loss of other ratios there.
 fn least_at(scenes: &[TableFile], place: [f64; 2]) -> Option<EntryAndDetails<RegretEntry>> {
     let [illuminance_lx, interval] = place;
     let regrets = scenes.iter();

@@ -1,14 +1,14 @@
 //! Tables of the best LED-to-ambient ratio: made by searches over many settings, written to files, read by transmitters.
 //!
-//! - [`Survey`]: a search at each illuminance and interval, by whatever criterion; what it finds are [`Findings`].
-//! - [`CriterionSurvey`]: the best ratio at intervals × distances × illuminances × yaws, and what of it a transmitter should carry.
-//! - [`ReachSurvey`]: the same by the distance that messages reach, at intervals × illuminances; [`Bounds`]: within the light that a lamp
-//!   must and may give.
-//! - [`LeastRegret`]: the ratio to carry where nobody knows which of several scenes it will be, by a [`ReachSurvey`] of each.
-//! - [`TableFile`]: the file that holds it, with all that it came from.
+//! - [`Survey`]: a search at each illuminance and interval, by any criterion; its results are [`Findings`].
+//! - [`CriterionSurvey`]: the best ratio at intervals × distances × illuminances × yaws, and the transmitter's ratio.
+//! - [`ReachSurvey`]: the same by the reach of messages, at intervals × illuminances; [`Bounds`]: within the required and allowed light of
+//!   a lamp.
+//! - [`LeastRegret`]: the ratio for an unknown one of several scenes, from a [`ReachSurvey`] of each.
+//! - [`TableFile`]: the file that holds it, with its origin.
 //!
-//! A transmitter knows the light and its own interval, but not who looks at it from where: it carries one ratio for each
-//! illuminance and interval, by one of two rules over the distances ([`Rule`]).
+//! A transmitter knows the light and its own interval, but not the camera's position: it has one ratio for each illuminance and interval,
+//! by one of two rules over the distances ([`Rule`]).
 
 mod by_criterion;
 mod by_reach;

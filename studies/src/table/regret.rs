@@ -1,4 +1,4 @@
-//! What ratios lose that are not the best.
+//! The loss of ratios other than the best.
 
 use rand::Rng;
 use serde::{Deserialize, Serialize};
@@ -11,18 +11,18 @@ use crate::reach::{Choice, Curve};
 /// Half a 95 % interval, in standard deviations.
 const HALF_OF_95: f64 = 1.96;
 
-/// What other ratios than the best lose at one illuminance and interval.
+/// The loss of ratios other than the best at one illuminance and interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Regret {
     pub(super) curve: Curve,
-    /// The ratios looked among.
+    /// The range of ratios.
     pub(super) range: [f64; 2],
     /// The reach of the best one, m.
     pub(super) best_m: f64,
 }
 
 impl Regret {
-    /// As it might have come out as well, by points whose logarithms err as normal numbers do, each by itself. None of fewer than three.
+    /// A random resample: the points' logarithms get independent normal errors. `None` for fewer than three points.
     pub(super) fn resampled<'a>(points: impl Iterator<Item = &'a ReachPoint>, range: [f64; 2], random: &mut impl Rng) -> Option<Self> {
         let mut drawn = |point: &ReachPoint| {
             let [low, high] = point.reach_m_95;
@@ -34,32 +34,32 @@ impl Regret {
         Some(Self { curve, range, best_m })
     }
 
-    /// The reach of a ratio, m, where it was looked at.
+    /// The reach of a ratio, m, within the range.
     pub fn reach_m(&self, l2a: f64) -> Option<f64> {
         let [low, high] = self.range;
         let is_within = (low * (1.0 - SAME)..=high * (1.0 + SAME)).contains(&l2a);
         self.curve.reach_m(l2a).filter(|_| is_within)
     }
 
-    /// The share of the best ratio's reach that another one loses, where it was looked at; below 0 by chance.
+    /// The loss of a ratio, as a share of the best ratio's reach, within the range; below 0 by chance.
     pub fn loss(&self, l2a: f64) -> Option<f64> {
         Some(1.0 - self.reach_m(l2a)? / self.best_m)
     }
 }
 
-/// The tables that a table of least regret came from.
+/// The tables behind a table of least regret.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RegretRecord {
     /// The program's version.
     pub version: String,
-    /// Their files, as they were named.
+    /// Their files, as given.
     pub tables: Vec<String>,
-    /// The ratios that all of them looked among.
+    /// The common range of ratios.
     pub range: [f64; 2],
 }
 
-/// What was found for one illuminance and interval.
+/// The results for one illuminance and interval.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RegretEntry {
@@ -67,19 +67,19 @@ pub struct RegretEntry {
     pub illuminance_lx: f64,
     /// Normalised LED interval.
     pub interval: f64,
-    /// The ratio that the transmitter carries.
+    /// The transmitter's ratio.
     #[serde(serialize_with = "short")]
     pub l2a: f64,
     /// Its 95 % interval.
     #[serde(serialize_with = "short_pair")]
     pub l2a_95: [f64; 2],
-    /// The share of the best ratio's reach that it loses in the scene where it loses most.
+    /// The share of the best ratio's reach that it loses in the worst scene.
     #[serde(serialize_with = "short")]
     pub most_lost: f64,
-    /// The ratios about it that lose no more than 1 % more than any must.
+    /// The ratios about it that lose at most 1 % more than the minimum.
     #[serde(serialize_with = "short_pair")]
     pub no_worse: [f64; 2],
-    /// Whether these differ by a factor of two and more, so that the ratio hardly matters.
+    /// Whether these span a factor of two and more, so that the ratio hardly matters.
     pub is_flat: bool,
     /// Its reach in the scene of each table, m.
     #[serde(serialize_with = "short_list")]
@@ -87,7 +87,7 @@ pub struct RegretEntry {
     /// The panel's mean luminous intensity straight ahead, cd.
     #[serde(serialize_with = "short")]
     pub mean_cd: f64,
-    /// That of all LEDs On, cd.
+    /// Luminous intensity with all LEDs On, cd.
     #[serde(serialize_with = "short")]
     pub peak_cd: f64,
     /// The luminance of an On LED, cd/m².
@@ -95,7 +95,7 @@ pub struct RegretEntry {
     pub luminance_cd_m2: f64,
 }
 
-/// What one ratio loses.
+/// The loss of one ratio.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RegretPoint {
@@ -106,7 +106,7 @@ pub struct RegretPoint {
     /// The ratio.
     #[serde(serialize_with = "short")]
     pub l2a: f64,
-    /// The share of the best ratio's reach that it loses in the scene where it loses most.
+    /// The share of the best ratio's reach that it loses in the worst scene.
     #[serde(serialize_with = "short")]
     pub most_lost: f64,
 }

@@ -1,4 +1,4 @@
-//! A search for the best ratio at each place of a table, by whatever criterion.
+//! A search for the best ratio at each place of a table, by any criterion.
 
 use link::l2a_table::{L2A_MIN, L2aTable, TableError};
 use serde::Serialize;
@@ -10,27 +10,27 @@ use super::findings::Outcome;
 use crate::optimum::OptimumError;
 use crate::reach::ReachError;
 
-/// What is found at a place, and what that was found from.
+/// The result at a place, and its details.
 pub type EntryAndDetails<E> = (E, Vec<<E as Outcome>::Detail>);
 
 /// A search at each place of a table: each illuminance and interval.
 pub trait Survey: Sync {
-    /// What is found at a place.
+    /// The result at a place.
     type Entry: Outcome;
-    /// What is kept of the work at a place that is not finished, so that it goes on from there.
+    /// A saved piece of unfinished work at a place, from which the search continues.
     type Piece: Serialize + DeserializeOwned;
 
     /// Ambient illuminances, lx, and normalised LED intervals.
     fn axes(&self) -> [&[f64]; 2];
 
-    /// The settings that the outcome depends on.
+    /// The settings that the result depends on.
     fn record(&self) -> <Self::Entry as Outcome>::Record;
 
-    /// Searches a place, continued from the pieces that an earlier run finished there, in the order of their reports. None if the search
+    /// Searches a place, continued from the pieces that an earlier run finished there, in the order of their reports. `None` if the search
     /// was ended early.
     ///
     /// # Errors
-    /// When the place cannot be searched.
+    /// If the place cannot be searched.
     fn find(
         &self,
         scene: &Scene,
@@ -40,14 +40,14 @@ pub trait Survey: Sync {
     ) -> Result<Option<EntryAndDetails<Self::Entry>>, SurveyError>;
 }
 
-/// What a survey tells while it works.
+/// The progress of a survey.
 #[derive(Clone, Copy, Debug)]
 pub enum News<'a, Piece> {
     /// A piece is finished.
     Piece {
         /// The piece.
         piece: &'a Piece,
-        /// How much work it was: frames, or ratios by reach.
+        /// Its work: frames, or ratios by reach.
         work: u64,
         /// Whether an earlier run has finished it.
         is_known: bool,
@@ -56,10 +56,10 @@ pub enum News<'a, Piece> {
     Setting,
 }
 
-/// Why a survey cannot be done.
+/// Why a survey failed.
 #[derive(Debug, thiserror::Error)]
 pub enum SurveyError {
-    /// There is nothing to try of one key.
+    /// A key has no values.
     #[error("no {key} to try: give at least one")]
     Empty {
         /// The key.
@@ -68,7 +68,7 @@ pub enum SurveyError {
     /// A value is not allowed.
     #[error(transparent)]
     Range(#[from] RangeError),
-    /// The illuminances and intervals are no axes of a table.
+    /// The illuminances and intervals are not axes of a table.
     #[error(transparent)]
     Axes(#[from] TableError),
     /// The optimum at one setting cannot be found.
@@ -76,7 +76,7 @@ pub enum SurveyError {
     Optimum {
         /// The setting.
         setting: Condition,
-        /// Why not.
+        /// The cause.
         source: OptimumError,
     },
     /// The distances have too few ratios in common.
@@ -87,7 +87,7 @@ pub enum SurveyError {
         /// Normalised LED interval.
         interval: f64,
     },
-    /// No ratio keeps the bounds.
+    /// No ratio is within the bounds.
     #[error(
         "at {illuminance_lx} lx and interval {interval} no ratio from {low} to {high} gives {wanted}: they give a mean of {least_cd:.3} to \
          {most_cd:.3} cd; set other bounds, another --range, or leave this light out"
@@ -101,7 +101,7 @@ pub enum SurveyError {
         low: f64,
         /// The highest ratio.
         high: f64,
-        /// What is asked for, in words.
+        /// The requirement, in words.
         wanted: String,
         /// The mean intensity at the lowest ratio, cd.
         least_cd: f64,
@@ -115,12 +115,12 @@ pub enum SurveyError {
         illuminance_lx: f64,
         /// Normalised LED interval.
         interval: f64,
-        /// Why not.
+        /// The cause.
         source: ReachError,
     },
 }
 
-/// What was found, or none where the search was ended early.
+/// The result, or `None` if the search was ended early.
 pub(super) fn unless_ended<T>(found: Result<T, SurveyError>) -> Result<Option<T>, SurveyError> {
     match found {
         Err(
@@ -137,10 +137,10 @@ pub(super) fn unless_ended<T>(found: Result<T, SurveyError>) -> Result<Option<T>
     }
 }
 
-/// That illuminances in lx and intervals are axes that a transmitter's table can have.
+/// Checks that illuminances in lx and intervals are valid axes of a transmitter's table.
 ///
 /// # Errors
-/// Names the first value that is not.
+/// The first invalid value.
 pub(super) fn check_axes(illuminance_lx: &[f64], interval: &[f64]) -> Result<(), TableError> {
     let single = |axis: &[f64]| axis.iter().map(|&value| value as f32).collect::<Vec<_>>();
     let ratios = vec![L2A_MIN; illuminance_lx.len() * interval.len()];

@@ -1,4 +1,4 @@
-//! How surely the best ratio by reach is found, against the time for it: the search, and a plain grid of ratios and distances.
+//! The precision of the best ratio by reach, against time: the search, and a plain grid of ratios and distances.
 
 use std::time::Instant;
 
@@ -19,24 +19,24 @@ use crate::parallel::on_one_thread;
 use crate::reach::{Choice, ReachError, ReachSearch, reach};
 use sim::scene::Scene;
 
-/// Where bits are lost on both sides of the best ratio: too dark, and too bright.
+/// Settings with losses on both sides of the best ratio: too dark, and too bright.
 const SETTINGS: [&str; 2] = ["ambient.illuminance_lx=50", "panel.interval=0.5"];
 /// The most frames of the search, at one ratio and distance.
 const FRAMES: [u64; 4] = [128, 512, 2048, DEFAULT_FRAMES];
 /// The default of `vocc optimize --criterion reach`.
 const DEFAULT_FRAMES: u64 = 4096;
-/// What it has for a first look.
+/// The variant for a first look.
 const QUICK: &str = "search, 512 frames";
-/// By how much the reference has more frames.
+/// The factor on the reference's frames.
 const REFERENCE: u64 = 8;
 /// Searches of other seeds.
 const REPEATS: usize = 8;
 /// Ratios, distances and frames of plain grids.
 const GRIDS: [(usize, usize, u64); 4] = [(8, 8, 128), (16, 16, 512), (32, 32, 256), (32, 64, 512)];
-/// Between these distances the grids look, m: three times either way of the reach.
+/// The distances of the grids, m: a factor of three either way of the reach.
 const GRID_M: [f64; 2] = [20.0, 180.0];
 
-/// What one run says, and how long it took.
+/// The result of one run, and its time.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Estimate {
     l2a: f64,
@@ -44,7 +44,7 @@ struct Estimate {
     ns: f64,
 }
 
-/// A way to find it.
+/// A variant of the search.
 enum Way {
     /// With at most this many frames.
     Search(u64),
@@ -81,7 +81,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         .map(|(ratios, distances, frames)| Way::Grid(ratios, distances, scale.of(frames as usize, 32) as u64));
     let ways: Vec<Way> = fewer.chain([most]).map(Way::Search).chain(grids).collect();
     let truth = steps.take("reference", |_| by_search(&scene, REFERENCE * most, scale.seed))?;
-    // By turns: all ways with one seed, then all with the next.
+    // By turns: all variants with one seed, then all with the next.
     let mut turns: Vec<Vec<Estimate>> = Vec::new();
     for number in 1..=scale.of(REPEATS, 1) as u64 {
         let found = |way: &Way| way.find(&scene, 1000 * scale.seed + number);
@@ -112,7 +112,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     })
 }
 
-/// Runs on one thread, and tells how long it took.
+/// Runs on one thread, and returns the time.
 fn timed<E: Send>(run: impl FnOnce() -> Result<[f64; 2], E> + Send) -> Result<Estimate, PrecisionError>
 where
     PrecisionError: From<E>,
@@ -177,7 +177,7 @@ fn points([low, high]: [f64; 2], count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |point| low * (high / low).powf(step(point)))
 }
 
-/// The deviation of each way's runs from 1, and their time over the default's, turn by turn.
+/// The deviation of each variant's runs from 1, and their time over the default's, turn by turn.
 fn diagram(title: &str, default: &str, ways: &[Way], turns: &[Vec<Estimate>], over_truth: impl Fn(&Estimate) -> f64) -> Diagram {
     let yardstick = ways.iter().position(|way| way.point().variant == default).unwrap_or(0);
     let point = |(number, way): (usize, &Way)| {
@@ -194,7 +194,7 @@ fn diagram(title: &str, default: &str, ways: &[Way], turns: &[Vec<Estimate>], ov
     Diagram::of(title, ["root mean square, over the reference", ""], "one entry of a table", points)
 }
 
-/// The default, and why.
+/// The default, and the reason.
 pub fn why(diagrams: &[Diagram]) -> String {
     let errors = |of: fn(&Point) -> bool| {
         let percent = move |diagram: &Diagram| {

@@ -1,4 +1,4 @@
-//! Bit errors of a receiver that learns the camera from its frames, and of one that is configured, against the time for a panel.
+//! Bit errors of a receiver that learns the camera from its frames, and of a configured one, against the time for a panel.
 
 use link::camera::Camera;
 use serde::{Deserialize, Serialize};
@@ -19,13 +19,13 @@ use crate::statistics::ratio_95;
 
 /// A camera, and a panel before it in so little light that bits are read wrongly.
 struct Case {
-    /// What the camera is like.
+    /// A description of the camera.
     name: &'static str,
     /// Distance in m, interval, illuminance in lx, L2A.
     place: (f64, f64, f64, f64),
-    /// The scene's settings that make the camera.
+    /// The scene settings of the camera.
     settings: &'static [&'static str],
-    /// Whether each pixel's grey level is one of its own light, as the genie has it.
+    /// Whether each pixel's grey level depends on its own light alone, as the genie assumes.
     has_genie: bool,
 }
 
@@ -80,10 +80,10 @@ fn settings(frames: usize, detector: DetectorChoice, scale: &Scale) -> Settings 
     }
 }
 
-/// Frames that are read, by all but the genie, who takes long.
+/// Frames to read, except for the genie, which takes long.
 const FRAMES: usize = 400;
 const GENIE_FRAMES: usize = 100;
-/// From how many frames before those a receiver has learnt.
+/// Numbers of earlier frames that a receiver has learnt from.
 const LEARNT_FROM: [usize; 4] = [0, 1, 5, MOST_LEARNT_FROM];
 const MOST_LEARNT_FROM: usize = 20;
 /// A receiver without settings, and one with curve, black level and blur given.
@@ -125,7 +125,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     })
 }
 
-/// The default, and why.
+/// The default, and the reason.
 pub fn why(diagrams: &[Diagram]) -> String {
     let of = |name: &str, frames| {
         let name = after(name, frames);
@@ -155,7 +155,7 @@ fn after(name: &str, frames: usize) -> String {
     format!("{name}, {frames} frame{s}")
 }
 
-/// Wrong bits of each frame, by the receivers that have seen the most frames.
+/// Wrong bits of each frame, by the receivers with the most earlier frames.
 #[derive(Default, Serialize, Deserialize)]
 struct WrongBits {
     learnt: Vec<u64>,
@@ -163,7 +163,7 @@ struct WrongBits {
 }
 
 impl WrongBits {
-    /// Those of one over those of the other, with the interval.
+    /// The ratio of one to the other, with the interval.
     fn ratio(&self) -> String {
         let [learnt, told] = [&self.learnt, &self.told].map(|wrong| wrong.iter().sum::<u64>());
         let [low, high] = ratio_95(&self.learnt, &self.told);

@@ -1,6 +1,6 @@
-//! Counts from emulated processors, which other programs measure: lines of `name,number[,number…]`.
+//! Counts from emulated processors, measured by other programs: lines of `name,number[,number…]`.
 
-/// The lines of a table, comments (`#`) and lines without a number left out.
+/// The lines of a table, without comments (`#`) and lines without a number.
 pub fn rows(table: &str) -> impl Iterator<Item = (&str, Vec<f64>)> {
     let lines = table.lines().filter(|line| !line.starts_with('#'));
     lines.filter_map(|line| {

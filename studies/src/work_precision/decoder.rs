@@ -27,7 +27,7 @@ const MESSAGES: usize = 2000;
 const TIMED: usize = 24;
 /// Most iterations.
 const ITERATIONS: [usize; 8] = [1, 2, 3, 5, 10, 20, 50, MAX_ITERATIONS];
-/// The code of which all number formats are compared.
+/// The code for the comparison of number formats.
 const COMPARED: LDPCCode = LDPCCode::TC512;
 /// Standard deviations of the noise on bits of ±1: 9 % of them wrong.
 const COMPARED_NOISE: f64 = 0.75;
@@ -62,7 +62,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     })
 }
 
-/// The default, and why.
+/// The default, and the reason.
 pub fn why(diagrams: &[Diagram]) -> String {
     let worth = diagrams.first().map(worth_of_iterations);
     let rounding = diagrams.iter().flat_map(|formats| {
@@ -80,7 +80,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     )
 }
 
-/// What the most iterations bring, beside a tenth of them.
+/// The benefit of the most iterations over a tenth of them.
 fn worth_of_iterations(formats: &Diagram) -> String {
     let [some, all] = [10, MAX_ITERATIONS].map(|limit| {
         let point = variant(formats, &format!("i8, {limit}"));
@@ -129,7 +129,7 @@ fn diagram(title: &str, candidates: Vec<Candidate>, scale: &Scale) -> Diagram {
     Diagram::timed(title, ["share of messages lost", ""], cost, candidates, scale)
 }
 
-/// Messages as they arrive.
+/// Messages as received.
 struct Transmission {
     code: LDPCCode,
     noise: f64,
@@ -168,11 +168,11 @@ impl Transmission {
         &self.blocks[..most.min(self.blocks.len())]
     }
 
-    /// A way to decode at all limits of [`ITERATIONS`].
+    /// A decoder at all limits of [`ITERATIONS`].
     fn curve<'a>(&'a self, name: &str, steps: &mut Steps, decoder: impl Fn() -> Decode<'a>) -> Result<Vec<Candidate<'a>>, PrecisionError> {
         let mut decode = decoder();
         let mut needed = |blocks: &[Block]| {
-            // A message is there when the last of its blocks is.
+            // A message is complete with the last of its blocks.
             let mut needed = blocks.iter().map(|block| decode(block, MAX_ITERATIONS));
             needed.try_fold(0, |most, own| Some(most.max(own?)))
         };
@@ -221,7 +221,7 @@ impl Transmission {
     }
 }
 
-/// Decodes a block within a maximum of iterations: the number it took, or none.
+/// Decodes a block within a maximum of iterations: their number, or `None`.
 type Decode<'a> = Box<dyn FnMut(&Block, usize) -> Option<usize> + 'a>;
 
 impl Block {

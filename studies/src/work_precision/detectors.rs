@@ -1,4 +1,4 @@
-//! Bits read wrongly by each detector, against the time it takes for a panel.
+//! Wrong bits of each detector, against its time for a panel.
 
 use rx_pipeline::detect::Method;
 
@@ -18,23 +18,23 @@ use crate::monte_carlo::{Evaluator, Settings};
 use sim::road::camera_of;
 use sim::scene::{Scene, SceneError};
 
-/// Distance in m, interval, illuminance in lx (which calls for the ISO), L2A.
+/// Distance in m, interval, illuminance in lx (which sets the ISO), L2A.
 pub const PLACES: [(f64, f64, f64, f64); 4] = [
     (50.0, 1.0, 50.0, 1.0),
     (60.0, 0.5, 1000.0, 1.0),
     (70.0, 0.5, 1000.0, 1.0),
     (70.0, 1.0, 50.0, 1.0),
 ];
-/// Frames read, and the fewest.
+/// Frames, and below, the fewest.
 const FRAMES: usize = 1000;
 const LEAST_FRAMES: usize = 16;
-/// Frames that the genie reads, who takes long.
+/// Frames for the genie, which takes long.
 const GENIE_FRAMES: usize = 100;
-/// The detector that all times are compared with.
+/// The baseline of all times.
 const BASELINE: &str = "kmeans";
 /// The default detector.
 const DEFAULT: &str = "ml";
-/// What the name of a detector that works out soft values ends with.
+/// The suffix of a detector's name with soft values.
 const SOFT: &str = ", soft";
 /// Instructions on a small processor.
 const INSTRUCTIONS: &str = include_str!("data/cortex-m7.csv");
@@ -76,7 +76,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     })
 }
 
-/// The default, and why.
+/// The default, and the reason.
 pub fn why(diagrams: &[Diagram]) -> String {
     let timed: Vec<&Diagram> = diagrams.iter().filter(|diagram| diagram.cost_unit == CostUnit::Ns).collect();
     let best: Vec<(&Point, f64)> = timed
@@ -112,7 +112,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     )
 }
 
-/// What soft values take beside bits, in µs.
+/// The time of soft values in addition to bits, in µs.
 fn soft_us(diagrams: &[Diagram]) -> String {
     let timed = diagrams.iter().filter(|diagram| diagram.cost_unit == CostUnit::Ns);
     range(timed.flat_map(|diagram| {
@@ -126,7 +126,7 @@ fn soft_us(diagrams: &[Diagram]) -> String {
 /// The scene at one of [`PLACES`], with more settings.
 ///
 /// # Errors
-/// [`SceneError`] if a setting is not one.
+/// [`SceneError`] if a setting is invalid.
 pub fn scene_at(place: (f64, f64, f64, f64), more: &[String]) -> Result<Scene, SceneError> {
     let (distance_m, interval, illuminance_lx, l2a) = place;
     let mut settings = vec![
@@ -140,16 +140,16 @@ pub fn scene_at(place: (f64, f64, f64, f64), more: &[String]) -> Result<Scene, S
     Scene::load("paper", &settings)
 }
 
-/// The same without haze, in the ambient light that calls for an ISO: distance in m, interval, ISO, L2A.
+/// The same without haze, in the ambient light for an ISO: distance in m, interval, ISO, L2A.
 ///
 /// # Errors
-/// [`SceneError`] if a setting is not one.
+/// [`SceneError`] if a setting is invalid.
 pub fn scene_in_clear_air((distance_m, interval, iso, l2a): (f64, f64, f64, f64)) -> Result<Scene, SceneError> {
     let place = (distance_m, interval, 16_000.0 * 100.0 / iso, l2a);
     scene_at(place, &["atmosphere.transmission_at_70m=1".into()])
 }
 
-/// The detectors at a place, and how many panels the genie reads wrongly.
+/// The detectors at a place, and the number of panels that the genie misreads.
 fn diagram(place: (f64, f64, f64, f64), scale: &Scale) -> Result<(Diagram, String), PrecisionError> {
     let (distance_m, interval, illuminance_lx, l2a) = place;
     let scene = scene_at(place, &[])?;
@@ -201,7 +201,7 @@ fn diagram(place: (f64, f64, f64, f64), scale: &Scale) -> Result<(Diagram, Strin
 /// The same errors against counted instructions.
 fn counted(timed: &Diagram, instructions: &[(&str, Vec<f64>)], place: usize) -> Diagram {
     let points = timed.points.iter().filter_map(|point| {
-        // The board always works out soft values.
+        // The board always computes soft values.
         let name = point.variant.strip_suffix(SOFT);
         let name = name.or((point.variant == DEFAULT).then_some(DEFAULT))?;
         let (_, counts) = instructions.iter().find(|(known, _)| *known == name)?;

@@ -1,4 +1,4 @@
-//! Work-precision diagrams: what was measured, as data.
+//! Work-precision diagrams as data.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,33 +7,33 @@ use super::point::Point;
 use super::scale::Scale;
 use super::timing::{Candidate, time_by_turns};
 
-/// A question and what was measured to answer it.
+/// A question and its measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// Its name, a word.
     pub name: String,
     /// Its title.
     pub title: String,
-    /// What was compared, and how; a few sentences.
+    /// The compared variants and the method, in a few sentences.
     pub method: String,
-    /// What the errors are taken against, and how much tighter that is.
+    /// The reference of the errors, and how much tighter it is.
     pub reference: String,
-    /// The default among the variants, and why it is that.
+    /// The default among the variants, and the reason.
     pub default: String,
-    /// What was measured.
+    /// The measurement.
     pub diagrams: Vec<Diagram>,
 }
 
-/// Error against cost of variants that do the same.
+/// Error against cost of equivalent variants.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagram {
-    /// What sets it apart from the others of its part.
+    /// Its difference from the others of its part.
     pub title: String,
-    /// What the error is, without its unit.
+    /// The kind of error, without its unit.
     pub error: String,
     /// The error's unit; empty for a pure number.
     pub error_unit: String,
-    /// What the cost is of.
+    /// The kind of cost.
     pub cost: String,
     /// The cost's unit.
     pub cost_unit: CostUnit,
@@ -42,7 +42,7 @@ pub struct Diagram {
 }
 
 impl Diagram {
-    /// Errors, in their unit, against the time of `cost`, of variants that are timed by turns.
+    /// Errors, in their unit, against the time of `cost`, for variants with interleaved timing.
     pub(super) fn timed(
         title: impl Into<String>,
         error: [&str; 2],
@@ -53,7 +53,7 @@ impl Diagram {
         Self::of(title, error, cost, time_by_turns(variants, scale.turns))
     }
 
-    /// Errors, in their unit, against the time of `cost`, where both are known.
+    /// Errors, in their unit, against the time of `cost`, if both are known.
     pub(super) fn of(title: impl Into<String>, [error, error_unit]: [&str; 2], cost: impl Into<String>, mut points: Vec<Point>) -> Self {
         mark_front(&mut points);
         Self {
@@ -67,7 +67,7 @@ impl Diagram {
     }
 }
 
-/// What costs are counted in.
+/// The unit of costs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum CostUnit {

@@ -1,4 +1,4 @@
-//! What is left of a picture when small effects are left out, and the time that saves.
+//! The error of a picture without small effects, and the time saved.
 
 use link::panel::PanelFrame;
 use rand::Rng;
@@ -19,7 +19,7 @@ use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::Scene;
 
 const PRESETS: [&str; 4] = ["paper", "day", "night", "fog"];
-/// What a drive has a little of and the presets have not, so that effects have something to do whose bounds are about the tolerances.
+/// Small effects of a drive that the presets do not have, with bounds near the tolerances.
 const DRIVE: [&str; 8] = [
     "pose.yaw_deg=0.2",
     "pose.roll_deg=0.5",
@@ -30,14 +30,14 @@ const DRIVE: [&str; 8] = [
     "camera.readout_s=0.00001",
     "camera.distortion_k1=-0.05",
 ];
-/// The noise has a bound of its own, of chance, and is not drawn.
+/// The noise has a bound of its own, by chance, and is not drawn.
 const WITHOUT_NOISE: &str = "effects.noise=off";
 /// Tolerances in grey levels; the default is 0.5.
 const TOLERANCES: [f64; 9] = [0.0, 0.01, 0.03, 0.1, 0.3, 0.5, 1.0, 2.0, 4.0];
 const DEFAULT: f64 = 0.5;
 /// Frames whose pixels are compared.
 const FRAMES: usize = 12;
-/// Less is nothing: only rounding is left.
+/// Smaller differences are rounding.
 const NOTHING_GREY: f64 = 1e-4;
 
 /// Measures it.
@@ -61,7 +61,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     })
 }
 
-/// The default, and why.
+/// The default, and the reason.
 pub fn why(diagrams: &[Diagram]) -> String {
     let everything = diagrams.iter().filter_map(|drive| variant(drive, &name(0.0)));
     let above: Vec<Vec<&Point>> = diagrams
@@ -93,7 +93,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     )
 }
 
-/// Which part of the bounds' sum happens, at each tolerance that leaves anything out.
+/// The actual part of the bounds' sum, at each tolerance that leaves anything out.
 fn shares_of_bound(drive: &Diagram) -> impl Iterator<Item = f64> {
     TOLERANCES.into_iter().filter_map(|tolerance| {
         let error = variant(drive, &name(tolerance)).filter(|point| !point.at_most)?;
@@ -151,7 +151,7 @@ fn diagram(preset: &str, scale: &Scale) -> Result<Diagram, PrecisionError> {
     Ok(diagram)
 }
 
-/// The sum of the bounds of what is left out, without the noise.
+/// The sum of the bounds of the omitted effects, without the noise.
 fn bound_grey(renderer: &Renderer) -> f64 {
     let left_out = renderer
         .plan()
@@ -209,7 +209,7 @@ impl Drive {
         self.load(std::iter::once(format!("effects.tolerance_grey={tolerance}")))
     }
 
-    /// The greatest change of a pixel that a tolerance makes.
+    /// The greatest change of a pixel by a tolerance.
     fn error(&self, tolerance: f64) -> Result<f64, PrecisionError> {
         let renderer = Renderer::new(&self.scene(tolerance)?, Level::Reference)?;
         let greys = self.greys(&renderer);

@@ -1,4 +1,4 @@
-//! Why something cannot be measured.
+//! The errors of a measurement.
 
 use link::camera::CameraError;
 use sim::scene::SceneError;
@@ -8,10 +8,10 @@ use crate::monte_carlo::EvaluateError;
 use crate::random_scenes::RandomSceneError;
 use crate::reach::ReachError;
 
-/// Why something could not be measured.
+/// Why a measurement failed.
 #[derive(Debug, thiserror::Error)]
 pub enum PrecisionError {
-    /// A scene is none.
+    /// A scene is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
     /// A scene cannot be seen.
@@ -20,19 +20,19 @@ pub enum PrecisionError {
     /// A frame cannot be measured.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// No best ratio is found.
+    /// There is no best ratio.
     #[error(transparent)]
     Reach(#[from] ReachError),
     /// No thread can be started.
     #[error("cannot begin a thread: {0}")]
     Thread(#[from] crate::parallel::NoThread),
-    /// No camera is like that.
+    /// A camera is invalid.
     #[error(transparent)]
     Camera(#[from] CameraError),
     /// No panel can be drawn.
     #[error(transparent)]
     RandomScene(#[from] RandomSceneError),
-    /// A photograph is none.
+    /// A photograph is invalid.
     #[error("a photograph that is part of the program is damaged: {0}")]
     Photograph(#[from] image::ImageError),
 }

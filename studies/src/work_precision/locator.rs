@@ -1,4 +1,4 @@
-//! Panels that are not found and corners that are off, against the time of a search, on frames made smaller.
+//! Missed panels and corner errors, against the time of a search, on reduced frames.
 
 use std::borrow::Cow;
 use std::hint::black_box;
@@ -21,12 +21,12 @@ use crate::statistics::share_95;
 
 /// The camera's frames.
 const SIZE: [usize; 2] = [1920, 1080];
-/// Panels looked for, and how many of them are timed.
+/// Panels to find, and below, how many of them are timed.
 const SCENES: usize = 60;
 const TIMED: usize = 6;
-/// Pixels of the sensor along one of the frame that is searched, and whether only a share of the candidates is looked at.
+/// Pixels of the sensor along one of the searched frame, and whether only a share of the candidates is tried.
 const SEARCHES: [(usize, bool); 5] = [(1, true), (2, true), (3, true), (4, true), (1, false)];
-/// What is behind two panels in three.
+/// The backgrounds of two panels in three.
 const PHOTOGRAPHS: [&[u8]; 5] = [
     include_bytes!("../../photographs/brick.png"),
     include_bytes!("../../photographs/camera.png"),
@@ -85,7 +85,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     })
 }
 
-/// The default, and why.
+/// The default, and the reason.
 pub fn why(diagrams: &[Diagram]) -> String {
     let Some(missed) = diagrams.first() else {
         return String::new();
@@ -113,10 +113,10 @@ fn name(share: bool, decimation: usize) -> String {
     format!("{}, {decimation}×", if share { "share" } else { "full" })
 }
 
-/// A way to search.
+/// A variant of the search.
 struct Search {
     decimation: usize,
-    /// Whether only a share of the candidates is looked at.
+    /// Whether only a share of the candidates is tried.
     share: bool,
     locator: Locator,
     memory: Box<LocatorMemory<WINDOW_PIXELS>>,
@@ -126,7 +126,7 @@ impl Search {
     fn new(decimation: usize, share: bool) -> Result<Self, CameraError> {
         let finer = Camera::default();
         let pixels = decimation as f32;
-        // The mean over n × n pixels blurs, too.
+        // The mean over n × n pixels adds blur.
         let variance = finer.blur_sigma_px.powi(2) + (pixels * pixels - 1.0) / 12.0;
         let camera = Camera {
             blur_sigma_px: variance.sqrt() / pixels,
@@ -140,7 +140,7 @@ impl Search {
         })
     }
 
-    /// The miss rate with the work of a search, and the median corner error of what was found.
+    /// The miss rate with the work of a search, and the median corner error of the found panels.
     fn candidate<'a>(mut self, panels: &'a [RandomScene], steps: &mut Steps) -> Result<(Candidate<'a>, Option<f64>), PrecisionError> {
         let mut errors: Vec<f64> = steps.take(name(self.share, self.decimation), |_| {
             Ok(panels.iter().filter_map(|panel| self.find(panel)).collect())
@@ -162,7 +162,7 @@ impl Search {
         Ok((candidate, errors.get(errors.len() / 2).copied()))
     }
 
-    /// How far off the panel's corners are in the first frame in which it is found, or none.
+    /// The error of the panel's corners in the first frame in which it is found, or `None`.
     fn find(&mut self, panel: &RandomScene) -> Option<f64> {
         let frames: Vec<_> = (0..FRAMES).map(|frame| self.smaller(panel, frame)).collect();
         let found = (1..=FRAMES).find_map(|count| {
@@ -173,7 +173,7 @@ impl Search {
         (error < RIGHT * panel.pitch_px).then_some(error)
     }
 
-    /// A frame as it is searched.
+    /// A frame in the size of the search.
     fn smaller<'a>(&self, panel: &'a RandomScene, frame: usize) -> Cow<'a, [u8]> {
         let pixels = &panel.frames[frame];
         match self.decimation {
@@ -186,7 +186,7 @@ impl Search {
         [panel.width, panel.height].map(|length| length / self.decimation)
     }
 
-    /// The corners, on the sensor, that are found in the first of some frames, with the others, earlier ones.
+    /// The corners, on the sensor, found in the first of some frames; the others are earlier ones.
     fn search(&mut self, panel: &RandomScene, newest_first: &[&[u8]]) -> Option<[[f32; 2]; 4]> {
         let [width, height] = self.size(panel);
         let frames = newest_first.iter().map(|pixels| Frame::new(pixels, width, height).ok());
@@ -204,7 +204,7 @@ impl Search {
     }
 }
 
-/// A frame made `n` times smaller, each pixel the mean of n × n.
+/// A frame reduced by `n`, each pixel the mean of n × n.
 fn means(pixels: &[u8], width: usize, [columns, rows]: [usize; 2], n: usize) -> Vec<u8> {
     let mut sums = vec![0u32; columns];
     let mut smaller = Vec::with_capacity(columns * rows);

@@ -1,10 +1,9 @@
-//! What accuracy costs in time: work-precision diagrams of everything that has more than one way to be done.
+//! Work-precision diagrams: the cost of accuracy in time, for every step with more than one variant.
 //!
-//! A [`Part`] asks one question. Its [`Diagram`]s hold [`Point`]s: variants with their error against a reference that is
-//! solved far tighter, and their cost. A point on the front is one that no other beats in both. All of a diagram's
-//! variants are timed by turns in the same run, and as multiples of one of them, its baseline: the numbers hold on
-//! other machines too, and a machine that is busy does not choose whom it disturbs. After Rackauckas & Nie 2017, whose
-//! `WorkPrecisionSet` shows differential equation solvers that way.
+//! A [`Part`] asks one question. Its [`Diagram`]s hold [`Point`]s: variants with their error relative to a reference that is solved far
+//! tighter, and their cost. A point is on the front if no other beats it in both. All of a diagram's variants are timed by turns in the
+//! same run, and as multiples of one of them, its baseline. So the numbers hold on other machines too, and other load affects all variants
+//! alike. After Rackauckas & Nie 2017, whose `WorkPrecisionSet` compares differential equation solvers in this way.
 //!
 //! ```
 //! use studies::work_precision::{PARTS, Scale, Steps};
@@ -45,7 +44,7 @@ pub use quartiles::Quartiles;
 pub use scale::Scale;
 pub use steps::{StepResults, Steps};
 
-/// A part that can be measured.
+/// A part of the measurement.
 pub struct Measurable {
     /// Its name, a word.
     pub name: &'static str,
@@ -55,7 +54,7 @@ pub struct Measurable {
     why: fn(&[Diagram]) -> String,
 }
 
-/// What a part has measured, and how.
+/// The measurement of a part, and its method.
 struct Measurement {
     method: String,
     reference: String,
@@ -66,7 +65,7 @@ impl Measurable {
     /// Measures it.
     ///
     /// # Errors
-    /// When a variant cannot be measured.
+    /// If a variant cannot be measured.
     pub fn measure(&self, scale: &Scale, steps: &mut Steps) -> Result<Part, PrecisionError> {
         let measured = (self.measure)(scale, steps)?;
         Ok(Part {

@@ -1,4 +1,4 @@
-//! How many random frames a number is worth: the width of its interval against time, with common random numbers and without.
+//! The width of a number's interval against time, with common random numbers and without.
 
 use rand::Rng;
 
@@ -24,17 +24,17 @@ use sim::scene::Scene;
 const FRAMES: [u64; 6] = [256, 1024, 4096, 16_384, 65_536, DEFAULT_FRAMES];
 /// The default maximum of `vocc optimize`.
 const DEFAULT_FRAMES: u64 = 100_000;
-/// Runs of other seeds, whose results are compared with the reference.
+/// Runs of other seeds, for comparison with the reference.
 const REPEATS: usize = 24;
-/// Only so few frames are worth repeating.
+/// The most frames of repeated runs.
 const REPEATED: u64 = 4096;
-/// By how much the reference has more frames than the most that is compared.
+/// The factor on the reference's frames.
 const REFERENCE: u64 = 4;
-/// The ratios at which the best is searched for, by a parabola.
+/// The ratios of the search for the best one, by a parabola.
 const GRID: [f64; 9] = [1.6, 1.7, 1.8, 1.9, 2.0, 2.1, 2.2, 2.3, 2.4];
-/// Two ratios that are compared.
+/// Two ratios to compare.
 const PAIR: [f64; 2] = [1.6, 2.0];
-/// Where bits are wrong often enough to be counted.
+/// Settings with enough wrong bits to count.
 const WRONG: [&str; 4] = [
     "pose.distance_m=70",
     "panel.interval=0.5",
@@ -92,14 +92,14 @@ fn time_of_frame(scene: &Scene, scale: &Scale) -> Result<Quartiles, PrecisionErr
     let mut frame = 0;
     let candidate = Candidate::new(Point::new("one frame", 0.0), 1.0, move || {
         frame += 1;
-        // Its first frame could be measured, so can the others.
+        // The first frame could be measured, and so can the others.
         let _ = std::hint::black_box(evaluator.evaluate(frame..frame + 1, &mut workspace));
     });
     let timed = time_by_turns(vec![candidate], scale.turns);
     Ok(timed[0].cost)
 }
 
-/// Two scenes and what a frame of each takes.
+/// Two scenes and the time of a frame of each.
 struct Study {
     paper: Scene,
     wrong: Scene,
@@ -107,7 +107,7 @@ struct Study {
     scale: Scale,
 }
 
-/// Which frames the settings of a comparison see.
+/// The random numbers of a comparison's settings.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Numbers {
     Common,
@@ -122,7 +122,7 @@ impl Study {
         fewer.chain([most]).collect()
     }
 
-    /// The seeds of runs that are compared with the reference.
+    /// The seeds of runs for comparison with the reference.
     fn seeds(&self, frames: u64) -> std::ops::Range<u64> {
         let repeats = self.scale.of(REPEATS, 4) as u64;
         let first = 1000 * (1 + self.scale.seed) + frames;
@@ -137,7 +137,7 @@ impl Study {
         REFERENCE * self.frames().last().copied().unwrap_or(DEFAULT_FRAMES)
     }
 
-    /// A curve of half widths, and the errors that they promise to bound.
+    /// A curve of half widths, and the errors that they bound.
     ///
     /// `estimate` gives a value and its half width, from a number of frames of a seed.
     fn curve(
@@ -254,7 +254,7 @@ impl Study {
     }
 }
 
-/// Errors as a part of the value.
+/// Errors relative to the value.
 fn relative(points: Vec<Point>, value: f64) -> Vec<Point> {
     let relative = |point: Point| Point {
         error: point.error / value,
@@ -271,7 +271,7 @@ fn other_seed(seed: u64, k: u64, numbers: Numbers) -> u64 {
     }
 }
 
-/// The default, and why.
+/// The default, and the reason.
 pub fn why(diagrams: &[Diagram]) -> String {
     let with = |title: fn(&str) -> bool| diagrams.iter().filter(move |diagram| title(&diagram.title));
     let gain_of = |title| range(with(title).flat_map(gain));
@@ -286,17 +286,17 @@ pub fn why(diagrams: &[Diagram]) -> String {
     )
 }
 
-/// The intervals with bits as independent, relative to those of frames.
+/// The intervals with independent bits, relative to those of frames.
 fn as_if_independent(diagram: &Diagram) -> Vec<f64> {
     over(diagram, "as if independent", "one setting")
 }
 
-/// How many times narrower intervals are that see the same frames.
+/// The factor by which common frames narrow intervals.
 fn gain(diagram: &Diagram) -> Vec<f64> {
     over(diagram, "independent", "common")
 }
 
-/// The errors on one curve over those of as many frames on another.
+/// The errors on one curve relative to those with as many frames on another.
 fn over(diagram: &Diagram, above: &str, below: &str) -> Vec<f64> {
     let points = diagram.points.iter().filter(|point| point.curve == below);
     let ratio = |point: &Point| {
@@ -306,13 +306,12 @@ fn over(diagram: &Diagram, above: &str, below: &str) -> Vec<f64> {
     points.filter_map(ratio).collect()
 }
 
-/// B2W of the frames at one setting: random bits hold both classes, and random phases and reflectance scatter them, so that the
-/// ratio is there.
+/// B2W of the frames at one setting: defined, because random bits hold both classes, and random phases and reflectance scatter them.
 fn b2w(sums: &Sums) -> f64 {
     sums.distinguishability().b2w.unwrap_or_default()
 }
 
-/// Costs over that of the first curve's longest run, which is the default.
+/// Costs relative to that of the first curve's longest run, the default.
 fn diagram(title: &str, error: [&str; 2], mut points: Vec<Point>) -> Diagram {
     let first = points.first().map(|point| point.curve.clone()).unwrap_or_default();
     let default = points.iter().rposition(|point| point.curve == first).unwrap_or(0);
@@ -321,7 +320,7 @@ fn diagram(title: &str, error: [&str; 2], mut points: Vec<Point>) -> Diagram {
         (point.is_default, point.is_baseline) = (k == default, k == default);
         point.ratio = Quartiles::exactly(point.cost.median / yardstick);
     }
-    // Intervals compete; what they promise to bound does not.
+    // Intervals compete; the errors that they bound do not.
     let (intervals, errors): (Vec<_>, Vec<_>) = points
         .into_iter()
         .partition(|point| !point.curve.ends_with("true error") && point.curve != "as if independent");

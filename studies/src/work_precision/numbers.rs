@@ -1,4 +1,4 @@
-//! Numbers of diagrams as the text beside them states them: worked out from the points, so that they cannot part.
+//! Numbers of diagrams in the text beside them: computed from the points, so that they agree.
 
 use super::diagram::Diagram;
 use super::point::Point;
@@ -8,7 +8,7 @@ pub fn variant<'a>(diagram: &'a Diagram, name: &str) -> Option<&'a Point> {
     diagram.points.iter().find(|point| point.variant == name)
 }
 
-/// The least and the greatest, "1.2 to 34", or the one number that both are.
+/// The least and the greatest, "1.2 to 34", or one number if they are equal.
 pub fn range(values: impl IntoIterator<Item = f64>) -> String {
     let ends = values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
         [low.min(value), high.max(value)]
@@ -28,7 +28,7 @@ pub fn rounded(value: f64) -> String {
     format!("{:.decimals$}", (value / unit).round() * unit)
 }
 
-/// A share in percent; "none" of what was not seen.
+/// A share in percent; "none" if nothing was seen.
 pub fn percent(point: &Point) -> String {
     match point.at_most {
         true => "none".into(),

@@ -1,4 +1,4 @@
-//! Frames of one panel, and readers that are timed on them.
+//! Frames of one panel, and readers for timing.
 
 use std::hint::black_box;
 use std::ops::RangeFrom;
@@ -21,10 +21,10 @@ use crate::statistics::FrameErrors;
 use sim::renderer::canvas::Region;
 use sim::scene::Scene;
 
-/// How many frames are read again and again for the time.
+/// Frames that are read repeatedly for the time.
 const TIMED: usize = 16;
 
-/// Frames of a panel whose place and bits are known.
+/// Frames of a panel with known position and bits.
 pub(super) struct Panels {
     region: Region,
     seen: Vec<(Vec<u8>, Corners, PanelFrame)>,
@@ -46,14 +46,14 @@ impl Panels {
         })
     }
 
-    /// Wrong bits of each frame from the one on.
+    /// Wrong bits of each frame from `from` on.
     pub(super) fn errors(&self, reader: &mut Reader, from: RangeFrom<usize>) -> Vec<u32> {
         let seen = self.seen[from].iter();
         seen.map(|(pixels, corners, bits)| self.read(reader, pixels, corners).distance(*bits))
             .collect()
     }
 
-    /// What was learnt from the first `frames` by one who began with a camera.
+    /// The estimates from the first `frames` frames, starting from a camera.
     pub(super) fn experience(&self, camera: Camera, frames: usize) -> Experience {
         let mut likelihood = Box::new(MaximumLikelihood::<PANEL_PIXELS>::new(camera));
         for (pixels, corners, _) in &self.seen[..frames.min(self.seen.len())] {
@@ -78,7 +78,7 @@ impl Panels {
         })
     }
 
-    /// The bits; all Off where nothing can be read.
+    /// The bits; all Off if reading fails.
     fn read(&self, reader: &mut Reader, pixels: &[u8], corners: &Corners) -> PanelFrame {
         let read = match reader {
             Reader::Features { detector, map, with_soft } => {
@@ -108,7 +108,7 @@ fn soft_bits(detector: &Detector, features: &Features) -> Option<PanelFrame> {
     detection.ok().map(|detection| detection.bits)
 }
 
-/// A detector and what it works in.
+/// A detector and its memory.
 pub(super) enum Reader {
     /// From cells.
     Features {

@@ -2,9 +2,9 @@
 
 use super::point::Point;
 
-/// Marks the points that no other beats: none is at least as good in both and better in one.
+/// Marks the points that no other beats: no other is at least as good in both and better in one.
 ///
-/// Errors that are bounds count as what they are at most.
+/// Errors that are bounds count with their bound.
 pub fn mark_front(points: &mut [Point]) {
     let places: Vec<[f64; 2]> = points.iter().map(|p| [p.error, p.cost.median]).collect();
     let beats = |one: &[f64; 2], other: &[f64; 2]| one[0] <= other[0] && one[1] <= other[1] && (one[0] < other[0] || one[1] < other[1]);

@@ -1,4 +1,4 @@
-//! How exactly a pose is settled, against the time that it takes.
+//! The precision of a pose's convergence, against its time.
 
 use std::hint::black_box;
 
@@ -26,15 +26,15 @@ use super::timing::Candidate;
 
 type Estimator = PoseEstimator<16384>;
 
-/// How far off panels are.
+/// The distances of panels.
 const DISTANCES_M: [f64; 3] = [30.0, 50.0, 100.0];
 const PANELS: usize = 100;
 const TIMED: usize = 8;
 /// The last step, in standard deviations of the image.
 const TOLERANCES: [f64; 7] = [10.0, 3.0, 1.0, 0.3, Estimator::TOLERANCE, 0.03, 0.01];
-/// That of the reference.
+/// The tolerance of the reference.
 const EXHAUSTIVE: f64 = 1e-3;
-/// Corners are off by up to this (px).
+/// The greatest error of the initial corners (px).
 const OFF_PX: f64 = 0.2;
 
 /// Measures it.
@@ -61,7 +61,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     })
 }
 
-/// The default, and why.
+/// The default, and the reason.
 pub fn why(diagrams: &[Diagram]) -> String {
     let points = |tolerance: f64| {
         let of = move |diagram: &Diagram| variant(diagram, &name(tolerance)).cloned();
@@ -92,7 +92,7 @@ fn diagram(distance_m: f64, scale: &Scale, steps: &mut Steps) -> Result<Diagram,
         .map(|number| Panel::film(1000 * scale.seed + number, distance_m))
         .collect::<Result<_, _>>()?;
     let mut exhaustive = Box::new(Estimator::settling_to(EXHAUSTIVE));
-    // Panels that have no pose have none at any tolerance.
+    // Panels without a pose have none at any tolerance.
     let references: Vec<(&Panel, PlaneFit)> = panels
         .iter()
         .filter_map(|panel| Some((panel, panel.fit(&mut exhaustive)?)))
@@ -173,7 +173,7 @@ impl Panel {
         Ok(panel)
     }
 
-    /// Does something with what is seen.
+    /// Calls `of` with the observation.
     fn seen<T>(&self, of: impl FnOnce(&PanelObservation) -> T) -> Option<T> {
         Some(of(&PanelObservation {
             frame: &Frame::new(&self.pixels, self.side, self.side).ok()?,
@@ -190,7 +190,7 @@ impl Panel {
     }
 }
 
-/// Squared distance of an image from a reference, by the information about that.
+/// Squared distance of an image from a reference, by the reference's information.
 fn squared(image: &PlaneImage, reference: &PlaneFit) -> f64 {
     let numbers = |image: &PlaneImage| [image.centre, image.column, image.row, image.tilt];
     let (image, wanted) = (numbers(image), numbers(&reference.image));

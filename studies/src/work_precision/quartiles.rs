@@ -1,4 +1,4 @@
-//! How far a measured time scatters.
+//! The spread of a measured time.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ pub struct Quartiles {
 }
 
 impl Quartiles {
-    /// Of some values; zeros of none.
+    /// The quartiles of some values; zeros without values.
     ///
     /// ```
     /// use studies::work_precision::Quartiles;

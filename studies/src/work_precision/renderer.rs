@@ -1,4 +1,4 @@
-//! Grey levels of a rendered panel: the project's levels and their knobs, and renderers by rasters.
+//! Grey levels of a rendered panel: the project's levels and their parameters, and raster renderers.
 
 use std::hint::black_box;
 
@@ -27,12 +27,12 @@ use sim::view::View;
 const SCENES: [(f64, f64); 4] = [(30.0, 0.5), (30.0, 2.0), (70.0, 0.5), (70.0, 2.0)];
 /// Frames whose pixels are compared.
 const FRAMES: usize = 6;
-/// Bounds for which all knobs are set at once, in grey levels: what `fine` and `fast` do for theirs.
+/// Bounds for all parameters at once, in grey levels, as `fine` and `fast` do with theirs.
 const BOUNDS: [f64; 7] = [0.001, 0.003, 0.03, 0.1, 0.5, 1.0, 3.0];
-/// One knob's values, the others being those of `fine`.
+/// Values of one parameter, with the others those of `fine`.
 const TOLERANCES: [f64; 6] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
 const PHASES: [usize; 6] = [2, 4, 16, 64, 256, 1024];
-/// The curves on which a knob is turned.
+/// The curves of varied parameters.
 const KNOBS: [&str; 4] = ["bound", "quadrature", "truncation", "phases"];
 /// Tolerances of drawing in f64.
 const EXACT: [f64; 4] = [1e-3, 1e-5, 1e-7, 1e-9];
@@ -77,7 +77,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     })
 }
 
-/// The default, and why.
+/// The default, and the reason.
 pub fn why(diagrams: &[Diagram]) -> String {
     let levels = [Level::Fast, Level::Fine].map(Level::error_bound_grey);
     let mut kept = [vec![], vec![]];
@@ -194,7 +194,7 @@ impl TestScene {
         self.reference.view().clone()
     }
 
-    /// All variants with their errors and costs, and what the reference takes beside the baseline.
+    /// All variants with their errors and costs, and the cost of the reference relative to the baseline.
     fn measure(&self, scale: &Scale) -> (Vec<Point>, f64) {
         let variants = self.variants().into_iter().map(|(point, way)| {
             let (greatest, rms) = self.errors(&way);
@@ -323,7 +323,7 @@ impl TestScene {
         }
     }
 
-    /// The panel as rasters take it.
+    /// The panel for raster renderers.
     fn panel(&self, shown: PanelExposure) -> Panel {
         let corners = self.reference.corner_leds_px(0).map(DVec2::from_array);
         let origin = DVec2::new(self.region.x as f64, self.region.y as f64);
@@ -340,7 +340,7 @@ impl TestScene {
     }
 }
 
-/// A way to draw.
+/// A variant of drawing.
 enum Way {
     Single(Renderer),
     Double(Renderer),
@@ -352,7 +352,7 @@ enum Way {
 mod tests {
     use super::*;
 
-    /// Errors alone: times are what the machine makes them.
+    /// Errors alone, because times depend on the machine.
     #[test]
     fn the_errors_fall_in_the_order_of_the_levels() {
         for (distance_m, interval) in SCENES {
@@ -382,7 +382,7 @@ mod tests {
                 assert!(of(&name) <= level.error_bound_grey());
             }
             assert!(of("supersampled 8×") > Level::Fast.error_bound_grey());
-            // What errors are taken against has none to show.
+            // The reference itself has no error.
             let reference = Way::Double(Renderer::of(scene.view(), Level::Reference));
             assert_eq!(scene.errors(&reference).0, 0.0);
             assert!(errors.iter().all(|(name, error)| name != "reference" && *error > 0.0));

@@ -1,11 +1,11 @@
-//! How much is measured.
+//! The amount of measurement.
 
 use serde::{Deserialize, Serialize};
 
-/// How much work a measurement is worth.
+/// The amount of work for a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scale {
-    /// Turns that every variant has.
+    /// Turns of every variant.
     pub turns: usize,
     /// The share of a full measurement's frames and blocks, 0 to 1.
     pub share: f64,
@@ -26,14 +26,14 @@ impl Scale {
         share: 0.1,
         seed: 1,
     };
-    /// For tests: errors are those of few frames, times mean nothing.
+    /// For tests: errors are those of few frames, times are meaningless.
     pub const TINY: Self = Self {
         turns: 1,
         share: 0.02,
         seed: 1,
     };
 
-    /// So much of `full`, at least `least`.
+    /// That share of `full`, at least `least`.
     pub(super) fn of(&self, full: usize, least: usize) -> usize {
         ((full as f64 * self.share) as usize).max(least)
     }

@@ -1,4 +1,4 @@
-//! The steps of a measurement, each kept as soon as it is finished, so that who is interrupted loses one of them at most.
+//! The steps of a measurement, each saved as soon as it is finished, so that an interruption loses at most one.
 
 use std::collections::BTreeMap;
 
@@ -8,17 +8,17 @@ use serde_json::Value;
 
 use super::error::PrecisionError;
 
-/// What came out of steps, by their names.
+/// The results of steps, by their names.
 pub type StepResults = BTreeMap<String, Value>;
 
-/// What is finished of a part's steps, and who keeps it.
+/// The finished steps of a part, and the function that saves them.
 pub struct Steps<'a> {
     finished: StepResults,
     keep: Box<dyn FnMut(&StepResults) + 'a>,
 }
 
 impl<'a> Steps<'a> {
-    /// Steps of which some are finished; `keep` is told of all as soon as there is one more.
+    /// Steps of which some are finished; calls `keep` with all after each new one.
     pub fn new(finished: StepResults, keep: impl FnMut(&StepResults) + 'a) -> Self {
         Self {
             finished,
@@ -26,12 +26,12 @@ impl<'a> Steps<'a> {
         }
     }
 
-    /// Steps that nobody keeps.
+    /// Steps that are not saved.
     pub fn unkept() -> Self {
         Self::new(StepResults::new(), |_| ())
     }
 
-    /// What came out of a step before, else what `measure` finds now. Its name says all that sets it apart from the part's others.
+    /// The saved result of a step, or that of `measure` now. Its name must be unique in the part.
     ///
     /// # Errors
     /// Those of `measure`.
@@ -42,7 +42,7 @@ impl<'a> Steps<'a> {
     ) -> Result<T, PrecisionError> {
         let name = name.into();
         if let Some(kept) = self.finished.get(&name) {
-            // What JSON has no number for is no whole finding, and is measured again.
+            // A result with a number that JSON cannot hold is incomplete, and is measured again.
             if let Ok(kept) = T::deserialize(kept) {
                 return Ok(kept);
             }
@@ -61,7 +61,7 @@ mod tests {
     use super::super::{PARTS, Part, Scale};
     use super::*;
 
-    /// The errors of all points: what does not depend on time.
+    /// The errors of all points, which do not depend on time.
     fn errors(part: &Part) -> Vec<(String, f64)> {
         let points = part.diagrams.iter().flat_map(|diagram| &diagram.points);
         points.map(|point| (point.variant.clone(), point.error)).collect()
@@ -83,7 +83,7 @@ mod tests {
             assert_eq!(errors(&resumed), errors(&whole));
             assert_eq!(measured, kept.len() - 1 - finished.len());
         }
-        // Once all is measured the times are those that were kept, too.
+        // Once all is measured, the saved times are used, too.
         let all = kept.pop().unwrap();
         let again = decoder.measure(&Scale::TINY, &mut Steps::new(all, |_| ())).unwrap();
         assert_eq!(again, whole);

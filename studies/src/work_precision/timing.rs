@@ -1,4 +1,4 @@
-//! Variants timed by turns ([`sim::timing`]): over the turns the median counts, with the quartiles as its spread.
+//! Interleaved timing of variants ([`sim::timing`]): the median over the turns counts, with the quartiles as its spread.
 
 use std::time::Duration;
 
@@ -7,25 +7,25 @@ use sim::timing::{Work, by_turns, system_clock};
 use super::point::Point;
 use super::quartiles::Quartiles;
 
-/// A variant and the work that is timed.
+/// A variant and its work for timing.
 pub struct Candidate<'a> {
-    /// The variant, its error known.
+    /// The variant, with a known error.
     pub point: Point,
     work: Work<'a>,
-    /// How many times the work does what its cost is given of.
+    /// Units of the cost per call of the work.
     units: f64,
 }
 
 impl<'a> Candidate<'a> {
-    /// Work that does `units` times what its cost is given of.
+    /// Work that does `units` units of the cost per call.
     pub fn new(point: Point, units: f64, work: impl FnMut() + 'a) -> Self {
         let work = Box::new(work);
         Self { point, work, units }
     }
 }
 
-/// Times all, `turns` times in a row; gives their points back with costs, in ns, and ratios to that of the baseline, or of the
-/// first if none is it.
+/// Times all, `turns` times in a row; returns their points with costs, in ns, and ratios to that of the baseline, or of the first without
+/// one.
 pub fn time_by_turns(candidates: Vec<Candidate>, turns: usize) -> Vec<Point> {
     let (mut points, mut works, mut units) = (Vec::new(), Vec::new(), Vec::new());
     for candidate in candidates {
@@ -64,7 +64,7 @@ mod tests {
         baseline.point.is_baseline = true;
         let points = time_by_turns(vec![sum_to(100_000), baseline], 5);
         assert_eq!(points[1].ratio.median, 1.0);
-        // A thousand times the work; far less would do.
+        // A thousand times the work; far less would suffice.
         assert!(points[0].ratio.median > 20.0, "{points:?}");
         assert!(points[0].cost.low <= points[0].cost.high);
     }

@@ -1,29 +1,29 @@
-//! A claim, what decides it, and what became of it.
+//! A claim, its test, and the verdict.
 
 use serde::Serialize;
 
 use crate::statistics::Estimate;
 
-/// A claim and what became of it.
+/// A claim and its verdict.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Claim {
     /// A short name.
     pub name: String,
-    /// The figure it is about.
+    /// Its figure.
     pub figure: &'static str,
-    /// What the paper says.
+    /// The paper's statement.
     pub claim: String,
-    /// What was measured to decide it, with its unit.
+    /// The measured quantity that decides it, with its unit.
     pub quantity: String,
     /// The number.
     pub measured: f64,
     /// Its 95 % interval.
     pub measured_95: [f64; 2],
-    /// Whether the claim holds; `None` where the interval leaves it open.
+    /// Whether the claim holds; `None` if the interval does not decide.
     pub holds: Option<bool>,
 }
 
-/// What decides a claim.
+/// The test of a claim.
 pub(super) enum Test {
     /// The number is above this.
     Above(f64),

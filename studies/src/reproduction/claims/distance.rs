@@ -5,7 +5,7 @@ use super::super::study::Study;
 use super::claim::{Claim, Test, Words};
 use super::trend::{b2w, bvar, curve, greatest_rise, least_rise, wvar};
 
-/// The claims are about steps between these distances.
+/// The distances in the claims, which are about steps between them.
 const SHOWN_M: [f64; 5] = [30.0, 40.0, 50.0, 60.0, 70.0];
 
 const BVAR_FALLS: Words = Words {

@@ -29,7 +29,7 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
     decided.map(|claim| silence(claim, silent)).into_iter().collect()
 }
 
-/// At `silent` distances no bit was wrong in either set, and one cannot tell which has fewer errors: the claim may be open, but not hold.
+/// At `silent` distances no bit was wrong in either set, so that the set with fewer errors is unknown: the claim may be open, but not hold.
 fn silence(claim: Claim, silent: usize) -> Claim {
     match silent {
         0 => claim,
@@ -41,7 +41,7 @@ fn silence(claim: Claim, silent: usize) -> Claim {
     }
 }
 
-/// The ratio of two error rates, its interval from the ends of theirs; none where no bit was wrong in either.
+/// The ratio of two error rates, its interval from the ends of theirs; `None` if no bit was wrong in either.
 fn ratio(best: &FrameErrors, random: &FrameErrors) -> Option<Estimate> {
     if best.errors() == 0 && random.errors() == 0 {
         return None;

@@ -7,9 +7,9 @@ use super::super::sums::Sums;
 use super::claim::{Claim, Test, Words};
 use super::trend::{b2w, bvar, curve, greatest_rise, least_rise, percent, wvar};
 
-/// The intervals that the paper shows; the claims are about steps between them.
+/// The paper's intervals; the claims are about steps between them.
 const SHOWN: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
-/// From this interval to the widest the paper sees Bvar fall.
+/// The interval from which on the paper sees Bvar fall.
 const TURN: f64 = 1.5;
 
 const WVAR_FALLS: Words = Words {

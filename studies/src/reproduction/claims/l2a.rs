@@ -9,15 +9,15 @@ use super::trend::{bvar, curve, least_rise, percent, wvar};
 use crate::interpolation::{interpolated, reaches};
 use crate::statistics::Estimate;
 
-/// Where the paper sees Bvar level off.
+/// The L2A at which the paper sees Bvar level off.
 const LEVELS_OFF: f64 = 2.5;
-/// What counts as near that, in L2A.
+/// The tolerance on that, in L2A.
 const NEAR: f64 = 0.3;
 /// The share of its greatest value at which Bvar counts as levelled off.
 const LEVEL: f64 = 0.9;
-/// A change, in percent, that is "barely" one.
+/// The greatest change, in percent, that counts as "barely".
 const BARELY: f64 = 10.0;
-/// Up to where Bvar "initially" increases.
+/// The end of the range in which Bvar "initially" increases.
 const INITIALLY: f64 = 2.0;
 
 const EXTINCTION: Words = Words {

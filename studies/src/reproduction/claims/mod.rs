@@ -1,7 +1,7 @@
-//! What section 4.4 of Do & Yoo 2020 claims, each claim with a number that decides it.
+//! The claims of section 4.4 of Do & Yoo 2020, each with a number that decides it.
 //!
-//! A claim of a trend ("increases all the way") is decided by its weakest step, so that it holds only if every step does. A
-//! claim holds or fails if the whole 95 % interval of its number says so, and is open otherwise.
+//! The weakest step decides on a claim of a trend ("increases all the way"), so that the claim holds only if every step does. A claim holds
+//! or fails if the whole 95 % interval of its number agrees, and is open otherwise.
 
 mod claim;
 mod distance;
@@ -16,7 +16,7 @@ pub use claim::Claim;
 use super::findings::Findings;
 use super::study::Study;
 
-/// All claims whose data are there, in the paper's order.
+/// All claims with available data, in the paper's order.
 pub fn judge(study: &Study, findings: &Findings) -> Vec<Claim> {
     let families = [
         l2a::claims(study, findings),

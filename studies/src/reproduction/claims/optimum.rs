@@ -7,9 +7,9 @@ use super::super::study::Study;
 use super::claim::{Claim, Test, Words};
 use crate::statistics::Estimate;
 
-/// The best ratio that the paper reports at interval 1 and 50 m.
+/// The paper's best ratio at interval 1 and 50 m.
 const BEST: f64 = 2.0;
-/// What counts as that.
+/// The tolerance on that.
 const NEAR: f64 = 0.25;
 
 const BEST_IS_TWO: Words = Words {
@@ -61,12 +61,12 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
 /// The difference of two best ratios.
 struct Difference {
     number: Estimate,
-    /// Whether both are the end of the range, so that nothing is known of it.
+    /// Whether both are the end of the range, so that their difference is unknown.
     is_beyond: bool,
 }
 
 impl Difference {
-    /// Decides a claim that it is positive.
+    /// The verdict on the claim that it is positive.
     fn decides(&self, words: &Words) -> Claim {
         let decided = words.decided(self.number, Test::Above(0.0));
         if !self.is_beyond {
@@ -80,7 +80,7 @@ impl Difference {
     }
 }
 
-/// The difference of two best ratios, as if independent.
+/// The difference of two best ratios, treated as independent.
 fn difference(a: &BestRatio, b: &BestRatio) -> Difference {
     let reach = |best: &BestRatio| (best.l2a.high - best.l2a.low) / 2.0;
     let reach = reach(a).hypot(reach(b));

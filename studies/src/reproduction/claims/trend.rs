@@ -6,7 +6,7 @@ use super::super::operating_point::OperatingPoint;
 use super::super::sums::Sums;
 use crate::statistics::Estimate;
 
-/// The points of a curve, if all are there.
+/// The points of a curve, if all are available.
 pub(super) fn curve<'a>(settings: &[OperatingPoint], findings: &'a Findings) -> Option<Vec<&'a Batches>> {
     settings.iter().map(|&setting| findings.point(setting)).collect()
 }
@@ -41,7 +41,7 @@ pub(super) fn wvar(sums: &Sums) -> f64 {
     sums.distinguishability().wvar
 }
 
-/// 0 where it is undefined: no claim is to hold by that.
+/// 0 if it is undefined, so that no claim holds by it.
 pub(super) fn b2w(sums: &Sums) -> f64 {
     sums.distinguishability().b2w.unwrap_or(0.0)
 }

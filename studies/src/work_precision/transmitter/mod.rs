@@ -1,4 +1,4 @@
-//! The luminance that the transmitter works out, against cycles on a small processor, in different arithmetic.
+//! The luminance computed by the transmitter, against cycles on a small processor, in different arithmetic.
 
 mod paths;
 mod tables;
@@ -22,11 +22,11 @@ use super::steps::Steps;
 const CYCLES: &str = include_str!("../data/cortex-m0plus.csv");
 /// Cycles of an RP2040 in a second.
 const RP2040_HZ: f64 = 125e6;
-/// Readings whose luminance is compared.
+/// Readings for the comparison of luminance.
 const READINGS: usize = 20_000;
-/// The light that is read, lx: below, the step of an illuminance, 1/4096 lx, is what errs.
+/// The range of readings, lx: below, the step of an illuminance, 1/4096 lx, dominates the error.
 const LIGHT_LX: [f64; 2] = [1.0, 130_000.0];
-/// Readings so close to where the filter changes its pace are left out, in octaves: there any rounding decides between two paces.
+/// The distance from the filter's change of pace within which readings are left out, in octaves, because any rounding decides there.
 const EDGE_OCTAVES: f64 = 0.01;
 
 /// A path in the arithmetic of its own type.
@@ -86,7 +86,7 @@ pub fn measure(scale: &Scale, _steps: &mut Steps) -> Result<Measurement, Precisi
     })
 }
 
-/// The default, and why.
+/// The default, and the reason.
 pub fn why(diagrams: &[Diagram]) -> String {
     let points: Vec<&Point> = diagrams.iter().flat_map(|diagram| &diagram.points).collect();
     let cycles = |name: &str| {
@@ -106,7 +106,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     )
 }
 
-/// All paths whose cycles are counted.
+/// All paths with counted cycles.
 fn points(scale: &Scale) -> Vec<Point> {
     let cycles = counts::of(CYCLES);
     let count = |name: &str| cycles.iter().find(|(known, _)| known == name).map(|(_, count)| *count);
@@ -123,7 +123,7 @@ fn points(scale: &Scale) -> Vec<Point> {
     counted.collect()
 }
 
-/// The greatest relative error of a path's luminance; none if there is no transmitter.
+/// The greatest relative error of a path's luminance; `None` if there is no transmitter.
 fn error(path: &Path, scale: &Scale) -> Option<f64> {
     let transmitter = Transmitter::new()?;
     let reference = Reference::new();
@@ -157,7 +157,7 @@ impl Reference {
         }
     }
 
-    /// None where the filter's pace hangs on a hair.
+    /// `None` near the filter's change of pace.
     fn luminance_cd_m2(&self, lx: Illuminance) -> Option<f64> {
         let (before, lx) = (f64::from(BEFORE_LX), lx.to_num::<f64>());
         let (distance, band) = ((lx / before).log2(), BAND_OCTAVES.to_num::<f64>());
@@ -191,7 +191,7 @@ impl Reference {
     }
 }
 
-/// The node before a value and how far it is to the next in ratios.
+/// The node before a value, and the fraction of the way to the next in ratios.
 fn place(nodes: &[f64], value: f64) -> (usize, f64) {
     let above = nodes.partition_point(|&node| node <= value);
     match (above.checked_sub(1), nodes.get(above)) {

@@ -1,7 +1,7 @@
-//! The transmitter's control path, a reading of the light to the luminance of its LEDs, in different arithmetic.
+//! The transmitter's control path, from a reading of the light to the luminance of its LEDs, in different arithmetic.
 //!
-//! Without `std`, so that the board program in `sim/boards/arithmetic` counts the cycles of the same code whose errors are measured on the
-//! computer.
+//! Without `std`, so that the board program in `sim/boards/arithmetic` counts the cycles of the same code whose errors the computer
+//! measures.
 
 use fixed::types::{I6F26, U1F31, U12F20, U32F32};
 use link::l2a_table::{Illuminance, Interval, L2aTable};
@@ -18,7 +18,7 @@ pub const INTERVAL: Interval = Interval::lit("0.8");
 /// The reflectance of the LEDs.
 pub const REFLECTANCE: f64 = 0.4;
 
-/// What a transmitter keeps between readings, in each arithmetic.
+/// The transmitter's state between readings, in each arithmetic.
 pub struct Transmitter {
     ambient: Ambient,
     table: L2aTable,
@@ -28,7 +28,7 @@ pub struct Transmitter {
     double: Logarithms<f64>,
 }
 
-/// The logarithms of the table's axes and of the smoothed light, and the filter's shares for darker, brighter and like light.
+/// The logarithms of the table's axes and of the smoothed light, and the filter's gains for darker, brighter and like light.
 struct Logarithms<T> {
     illuminances: [T; 16],
     rows: usize,
@@ -41,7 +41,7 @@ struct Logarithms<T> {
 }
 
 impl Transmitter {
-    /// One that has settled at [`BEFORE_LX`], with the shipped table; none if its calibration is none.
+    /// A settled state at [`BEFORE_LX`], with the shipped table; `None` if its calibration is invalid.
     pub fn new() -> Option<Self> {
         let smoothing = Smoothing::default();
         let measured = Measured {
@@ -117,7 +117,7 @@ impl<
         self.before + distance * self.shares[pace]
     }
 
-    /// Bilinear in the logarithms, the edges' values beyond them.
+    /// Bilinear in the logarithms, with the edges' values beyond them.
     fn l2a(&self, log: T, zero: T) -> T {
         let (row, down) = place(&self.illuminances[..self.rows], log, zero);
         let (column, along) = place(&self.intervals[..self.columns], self.interval, zero);
@@ -132,7 +132,7 @@ impl<
     }
 }
 
-/// The entry before a value and how far it is to the next.
+/// The entry before a value, and the fraction of the way to the next.
 fn place<T: Copy + PartialOrd + core::ops::Sub<Output = T> + core::ops::Div<Output = T>>(axis: &[T], value: T, zero: T) -> (usize, T) {
     let above = axis.iter().take_while(|&&entry| entry <= value).count();
     if above == 0 {
@@ -145,7 +145,7 @@ fn place<T: Copy + PartialOrd + core::ops::Sub<Output = T> + core::ops::Div<Outp
     (above - 1, (value - from) / (to - from))
 }
 
-/// As the firmware does it.
+/// As in the firmware.
 pub fn firmware(transmitter: &Transmitter, lx: Illuminance) -> U32F32 {
     let mut ambient = transmitter.ambient.clone();
     let smoothed = ambient.sense(lx.into());
@@ -180,7 +180,7 @@ pub fn double_libm(transmitter: &Transmitter, lx: Illuminance) -> f64 {
     logarithms.l2a(log, 0.0) * libm::exp2(log) * REFLECTANCE
 }
 
-/// In fixed point with tables of `ENTRIES` steps an octave, between which is a polynomial of order 1 or 2.
+/// In fixed point with tables of `ENTRIES` steps an octave, with a polynomial of order 1 or 2 in between.
 pub fn by_table<const ENTRIES: usize, const ORDER: usize>(transmitter: &Transmitter, lx: Illuminance) -> U32F32 {
     let logarithms = &transmitter.fixed;
     let log = log2_by_table::<ENTRIES, ORDER>(lx);

@@ -17,7 +17,7 @@ impl<const ENTRIES: usize> Tables<ENTRIES> {
     const EXP2: [u32; LARGEST] = powers(ENTRIES);
 }
 
-/// log₂ of an illuminance, of 0 that of the smallest step.
+/// log₂ of an illuminance; 0 counts as the smallest step.
 pub fn log2_by_table<const ENTRIES: usize, const ORDER: usize>(value: Illuminance) -> I6F26 {
     let bits = value.to_bits().max(1);
     let exponent = bits.ilog2();
