@@ -1,6 +1,6 @@
-//! The user's settings of a camera: in a file, or in single options.
+//! User settings of a camera, from a file or from single options.
 //!
-//! Each value is a starting point from which the receiver learns. A file has any of these keys:
+//! Each value is a starting point that the receiver refines. A file has any of these keys:
 //!
 //! ```toml
 //! encoding = { gamma = 2.2 }   # or "srgb", or "rec709"
@@ -17,7 +17,7 @@
 //! distortion = [-0.1, 0.0]     # k1, k2, p1, p2, k3, k4, k5, k6, or the first of them, as in OpenCV
 //! ```
 //!
-//! or is OpenCV's own calibration: see [`calibration`].
+//! or is an OpenCV calibration: see [`calibration`].
 
 mod calibration;
 
@@ -56,7 +56,7 @@ pub struct CameraArguments {
     blur: Option<f32>,
 }
 
-/// A camera's file.
+/// The contents of a camera file.
 #[derive(Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -69,7 +69,7 @@ struct File {
     channel: Option<Channel>,
     bayer: Option<Bayer>,
     depth: Option<u8>,
-    /// Focal length in pixels: one, or along x and along y.
+    /// Focal length in pixels: one value, or along x and along y.
     focal_px: Option<Focal>,
     focal_length_mm: Option<f64>,
     pixel_pitch_um: Option<f64>,
@@ -77,28 +77,28 @@ struct File {
     distortion: Option<Vec<f64>>,
 }
 
-/// A camera's settings, checked.
+/// Checked settings of a camera.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraHints {
-    /// The camera, with defaults for what is not set.
+    /// The camera; unset values have defaults.
     pub camera: Camera,
-    /// The encoding, if it is set.
+    /// The encoding, if set.
     pub encoding: Option<Encoding>,
-    /// By how many exposures each line is later than the one above, if it is set.
+    /// Delay from one line to the next, in exposures, if set.
     pub line_delay: Option<f32>,
-    /// How pixels are to be taken.
+    /// How to read the pixels.
     pub pixels: PixelArguments,
-    /// What is known of the lens.
+    /// The lens, as far as it is known.
     pub calibration: Calibration,
 }
 
 impl CameraArguments {
-    /// Whether anything is set.
+    /// Whether any option is set.
     fn is_told(&self) -> bool {
         self.camera.is_some() || self.encoding.is_some() || self.black.is_some() || self.blur.is_some()
     }
 
-    /// The camera, if anything is set, for frames that come from no file.
+    /// The camera if any option is set, for frames that do not come from files.
     pub fn camera_if_any(&self) -> anyhow::Result<Option<Camera>> {
         if self.is_told() {
             return Ok(Some(self.hints(PixelArguments::default())?.camera));
@@ -106,12 +106,12 @@ impl CameraArguments {
         Ok(None)
     }
 
-    /// The camera's file, if one is given.
+    /// The camera file, if given.
     pub fn file(&self) -> Option<PathBuf> {
         self.camera.clone()
     }
 
-    /// Reads the file, if there is one, and checks all values.
+    /// Reads the file, if given, and checks all values.
     pub fn hints(&self, pixels: PixelArguments) -> anyhow::Result<CameraHints> {
         let (file, calibration) = match &self.camera {
             Some(path) => read(path)?,
@@ -147,7 +147,7 @@ impl CameraArguments {
 }
 
 impl CameraHints {
-    /// The encoding of the pixels that the receiver gets: deep pictures in proportion to light are encoded for it.
+    /// The camera with the encoding of the receiver's pixels: linear deep pictures are encoded for the receiver.
     pub fn of_pixels(&self, deep: bool) -> Camera {
         Camera {
             encoding: if self.encodes(deep) {
@@ -159,7 +159,7 @@ impl CameraHints {
         }
     }
 
-    /// The encoding of the film's own samples, of that which was learnt from the pixels that the receiver got.
+    /// The encoding of the film's own samples, from the one learnt from the receiver's pixels.
     fn of_samples(&self, learnt: Encoding, deep: bool) -> Encoding {
         match self.encodes(deep) {
             true => deep::of_samples(learnt),
@@ -172,8 +172,8 @@ impl CameraHints {
         deep && deep::encodes(self.encoding)
     }
 
-    /// Writes what was learnt, and how pixels were told to be taken, as a file that `--camera` reads: whole or not at all. `deep`: whether
-    /// the pictures had more than 8 bits.
+    /// Writes the learnt values and the pixel settings atomically, as a file that `--camera` reads. `deep`: whether the pictures had more
+    /// than 8 bits.
     pub fn save(&self, path: &Path, learnt: &Learnt, deep: bool) -> anyhow::Result<()> {
         let camera = learnt.camera;
         let encoding = self.of_samples(camera.encoding, deep);
@@ -185,7 +185,7 @@ impl CameraHints {
             blur_sigma_px: Some(camera.blur_sigma_px),
             blur_aspect: Some(camera.blur_aspect),
             read_noise_e: Some(camera.read_noise_e),
-            // That all lines are exposed at once is known as far as panels of one size show; told, it would hold for all.
+            // A delay of 0 is established only for panels of one size; in the file it would hold for all sizes.
             line_delay_exposures: learnt.line_delay.filter(|&delay| delay != 0.0).or(self.line_delay),
             channel: self.pixels.channel,
             bayer: self.pixels.bayer,
@@ -199,7 +199,7 @@ impl CameraHints {
     }
 }
 
-/// A camera's file: ours, or OpenCV's.
+/// Reads a camera file, our own format or OpenCV's.
 fn read(path: &Path) -> anyhow::Result<(File, Calibration)> {
     let about = || format!("cannot read the camera's file {}", path.display());
     let text = input::read_text(path, input::SCENE_MAX).with_context(about)?;
@@ -236,7 +236,7 @@ fn read(path: &Path) -> anyhow::Result<(File, Calibration)> {
     Ok((file, calibration))
 }
 
-/// "linear", "srgb", "rec709" or the number of a gamma.
+/// Parses "linear", "srgb", "rec709" or a gamma.
 fn encoding(text: &str) -> Result<Encoding, String> {
     match text {
         "linear" => Ok(Encoding::LINEAR),
@@ -264,7 +264,7 @@ mod tests {
         arguments.hints(PixelArguments::default())
     }
 
-    /// What a file of what was learnt says when it is given back.
+    /// The settings that a saved file gives when read back.
     fn saved(told: &CameraHints, camera: Camera, deep: bool) -> CameraHints {
         let learnt = Learnt {
             camera,
@@ -326,15 +326,15 @@ mod tests {
             ..Camera::default()
         };
         let untold = told("").unwrap();
-        // In proportion to light: encoded for the receiver the first time, and so the second.
+        // Linear samples: encoded for the receiver both times.
         let linear = saved(&untold, learnt(2.1), true);
         assert_eq!(linear.encoding, Some(Encoding::LINEAR));
         assert_eq!(linear.of_pixels(true), untold.of_pixels(true));
-        // Samples that were encoded already come out as what they are.
+        // Encoded samples keep their encoding.
         let encoded = saved(&untold, learnt(3.96), true);
         assert_eq!(encoded.encoding, Some(Encoding::Gamma(1.8)));
         assert_eq!(saved(&encoded, learnt(1.7), true).encoding, Some(Encoding::Gamma(1.7)));
-        // 8 bits are as they are.
+        // 8-bit samples are not encoded again.
         assert_eq!(saved(&untold, learnt(2.1), false).encoding, Some(Encoding::Gamma(2.1)));
     }
 

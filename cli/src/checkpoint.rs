@@ -1,4 +1,4 @@
-//! Checkpoints: what a run of hours has finished, so that one that was interrupted can go on.
+//! Checkpoints of long runs, from which an interrupted run resumes.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -11,19 +11,19 @@ use sim::input;
 
 use crate::{checksum, files, output, outputs};
 
-/// Between two times that a run writes what it has finished.
+/// Interval between two writes of a checkpoint.
 const EVERY: Duration = Duration::from_secs(10);
 
-/// Writes what is finished now and then. Trouble does not end the work: there may be room again before its end.
+/// Writes a checkpoint from time to time. An error does not end the run: space may be free again later.
 pub struct NowAndThen(Instant);
 
 impl NowAndThen {
-    /// The work begins.
+    /// Starts the interval.
     pub fn begin() -> Self {
         Self(Instant::now())
     }
 
-    /// Writes, if it is time to.
+    /// Calls `write` if the interval has passed.
     pub fn write(&mut self, write: impl FnOnce() -> anyhow::Result<()>) {
         if self.0.elapsed() > EVERY {
             if let Err(error) = write() {
@@ -34,21 +34,21 @@ impl NowAndThen {
     }
 }
 
-/// A file that a run resumes from: what is finished, and of which run.
+/// A checkpoint file: finished work and the run that it belongs to.
 pub trait Resumable: Serialize + DeserializeOwned {
-    /// All that it depends on.
+    /// All inputs of the results.
     type Run: PartialEq;
-    /// What it is, and of which command.
+    /// A description of the file, with its command.
     const IS: &str;
-    /// What must be the same for a run to go on.
+    /// The settings that must be equal to resume.
     const SAME: &str;
-    /// The options that ask to go on.
+    /// The options that resume a run.
     const GOES_ON: &str;
 
-    /// The run it is of.
+    /// The run of this checkpoint.
     fn run(&self) -> &Self::Run;
 
-    /// What the file holds, which must be of this run.
+    /// Reads a file, which must belong to `run`.
     fn read(path: &Path, run: &Self::Run) -> anyhow::Result<Self> {
         let (file, goes_on) = (path.display(), Self::GOES_ON);
         let text = input::read_text(path, input::RESULTS_MAX).with_context(|| format!("cannot read {file}: run without {goes_on}"))?;
@@ -62,18 +62,17 @@ pub trait Resumable: Serialize + DeserializeOwned {
         Ok(checkpoint)
     }
 
-    /// Writes it: whole or not at all.
+    /// Writes the file atomically.
     fn write(&self, path: &Path) -> anyhow::Result<()> {
         let text = checksum::to_json(self)?;
         files::write(path, text)
     }
 }
 
-/// Makes the folder of a checkpoint, and holds it for this run as long as the answer lives, where nothing there or among the inputs would be
-/// overwritten.
+/// Creates a checkpoint's folder and locks it for this run while the result lives.
 ///
 /// # Errors
-/// When the folder cannot be made, another run holds it, or one of the files cannot be written.
+/// If the folder cannot be created, another run holds the lock, one of the files cannot be written, or an output would overwrite an input.
 pub fn hold_folder(checkpoint: &Path, pages: Vec<PathBuf>, inputs: impl IntoIterator<Item = PathBuf>) -> anyhow::Result<Option<File>> {
     let folder = checkpoint.parent().unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;

@@ -1,14 +1,14 @@
-//! JSON that tells whether it was changed after it was written.
+//! JSON with a checksum that detects later changes.
 
 use anyhow::ensure;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use studies::checksum;
 
-/// What is before the checksum, the object's last field, and what after.
+/// The text before and after the checksum, the object's last field.
 const AROUND: [&str; 2] = [",\"checksum\":\"", "\"}"];
 
-/// An object, with the checksum of its text without it.
+/// Serialises an object, with the checksum of its text without this field.
 pub fn to_json(value: &impl Serialize) -> serde_json::Result<String> {
     let text = serde_json::to_string(value)?;
     let [before, after] = AROUND;
@@ -16,7 +16,7 @@ pub fn to_json(value: &impl Serialize) -> serde_json::Result<String> {
     Ok(format!("{open}{before}{}{after}", checksum::of(text.as_bytes())))
 }
 
-/// What the text says; one without a checksum is of an earlier version.
+/// Parses and verifies a text. A text without a checksum is of an earlier version.
 pub fn from_json<T: DeserializeOwned>(text: &str) -> anyhow::Result<T> {
     let [before, after] = AROUND;
     let parts = text.trim_end().strip_suffix(after).and_then(|text| text.rsplit_once(before));

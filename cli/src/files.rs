@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all.
+//! Writes files atomically.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -10,13 +10,13 @@ use atomic_write_file::AtomicWriteFile;
 use crate::output::{Output, unless_left};
 use crate::stop;
 
-/// Where the bytes of a path go.
+/// Destination of a path's bytes.
 enum Place {
-    /// To standard output, after what was printed there.
+    /// Standard output, after what is already printed.
     Output,
-    /// To a device or a pipe, which is written to and not replaced.
+    /// A device or a pipe, written in place.
     Device,
-    /// To a file, which is replaced.
+    /// A file, replaced atomically.
     File(PathBuf),
 }
 
@@ -25,16 +25,16 @@ pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
     write_with(path, |file| Ok(file.write_all(bytes.as_ref())?))
 }
 
-/// Writes a file aside and then puts it into its place, so that nobody finds half a file, not even after a power cut; a device or a pipe
-/// is written to as it is.
+/// Writes a temporary file and renames it into place, so that no reader sees a partial file, even after a power cut; a device or a pipe is
+/// written in place.
 ///
 /// # Errors
-/// Those of `write`, and when not every byte can be kept; what was there before is untouched.
+/// Those of `write`, and if not every byte can be written; the previous file is then unchanged.
 pub fn write_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> anyhow::Result<()> {
     write_to(path, write).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// Writes a new file that nobody else can read.
+/// Creates a file that other users cannot read.
 pub fn write_secret(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let mut options = File::options();
     options.write(true).create_new(true);
@@ -43,13 +43,13 @@ pub fn write_secret(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let mut file = options.open(path)?;
     let written = file.write_all(bytes).and_then(|()| file.sync_all());
     if written.is_err() {
-        // Half a secret is none.
+        // A partial secret is useless.
         let _ = std::fs::remove_file(path);
     }
     written
 }
 
-/// Looks whether a file can be written, and leaves everything as it is. Returns whether it is one: a device or a pipe is not.
+/// Checks that a file is writable, without changing anything. Returns whether it is a regular file, not a device or a pipe.
 pub fn check(path: &Path) -> anyhow::Result<bool> {
     let aside = |place| match place {
         Place::File(file) => AtomicWriteFile::open(file)?.discard().map(|()| true),
@@ -60,7 +60,7 @@ pub fn check(path: &Path) -> anyhow::Result<bool> {
         .with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// Looks whether a file can be written, and none is there: that may be what somebody has measured. A device or a pipe holds nothing.
+/// Checks that a file is writable and does not exist yet, as it may hold measurements. A device or a pipe is accepted.
 pub fn check_new(path: &Path) -> anyhow::Result<()> {
     ensure!(
         !check(path)? || !path.exists(),
@@ -80,8 +80,8 @@ fn write_to(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()
     written
 }
 
-/// A file that is written while the program works, aside, and is put into its place by [`Growing::keep`], or is not there; a device or a
-/// pipe is written to as it is.
+/// A temporary file, written while the program works, that [`Growing::keep`] renames into place and dropping discards; a device or a pipe
+/// is written in place.
 pub struct Growing(Target);
 
 enum Target {
@@ -90,7 +90,7 @@ enum Target {
     Active(Active),
 }
 
-/// A file beside its place, under a name of its own. It stays there once it was flushed.
+/// A readable file next to its final place. It survives once flushed.
 struct Active {
     file: File,
     path: PathBuf,
@@ -101,14 +101,14 @@ struct Active {
 impl Drop for Active {
     fn drop(&mut self) {
         if !self.stays {
-            // Nothing was promised of it.
+            // Never flushed, so nobody relies on it.
             let _ = std::fs::remove_file(&self.path);
         }
     }
 }
 
 impl Growing {
-    /// One that can be read while it grows, under its name and `.active`, and stays there where the program is ended in the middle.
+    /// A file with the suffix `.active` that can be read while it grows, and survives if the program is killed.
     pub fn create_active(path: &Path) -> anyhow::Result<Self> {
         let Place::File(place) = place(path).with_context(|| format!("cannot write {}", path.display()))? else {
             return Self::create(path);
@@ -133,10 +133,10 @@ impl Growing {
             .with_context(|| format!("cannot write {}", path.display()))
     }
 
-    /// Puts it into its place.
+    /// Renames the file into place.
     ///
     /// # Errors
-    /// When not every byte can be kept; what was there before is untouched.
+    /// If not every byte can be written; the previous file is then unchanged.
     pub fn keep(self) -> std::io::Result<()> {
         let _whole = (!matches!(self.0, Target::Through(_))).then(stop::writing);
         self.put()
@@ -150,7 +150,7 @@ impl Growing {
         }))
     }
 
-    /// [`Growing::keep`] for callers that already delay the program's end.
+    /// [`Growing::keep`] for callers that already block the program's exit.
     fn put(mut self) -> std::io::Result<()> {
         self.flush()?;
         match self.0 {
@@ -199,16 +199,16 @@ impl Write for Growing {
     }
 }
 
-/// Writes all bytes, and not into a buffer that takes them and loses them later.
+/// Writes all bytes, and reports errors of the final flush.
 fn write_through(target: &mut impl Write, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> anyhow::Result<()> {
     let mut buffer = BufWriter::new(target);
     write(&mut buffer)?;
     Ok(buffer.flush()?)
 }
 
-/// Where the bytes of a path go; an error where they should not.
+/// Destination of a path's bytes, or an error if the path is not writable.
 fn place(path: &Path) -> anyhow::Result<Place> {
-    // It may lead to a file, and the rest of the output goes there too.
+    // Standard output may be a file; replacing it would lose the other output.
     if path == Path::new("/dev/stdout") {
         return Ok(Place::Output);
     }
@@ -217,7 +217,7 @@ fn place(path: &Path) -> anyhow::Result<Place> {
         Ok(there) if !there.is_file() => Ok(Place::Device),
         Ok(there) => {
             ensure!(!there.permissions().readonly(), "it is write-protected: name another file");
-            // A link stays, and the file that it leads to is replaced.
+            // Replace a link's target, not the link.
             Ok(Place::File(path.canonicalize()?))
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {

@@ -1,20 +1,19 @@
-//! Frames as cameras give them: files or a stream, of any depth, in colour or not, made into the 8-bit grey that the receiver reads.
+//! Camera frames from files or a stream, of any depth and colour, converted to the 8-bit grey that the receiver reads.
 //!
-//! | part | makes |
+//! | module | content |
 //! |---|---|
-//! | [`files`] | the frames of a folder, and the numbers that their names give them |
-//! | [`names`] | what a file is, and which frame, by its name |
-//! | [`film`] | the frames of a film, by ffmpeg |
-//! | [`live`] | what cameras, addresses and named pipes are called, and how ffmpeg reads them |
+//! | [`files`] | the frames of a folder, and their numbers from file names |
+//! | [`names`] | file type and frame number by name |
+//! | [`film`] | frames of a film, by ffmpeg |
+//! | [`live`] | names of cameras, addresses and pipes, and ffmpeg's options for them |
 //! | [`cameras`] | the cameras of this computer |
-//! | [`waiting`] | frames that came and were not read yet |
-//! | [`foreign`] | what helps where a source is neither |
-//! | [`stamps`] | when the frames of a folder were taken, where that is told |
+//! | [`waiting`] | queue of frames not read yet |
+//! | [`foreign`] | advice for unrecognised sources |
+//! | [`stamps`] | time stamps of a folder's frames |
 //! | [`picture`] | grey of a PNG, JPEG or PGM file |
-//! | [`mosaic`] | one channel of the mosaic before a sensor's colour filters |
+//! | [`mosaic`] | one channel of a colour filter mosaic |
 //!
-//! What is the same for frames from elsewhere, one channel of colours, 8 bits of more, y4m and raw bytes, is in
-//! [`reception`].
+//! Channel selection, reduction to 8 bits, y4m and raw bytes are in [`reception`], as other programs use them too.
 
 pub mod cameras;
 pub mod files;
@@ -54,7 +53,7 @@ fn channel() -> impl TypedValueParser<Value = Channel> {
 }
 
 impl PixelArguments {
-    /// What these do not say, by others.
+    /// Fills unset options from `others`.
     pub fn or(self, others: Self) -> Self {
         Self {
             channel: self.channel.or(others.channel),

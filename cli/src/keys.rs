@@ -1,4 +1,4 @@
-//! Keys in files: private ones that sign, public ones that are trusted, and the counters that were seen of these.
+//! Key files: private signing keys, trusted public keys, and the counters last seen of these.
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -14,31 +14,31 @@ use serde::{Deserialize, Serialize};
 use crate::files;
 use crate::output::is_control;
 
-/// The longest name of a key, in characters.
+/// Maximum length of a key's name in characters.
 const NAME_MAX: usize = 64;
 
-/// Why a file holds no keys that can be used.
+/// Why a file has no usable keys.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyFileError {
-    /// Nothing can be read.
+    /// The file is unreadable.
     #[error("cannot read {}", .0.display())]
     Unreadable(PathBuf, #[source] std::io::Error),
-    /// It is something else.
+    /// The file is no private key.
     #[error("{} holds no private key such as `vocc keys new` makes", .0.display())]
     NoSecret(PathBuf, #[source] toml::de::Error),
-    /// It is something else.
+    /// The file is no list of public keys.
     #[error("{} holds no public keys such as `vocc keys show KEY.toml >> keys.toml` collects", .0.display())]
     NoPublic(PathBuf, #[source] toml::de::Error),
-    /// The private key is in the wrong place.
+    /// A private key where a public one is expected.
     #[error("{} holds a private key, which nobody but its owner needs: `vocc keys show` prints the public one", .0.display())]
     Secret(PathBuf),
-    /// Nothing would be trusted.
+    /// The file has no key.
     #[error("{} holds no key: add some with `vocc keys show KEY.toml >> keys.toml`", .0.display())]
     Empty(PathBuf),
-    /// Others on this computer can sign, too.
+    /// Other users of this computer can sign too.
     #[error("{} can be read by other users, who could sign with it: `chmod 600` it, and if they may have, make a new key", .0.display())]
     Open(PathBuf),
-    /// These are no keys.
+    /// The digits are no key.
     #[error("{}: the key {name:?} is not {} hexadecimal digits: take the file from a backup, or make a new key", .path.display(), 2 * KEY_BYTES)]
     Digits {
         /// The file.
@@ -46,47 +46,47 @@ pub enum KeyFileError {
         /// The key's name.
         name: String,
     },
-    /// These are no keys.
+    /// The digits are no valid key.
     #[error("{}: the key {name:?}: {why}", .path.display())]
     Key {
         /// The file.
         path: PathBuf,
         /// The key's name.
         name: String,
-        /// Why.
+        /// The reason.
         why: KeyError,
     },
-    /// The two halves do not belong together.
+    /// The public and the private half do not match.
     #[error("{}: the public key is not that of the private one: take the file from a backup, or make a new key", .0.display())]
     Halves(PathBuf),
-    /// No telling who has signed.
+    /// Two keys with the same id, so that the signer is ambiguous.
     #[error("{}: the keys {first:?} and {second:?} have one name, {id}: leave out one of them, or make it anew", .path.display())]
     Twice {
         /// The file.
         path: PathBuf,
-        /// One key's name.
+        /// The first key's name.
         first: String,
-        /// The other's.
+        /// The second key's name.
         second: String,
-        /// The first digits of both.
+        /// The id of both.
         id: KeyId,
     },
-    /// It is there already.
+    /// The file exists.
     #[error("{} is there already, and may be a key that is in use: name another file", .0.display())]
     Exists(PathBuf),
-    /// Not to be printed well.
+    /// The name is not printable on one line.
     #[error("{0:?} is no name for a key: give 1 to {NAME_MAX} characters without control characters")]
     Name(String),
-    /// No randomness.
+    /// No random numbers are available.
     #[error("this system gives no random numbers for a key: {0}")]
     Random(getrandom::Error),
-    /// Nothing is known of what was seen.
+    /// The counters file is unreadable.
     #[error("{} holds no counters such as `vocc receive --counters` writes: name another file, or remove it, and films shown again will not be \
              noticed until it has grown", .0.display())]
     NoCounters(PathBuf, #[source] toml::de::Error),
 }
 
-/// A file with a private key.
+/// Contents of a private key's file.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct SecretFile {
@@ -95,7 +95,7 @@ struct SecretFile {
     secret: String,
 }
 
-/// A file with public keys.
+/// Contents of a file of public keys.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct PublicFile {
@@ -110,16 +110,16 @@ struct PublicEntry {
     public: String,
 }
 
-/// A file with the greatest counters seen, by public key.
+/// Contents of a file with the highest counters seen, by public key.
 #[derive(Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct CountersFile {
-    /// There even where nothing was seen: a damaged file is none of these.
+    /// Required even if empty, which makes a damaged file detectable.
     last: BTreeMap<String, u32>,
 }
 
 impl CountersFile {
-    /// What a file holds, which need not be there yet.
+    /// Reads a file; a missing one is empty.
     fn read(path: &Path) -> Result<Self, KeyFileError> {
         match read(path) {
             Ok(text) => toml::from_str(&text).map_err(|error| KeyFileError::NoCounters(path.into(), error)),
@@ -129,10 +129,10 @@ impl CountersFile {
     }
 }
 
-/// A public key, and whose it is.
+/// A public key and its owner.
 #[derive(Clone, Debug)]
 pub struct NamedKey {
-    /// Whose it is.
+    /// The owner.
     pub name: String,
     /// The key.
     pub key: PublicKey,
@@ -160,16 +160,16 @@ impl NamedKey {
     }
 }
 
-/// A private key, and whose it is.
+/// A private key and its owner.
 #[derive(Debug)]
 pub struct OwnKey {
-    /// The public half, and whose it is.
+    /// The public half and its owner.
     pub public: NamedKey,
     key: SecretKey,
 }
 
 impl OwnKey {
-    /// Makes a key and writes it into a new file, which nobody else can read.
+    /// Creates a key in a new file that other users cannot read.
     pub fn create(path: &Path, name: &str) -> anyhow::Result<NamedKey> {
         check_name(name)?;
         let mut seed = [0; KEY_BYTES];
@@ -189,7 +189,7 @@ impl OwnKey {
         Ok(NamedKey { name, key })
     }
 
-    /// The key in a file.
+    /// Reads the key in a file.
     pub fn read(path: &Path) -> Result<Self, KeyFileError> {
         let text = read(path)?;
         let file: SecretFile = toml::from_str(&text).map_err(|error| KeyFileError::NoSecret(path.into(), without_secrets(error)))?;
@@ -209,7 +209,7 @@ impl OwnKey {
         }
     }
 
-    /// What a board takes it in by: as secret as the file.
+    /// The seed that configures a board with this key: as secret as the file.
     pub fn seed(&self) -> [u8; KEY_BYTES] {
         let bytes = self.key.to_bytes();
         core::array::from_fn(|place| bytes[place])
@@ -234,12 +234,12 @@ pub struct SigningArguments {
 }
 
 impl SigningArguments {
-    /// The file of the key, if one is given.
+    /// The key's file, if given.
     pub fn file(&self) -> Option<PathBuf> {
         self.sign.clone()
     }
 
-    /// The key, and the counter to sign with, if a key is given.
+    /// The key and the counter to sign with, if a key is given.
     pub fn key(&self) -> anyhow::Result<Option<(OwnKey, u32)>> {
         let Some(path) = &self.sign else {
             return Ok(None);
@@ -249,7 +249,7 @@ impl SigningArguments {
     }
 }
 
-/// The counter of a signature: the one that is given, or the seconds since 1970.
+/// The counter of a signature: `given`, or the seconds since 1970.
 pub fn counter_or_seconds(given: Option<u32>) -> anyhow::Result<u32> {
     let now = || SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).ok();
     let seconds = || u32::try_from(now()?.as_secs()).ok();
@@ -274,23 +274,23 @@ pub struct TrustArguments {
 }
 
 impl TrustArguments {
-    /// The file of the counters, if one is given.
+    /// The counters' file, if given.
     pub fn counters(&self) -> Option<PathBuf> {
         self.counters.clone()
     }
 
-    /// The file of the keys, if one is given.
+    /// The keys' file, if given.
     pub fn file(&self) -> Option<PathBuf> {
         self.trust.clone()
     }
 
-    /// The trusted keys; none if signatures are not checked.
+    /// The trusted keys; `None` if signatures are not checked.
     pub fn trust(&self) -> Result<Option<Trust>, KeyFileError> {
         self.trust.as_ref().map(|path| Trust::read(path, self.counters.clone())).transpose()
     }
 }
 
-/// The keys that are trusted, and what was seen of them.
+/// Trusted keys, with their owners and last counters.
 pub struct Trust {
     names: Vec<String>,
     keys: Vec<TrustedKey>,
@@ -298,7 +298,7 @@ pub struct Trust {
 }
 
 impl Trust {
-    /// Of a file of public keys, and one of counters, which need not be there yet.
+    /// Reads a file of public keys, and one of counters, which may be missing.
     pub fn read(path: &Path, counters: Option<PathBuf>) -> Result<Self, KeyFileError> {
         let keys = public_keys(path)?;
         let seen = counters.as_deref().map(CountersFile::read).transpose()?.unwrap_or_default();
@@ -310,7 +310,7 @@ impl Trust {
         })
     }
 
-    /// Who says so. A proven counter is remembered; that of this run even where it cannot be written, and why not comes with the verdict.
+    /// Verifies a signature. A proven counter is remembered for this run even if writing it fails; the second value is that error.
     pub fn verdict(&mut self, message: &[u8], signature: &Signature) -> (Verdict, anyhow::Result<()>) {
         let verdict = verdict(&mut self.keys, message, signature);
         let kept = match verdict {
@@ -320,7 +320,7 @@ impl Trust {
         (verdict, kept)
     }
 
-    /// Whose a key is.
+    /// A key's owner.
     pub fn name(&self, id: KeyId) -> Option<&str> {
         let place = self.keys.iter().position(|trusted| trusted.key().id() == id)?;
         self.names.get(place).map(String::as_str)
@@ -330,7 +330,7 @@ impl Trust {
         let Some(path) = &self.counters else {
             return Ok(());
         };
-        // Another receiver may have written it meanwhile.
+        // Another receiver may have written the file since.
         let mut seen = CountersFile::read(path)?;
         for (key, last) in self.keys.iter().filter_map(|trusted| Some((trusted.key(), trusted.last()?))) {
             let kept = seen.last.entry(hex(&key.to_bytes())).or_default();
@@ -344,7 +344,7 @@ impl Trust {
     }
 }
 
-/// The public keys in a file: those that are trusted, or that of a private one.
+/// The public keys in a file, or the public half of a private key in it.
 pub fn public_keys(path: &Path) -> Result<Vec<NamedKey>, KeyFileError> {
     let text = read(path)?;
     let file: PublicFile = toml::from_str(&text).map_err(|error| match toml::from_str::<SecretFile>(&text) {
@@ -371,7 +371,7 @@ pub fn public_keys(path: &Path) -> Result<Vec<NamedKey>, KeyFileError> {
     Ok(keys)
 }
 
-/// Looks whether a name can be told on one line.
+/// Checks that a name is printable on one line.
 fn check_name(name: &str) -> Result<(), KeyFileError> {
     let is_fit = (1..=NAME_MAX).contains(&name.chars().count()) && !name.chars().any(is_control);
     if is_fit { Ok(()) } else { Err(KeyFileError::Name(name.into())) }
@@ -381,7 +381,7 @@ fn read(path: &Path) -> Result<String, KeyFileError> {
     std::fs::read_to_string(path).map_err(|error| KeyFileError::Unreadable(path.into(), error))
 }
 
-/// An error that shows no line of the file: it may hold the secret.
+/// Removes the quoted line from an error, as it may contain the secret.
 fn without_secrets(mut error: toml::de::Error) -> toml::de::Error {
     error.set_input(None);
     error
@@ -400,7 +400,7 @@ fn key_bytes(path: &Path, name: &str, digits: &str) -> Result<[u8; KEY_BYTES], K
         })
 }
 
-/// Whether others than its owner can read a file, where systems tell.
+/// Whether other users can read a file, on systems that report it.
 fn is_open(path: &Path) -> bool {
     #[cfg(unix)]
     {

@@ -12,7 +12,7 @@
 //! - [`keys`]: signing keys, and keys that are trusted;
 //! - [`device`] talks to transmitters and receiving boards.
 
-// They end the program when nobody listens: `output` has what does not.
+// These macros panic on a closed stream; `output` does not.
 #![cfg_attr(not(test), warn(clippy::print_stdout, clippy::print_stderr))]
 
 mod camera;
@@ -102,7 +102,7 @@ fn main() -> ExitCode {
     match Arguments::try_parse() {
         Ok(Arguments { command, shared }) => end(run(command, &shared)),
         Err(told) if told.use_stderr() => {
-            // What was given may be a name that a shell has found.
+            // The argument may be a file name with control characters.
             let text = told.render().to_string();
             if text.chars().any(|c| output::is_control(c) && c != '\n') {
                 output::tell(text.trim_end());
@@ -121,7 +121,7 @@ fn print(told: &clap::Error) -> anyhow::Result<Verdict> {
     Ok(output::unless_left(printed, (), || ()).map(|()| Verdict::Yes)?)
 }
 
-/// The exit status, and why it is no other.
+/// Converts the answer to the exit status, and prints an error.
 fn end(answer: anyhow::Result<Verdict>) -> ExitCode {
     match answer {
         Ok(Verdict::Yes) => ExitCode::SUCCESS,
@@ -135,7 +135,7 @@ fn end(answer: anyhow::Result<Verdict>) -> ExitCode {
 
 fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Verdict> {
     stop::watch()?;
-    // Made here, as who needs them first could not say that there is no room for them. 0: as many as there are processors.
+    // Built here because later users could not report a failure. 0: one thread per processor.
     rayon::ThreadPoolBuilder::new()
         .num_threads(shared.threads.unwrap_or_default().into())
         .build_global()

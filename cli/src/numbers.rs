@@ -1,8 +1,8 @@
-//! Numbers as they are shown.
+//! Number formats.
 
 use crate::plot::short;
 
-/// A claim's number, to three significant digits.
+/// Formats a claim's number to three significant digits.
 pub fn number(value: f64) -> String {
     if !value.is_finite() {
         return "?".into();
@@ -12,12 +12,12 @@ pub fn number(value: f64) -> String {
     format!("{value:.digits$}").replace('-', "−")
 }
 
-/// A number with its interval.
+/// Formats a number with its interval.
 pub fn with_interval(value: f64, [low, high]: [f64; 2], shown: fn(f64) -> String) -> String {
     format!("{} ({} to {})", shown(value), shown(low), shown(high))
 }
 
-/// A number of any size, to three significant digits.
+/// Formats a number of any magnitude to three significant digits.
 pub fn digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
@@ -30,7 +30,7 @@ pub fn digits(value: f64) -> String {
     format!("{value:.places$}")
 }
 
-/// A time in the unit that suits it.
+/// Formats a time in a suitable unit.
 pub fn time(ns: f64) -> String {
     let (value, unit) = match ns.abs() {
         size if size < 1e3 => (ns, "ns"),
@@ -42,7 +42,7 @@ pub fn time(ns: f64) -> String {
     format!("{value:.digits$} {unit}")
 }
 
-/// A variance or a ratio of variances, to two decimals.
+/// Formats a variance or a ratio of variances to two decimals.
 pub fn two_decimals(value: Option<f64>) -> String {
     value.map_or("undefined".into(), |value| format!("{value:.2}"))
 }

@@ -1,4 +1,4 @@
-//! Options that several commands share, and what they mean.
+//! Options that several commands share.
 
 use std::fs::File;
 use std::io::Read;
@@ -33,7 +33,7 @@ pub struct Shared {
 }
 
 impl Shared {
-    /// The scene of that name or file, with the overrides.
+    /// The scene of that name or file, with the overrides applied.
     pub fn scene(&self, name: &str) -> anyhow::Result<Scene> {
         Ok(Scene::load(name, &self.set)?)
     }
@@ -52,18 +52,18 @@ pub struct Message {
 }
 
 impl Message {
-    /// The file that holds it, if one does.
+    /// The message's file, if it has one.
     pub fn file(&self) -> Option<PathBuf> {
         self.message_file.clone()
     }
 
-    /// The message's bytes; none where none is given.
+    /// The message's bytes; `None` if no message is given.
     pub fn bytes(&self) -> anyhow::Result<Option<Vec<u8>>> {
         match (&self.message, &self.message_file) {
             (Some(text), _) => Ok(Some(text.clone().into_bytes())),
             (None, Some(path)) => {
                 let mut bytes = Vec::new();
-                // One byte too many is enough to be refused.
+                // One byte over the limit suffices to reject it.
                 let limit = MESSAGE_MAX as u64 + 1;
                 File::open(path)
                     .and_then(|file| file.take(limit).read_to_end(&mut bytes))
@@ -75,7 +75,7 @@ impl Message {
     }
 }
 
-/// The method of a choice that needs no frames to learn from.
+/// The detection method of a choice that needs no training frames.
 pub fn untrained(choice: DetectorChoice) -> anyhow::Result<Method> {
     choice.untrained().context(
         "this detector needs frames with known bits (fisher and fisher-ngr learn from them, the genie knows everything else too), and \
@@ -97,39 +97,39 @@ pub struct Port {
     timeout: f64,
 }
 
-/// A conversation at a serial port.
+/// A session at a serial port.
 pub type Connection = Client<Box<dyn SerialPort>>;
 
 impl Port {
-    /// Its name.
+    /// The port's name.
     pub fn name(&self) -> String {
         self.port.clone()
     }
 
-    /// Says hello to the transmitter at this port.
+    /// Connects to the transmitter at this port.
     pub fn greet_transmitter(&self) -> anyhow::Result<Connection> {
         self.greet()?.transmitter().with_context(|| self.name())
     }
 
-    /// Says hello to the receiver at this port.
+    /// Connects to the receiver at this port.
     pub fn greet_receiver(&self) -> anyhow::Result<Connection> {
         self.greet()?.receiver().with_context(|| self.name())
     }
 
-    /// Says hello to the transmitter or the receiver at this port.
+    /// Connects to the transmitter or the receiver at this port.
     pub fn greet(&self) -> anyhow::Result<Connection> {
         let patience = Duration::from_secs_f64(self.timeout);
         let port = port::open(&self.port, self.baud, patience)?;
-        // Two runs that begin with the same number would look like one.
+        // Two runs with the same first number would be indistinguishable.
         let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-        // A clock that was never set may stand before 1970.
+        // A clock that was never set may be before 1970.
         let away = now.unwrap_or_else(|early| early.duration());
         let sequence = away.as_nanos() as u32;
         Client::greet(port, patience, sequence).with_context(|| self.name())
     }
 }
 
-/// A number of seconds, within bounds in milliseconds.
+/// Parses a number of seconds, with bounds in milliseconds.
 pub fn seconds<const LEAST_MS: u64, const MOST_MS: u64>(text: &str) -> Result<f64, String> {
     let (least, most) = (LEAST_MS as f64 / 1000.0, MOST_MS as f64 / 1000.0);
     match text.parse() {

@@ -1,6 +1,6 @@
-//! Standard output and standard error, escaped, so that no name and no message moves a cursor.
+//! Standard output and standard error, escaped so that no name or message controls the terminal.
 //!
-//! A reader who leaves changes nothing but what he would have read: what is printed after that is dropped, and the work goes on.
+//! If the reader leaves, later output is dropped and the work goes on.
 
 use std::borrow::Cow;
 use std::io::{ErrorKind, Write};
@@ -18,7 +18,7 @@ use studies::sweep::{Results, Summary};
 
 use crate::numbers::two_decimals;
 
-/// How a command that did its work ends.
+/// How a command without errors ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// Exit status 0.
@@ -27,7 +27,7 @@ pub enum Verdict {
     No,
 }
 
-/// An error and its causes, each said once.
+/// Formats an error and its causes without repetition.
 pub fn explain(error: &anyhow::Error) -> String {
     error
         .chain()
@@ -42,7 +42,7 @@ pub fn explain(error: &anyhow::Error) -> String {
 /// Whether the reader of standard output has left.
 static IS_UNREAD: AtomicBool = AtomicBool::new(false);
 
-/// Whether the reader of standard output has left: endless work that saves nothing may then end.
+/// Whether the reader of standard output has left: endless work that saves nothing may then stop.
 pub fn is_unread() -> bool {
     IS_UNREAD.load(Ordering::Relaxed)
 }
@@ -50,7 +50,7 @@ pub fn is_unread() -> bool {
 /// Standard output.
 pub struct Output;
 
-/// What came of writing to a pipe; `all` where its reader has left, which `left` is told: that changes nothing but what he would have read.
+/// The result of a write to a pipe; if its reader has left, calls `left` and returns `all`, so that the work goes on.
 pub fn unless_left<T>(written: std::io::Result<T>, all: T, left: impl FnOnce()) -> std::io::Result<T> {
     match written {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => {
@@ -78,12 +78,12 @@ impl Write for Output {
     }
 }
 
-/// Whether a terminal does something else with a character than to show it: C0, DEL and C1, and what ends lines or turns their direction.
+/// Whether a terminal interprets a character instead of showing it: C0, DEL, C1, line separators and bidirectional controls.
 pub fn is_control(c: char) -> bool {
     c.is_control() || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// A text with some of its characters replaced.
+/// Replaces some characters of a text.
 fn replaced(text: &str, is_meant: impl Fn(char) -> bool, by: impl Fn(char) -> String) -> Cow<'_, str> {
     if !text.contains(&is_meant) {
         return text.into();
@@ -92,7 +92,7 @@ fn replaced(text: &str, is_meant: impl Fn(char) -> bool, by: impl Fn(char) -> St
     each.collect::<String>().into()
 }
 
-/// A text of several lines as a terminal may show it.
+/// Escapes a text of several lines for a terminal.
 fn shown(text: &str) -> Cow<'_, str> {
     replaced(
         text,
@@ -101,7 +101,7 @@ fn shown(text: &str) -> Cow<'_, str> {
     )
 }
 
-/// Bytes in quotes: text as it stands in a program, and `\xff` for what is no UTF-8.
+/// Quotes bytes: text as a string literal, and `\xff` for bytes that are not UTF-8.
 pub fn quoted(bytes: &[u8]) -> String {
     let mut quoted = String::from("\"");
     for chunk in bytes.utf8_chunks() {
@@ -112,7 +112,7 @@ pub fn quoted(bytes: &[u8]) -> String {
     quoted + "\""
 }
 
-/// A file's name on one line, and `\xff` for what is no UTF-8.
+/// A file name on one line, with `\xff` for bytes that are not UTF-8.
 pub fn name(path: &Path) -> String {
     let chunks = path.as_os_str().as_encoded_bytes().utf8_chunks();
     let chunks = chunks.map(|chunk| format!("{}{}", chunk.valid(), chunk.invalid().escape_ascii()));
@@ -132,7 +132,7 @@ pub struct Hex {
 }
 
 impl Hex {
-    /// A message's bytes as hexadecimal digits, if they are asked for or no text holds them.
+    /// A message's bytes as hexadecimal digits, if requested or if they are not text.
     pub fn of(self, message: &[u8]) -> Option<String> {
         match self.hex {
             true => Some(bytes::hex(message)),
@@ -141,7 +141,7 @@ impl Hex {
     }
 }
 
-/// Tells something on standard error. If nobody listens, that is no reason to end.
+/// Prints to standard error, and ignores a closed stream.
 pub fn tell(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "{}", shown(&text.to_string()));
 }
@@ -156,15 +156,15 @@ pub fn lines(text: &str) -> anyhow::Result<()> {
     Ok(writeln!(Output, "{}", shown(text.trim_end()))?)
 }
 
-/// Prints one line of JSON, which no terminal does anything with but show it.
+/// Prints one line of JSON, escaped for terminals.
 pub fn json(value: &impl Serialize) -> anyhow::Result<()> {
     let text = serde_json::to_string(value)?;
-    // Such characters stand in its strings only.
+    // Control characters occur only in its strings.
     let escaped = replaced(&text, is_control, |c| format!("\\u{:04x}", u32::from(c)));
     Ok(writeln!(Output, "{escaped}")?)
 }
 
-/// Prints which effects a plan includes, and what the others could change; [`crate::commands::plan`] has more.
+/// Prints the effects that a plan includes, and the influence of the others; [`crate::commands::plan`] prints more.
 pub fn plan(plan: &Plan) -> anyhow::Result<()> {
     let included = plan.decisions.iter().filter(|decision| decision.included);
     let included: Vec<&str> = included.map(|decision| decision.effect).collect();
@@ -176,7 +176,7 @@ pub fn plan(plan: &Plan) -> anyhow::Result<()> {
     ))
 }
 
-/// A bit error rate with its 95 % interval, from errors and bits; without errors, the upper bounds.
+/// Formats a bit error rate with its 95 % interval; without errors, the upper bounds.
 pub fn rate(errors: u64, bits: u64, rate: f64, [low, high]: [f64; 2]) -> String {
     if errors > 0 || bits == 0 {
         return format!("{rate:.3e} (95 %: {low:.3e} to {high:.3e})");
@@ -195,7 +195,7 @@ struct EvaluationReport {
     plan: Plan,
 }
 
-/// Prints the outcome of the evaluation of one scene; `seconds` where it is known how long it took.
+/// Prints an evaluation's results; `seconds`: its run time, if known.
 pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> anyhow::Result<()> {
     let sweep = results.sweep();
     let view = monte_carlo::view(&sweep.scene, sweep.random_reflectance)?;
@@ -237,7 +237,7 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
     one_symbol(found)
 }
 
-/// The detector's name, and beside that of the paper what receivers read by: errors of the one are none of the other.
+/// The detector's name; for the paper's detector also that of receivers, as their errors differ.
 fn detector(name: &str) -> String {
     match name.parse() {
         Ok(DetectorChoice::KMeans) => format!("{name}, the paper's; receivers read by ml (--detector ml)"),
@@ -245,7 +245,7 @@ fn detector(name: &str) -> String {
     }
 }
 
-/// The rate without frames across a change of symbols, where there are any: detectors compare by that.
+/// Prints the rate without frames across a symbol change, if there are any: the one to compare detectors by.
 fn one_symbol(found: &Summary) -> anyhow::Result<()> {
     let (Some(ber), Some(ber_95)) = (found.ber_one_symbol, found.ber_one_symbol_95) else {
         return Ok(());
@@ -261,7 +261,7 @@ fn one_symbol(found: &Summary) -> anyhow::Result<()> {
     line(&format!("elsewhere  BER {elsewhere}"))
 }
 
-/// A rate that swarms have reached, with its 95 % interval; where none has, that nothing is known.
+/// Formats a rate found by swarms, with its 95 % interval; unknown if no swarm reached an error.
 fn rare_rate(found: &Summary) -> String {
     if found.bit_errors > 0 {
         let [low, high] = found.ber_95;
@@ -273,7 +273,7 @@ fn rare_rate(found: &Summary) -> String {
     )
 }
 
-/// Panels with errors, and what a genie's are a bound of.
+/// Prints the panels with errors, and what a genie's rate bounds.
 fn panel_errors(found: &Summary) -> anyhow::Result<()> {
     let (Some(wrong), Some([low, high])) = (found.panel_errors, found.panel_error_rate_95) else {
         return Ok(());

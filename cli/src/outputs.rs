@@ -1,5 +1,4 @@
-//! What a command is going to write, looked at before it works: nothing that it reads is overwritten, and what cannot be written is not
-//! computed first.
+//! Checks a command's output files before it works: no input is overwritten, and an unwritable file fails before the computation.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -10,7 +9,7 @@ use sim::scene::{Scene, preset_toml};
 use crate::files;
 use crate::frames::files::pictures_in;
 
-/// Looks at each file that is going to be written, where `read` are those that the command reads.
+/// Checks each output file; `read` are the command's inputs.
 pub fn check(written: impl IntoIterator<Item = PathBuf>, read: impl IntoIterator<Item = PathBuf>) -> anyhow::Result<()> {
     let mut taken: Vec<PathBuf> = read.into_iter().map(|path| real(&path)).collect();
     let inputs = taken.len();
@@ -28,7 +27,7 @@ pub fn check(written: impl IntoIterator<Item = PathBuf>, read: impl IntoIterator
     Ok(())
 }
 
-/// Looks at files that go beside another: where that is not there yet, they are of something else.
+/// Checks files that belong to another: if that one does not exist, they belong to something else.
 pub fn check_beside(file: &Path, beside: &[PathBuf]) -> anyhow::Result<()> {
     let foreign = beside.iter().find(|path| !file.exists() && path.exists());
     match foreign {
@@ -41,8 +40,7 @@ pub fn check_beside(file: &Path, beside: &[PathBuf]) -> anyhow::Result<()> {
     }
 }
 
-/// Looks at a folder for frames, which must not be mixed with others: not with those of an older run, nor with any other picture that
-/// `vocc receive` would take for one of them.
+/// Checks a folder for frames: it must be free of pictures that `vocc receive` would read as frames, from an older run or any other origin.
 pub fn check_recording(folder: &Path) -> anyhow::Result<()> {
     let pictures = pictures_in(folder).with_context(|| format!("cannot read the folder {}", folder.display()))?;
     if let Some(picture) = pictures.iter().min() {
@@ -56,15 +54,15 @@ pub fn check_recording(folder: &Path) -> anyhow::Result<()> {
     files::check(&frame_in(folder, 0)).map(drop)
 }
 
-/// Where a recording has its frame of this number.
+/// Path of a recording's frame of this number.
 pub fn frame_in(folder: &Path, number: u64) -> PathBuf {
     folder.join(format!("frame-{number:06}.png"))
 }
 
-/// Holds a folder for this run as long as the answer lives: where another run holds it, both would write into each other's work. The
-/// system gives it free however a run ends. Systems that lock no folders hold nothing.
+/// Locks a folder for this run while the result lives, as two runs would overwrite each other's work. The system releases the lock however
+/// the run ends. `None` on systems that cannot lock folders.
 ///
-/// For the one file of a run there is [`crate::results::Place`]: it is replaced each time, and a lock of it with it.
+/// A run with a single file uses [`crate::results::Place`]: each write replaces the file, and a lock on it would be lost.
 pub fn hold(folder: &Path) -> anyhow::Result<Option<File>> {
     let Ok(held) = File::open(folder) else {
         return Ok(None);
@@ -77,7 +75,7 @@ pub fn hold(folder: &Path) -> anyhow::Result<Option<File>> {
     })
 }
 
-/// Locks what is open as long as the answer lives; none where it cannot be locked.
+/// Locks an open file while the result lives; `None` if it cannot be locked.
 pub fn lock(open: File, taken: impl FnOnce() -> String) -> anyhow::Result<Option<File>> {
     match open.try_lock() {
         Ok(()) => Ok(Some(open)),
@@ -86,7 +84,7 @@ pub fn lock(open: File, taken: impl FnOnce() -> String) -> anyhow::Result<Option
     }
 }
 
-/// The files that a scene is read from, where `name` is what it is called on the command line.
+/// The files that a scene is read from; `name` is its name on the command line.
 pub fn files_of(name: &str, scene: &Scene) -> Vec<PathBuf> {
     let own = preset_toml(name).is_none().then(|| name.to_owned());
     [own, scene.link.table.clone(), scene.ambient.background_image.clone()]
@@ -96,14 +94,14 @@ pub fn files_of(name: &str, scene: &Scene) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Whether two paths lead to the same place.
+/// Whether two paths are the same file.
 pub fn is_same(one: &Path, other: &Path) -> bool {
     real(one) == real(other)
 }
 
-/// A path without links and dots; what is not there is in a folder that is.
+/// A path without links and dots; a missing file is resolved by its folder.
 fn real(path: &Path) -> PathBuf {
-    // What is in the folder at hand has no other folder.
+    // A file in the current folder has no parent in its path.
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     let in_folder = || {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());

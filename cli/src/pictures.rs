@@ -1,4 +1,4 @@
-//! Writing grey images and matrices.
+//! Writes grey images and matrices.
 
 use std::path::Path;
 
@@ -7,13 +7,13 @@ use image::{ExtendedColorType, ImageEncoder};
 
 use crate::files;
 
-/// Writes a grey image as PNG: whole or not at all.
+/// Writes a grey image as PNG, atomically.
 pub fn write_png(path: &Path, grey: &[u8], width: usize, height: usize) -> anyhow::Result<()> {
     let size = [u32::try_from(width)?, u32::try_from(height)?];
     write_encoded(path, grey, size, ExtendedColorType::L8)
 }
 
-/// Each pixel of rows so wide as a square of `zoom` × `zoom`.
+/// Enlarges each pixel of rows of `width` to a square of `zoom` × `zoom`.
 pub fn enlarged(grey: &[u8], width: usize, zoom: usize) -> Vec<u8> {
     let rows = grey.chunks_exact(width.max(1));
     let wide = |row: &[u8]| -> Vec<u8> {
@@ -23,19 +23,19 @@ pub fn enlarged(grey: &[u8], width: usize, zoom: usize) -> Vec<u8> {
     rows.flat_map(|row| wide(row).repeat(zoom)).collect()
 }
 
-/// Writes pixels as PNG: whole or not at all.
+/// Writes pixels as PNG, atomically.
 pub fn write_encoded(path: &Path, pixels: &[u8], [width, height]: [u32; 2], kind: ExtendedColorType) -> anyhow::Result<()> {
-    // The encoder keeps the error of its last bytes to itself, and memory has none.
+    // The encoder drops errors of its last write, and writing to memory has none.
     let mut png = Vec::new();
     PngEncoder::new(&mut png).write_image(pixels, width, height, kind)?;
     files::write(path, png)
 }
 
-/// A number that NumPy files hold.
+/// An element type of NumPy files.
 pub trait Number: Copy {
-    /// What NumPy calls it.
+    /// NumPy's name for it.
     const NAME: &str;
-    /// Its bytes, the lowest first.
+    /// Its bytes, little-endian.
     fn bytes(self) -> impl AsRef<[u8]>;
 }
 
@@ -53,10 +53,10 @@ impl Number for f64 {
     }
 }
 
-/// Writes a matrix as a NumPy file of version 1.0: whole or not at all.
+/// Writes a matrix as a NumPy file of version 1.0, atomically.
 pub fn write_npy<T: Number>(path: &Path, values: &[T], width: usize, height: usize) -> anyhow::Result<()> {
     const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
-    // NumPy wants the numbers to begin at a multiple of this; the header is never longer.
+    // NumPy aligns the data to this; the header is never longer.
     const HEADER: usize = 128;
     let about = format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({height}, {width}), }}", T::NAME);
     let padded = HEADER - MAGIC.len() - 2;

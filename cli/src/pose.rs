@@ -1,4 +1,4 @@
-//! Where a panel is, in metres and degrees, for people and for scripts.
+//! A panel's pose in metres and degrees, as text and as JSON.
 
 use reception::whereabouts::{PoseResult, Whereabouts, told_size};
 use rx_pipeline::pose::{Known, PanelSize};
@@ -17,18 +17,18 @@ pub struct PanelArguments {
 }
 
 impl PanelArguments {
-    /// Whether any of it is set.
+    /// Whether any option is set.
     pub fn is_told(&self) -> bool {
         self.interval.or(self.led_diameter).is_some()
     }
 
-    /// The panel's size, if it is set.
+    /// The panel's size, if set.
     pub fn size(&self) -> anyhow::Result<Option<PanelSize>> {
         Ok(told_size(self.led_diameter, self.interval)?)
     }
 }
 
-/// For scripts: the pose, and how fast it comes nearer once that is known.
+/// The pose as JSON, with the closing speed once it is known.
 pub fn whereabouts_json(whereabouts: &Whereabouts) -> Value {
     let mut pose = as_json(whereabouts.measured());
     if let Some(Known { value, sigma }) = whereabouts.speed_m_s() {
@@ -42,7 +42,7 @@ pub fn whereabouts_json(whereabouts: &Whereabouts) -> Value {
     pose
 }
 
-/// For people, to follow what else is said, if it `is_asked`.
+/// The pose as text to append to a line, if it `is_asked`.
 pub fn whereabouts_text(whereabouts: &Whereabouts, is_asked: bool) -> String {
     if !is_asked {
         return String::new();
@@ -57,7 +57,7 @@ pub fn whereabouts_text(whereabouts: &Whereabouts, is_asked: bool) -> String {
     text
 }
 
-/// A pose for scripts: angles in degrees, standard deviations beside, covariances of metres and radians.
+/// A pose as JSON: angles in degrees, standard deviations, covariances in metres and radians.
 pub fn as_json(measured: &PoseResult) -> Value {
     let pose = match measured {
         Ok(pose) => pose,
@@ -85,7 +85,7 @@ pub fn as_json(measured: &PoseResult) -> Value {
     })
 }
 
-/// A pose for people.
+/// A pose as text.
 pub fn as_text(measured: &PoseResult) -> String {
     let pose = match measured {
         Ok(pose) => pose,
@@ -112,7 +112,7 @@ fn in_degrees(known: Known) -> Known {
     }
 }
 
-/// A number with its standard deviation, with two digits of that.
+/// Formats a number with its standard deviation to two digits of the latter.
 pub fn with_sigma(Known { value, sigma }: Known) -> String {
     let digits = (1.0 - sigma.max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{value:.digits$} ± {sigma:.digits$}")

@@ -1,4 +1,4 @@
-//! Progress of long work, on standard error: a bar on a terminal, elsewhere a line now and then.
+//! Progress of long work on standard error: a bar on a terminal, otherwise a line from time to time.
 
 use std::io::IsTerminal;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
@@ -10,24 +10,24 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::output::tell;
 
-/// What the help of long commands says.
+/// Help text of long commands.
 pub const HELP: &str = "\
 Standard error shows the progress and the remaining time: a bar on a terminal, otherwise a line every ten seconds. Ctrl-C ends the run and \
 keeps the finished part.";
 
-/// Between two lines where there is no terminal.
+/// Interval between two lines without a terminal.
 const QUIET: Duration = Duration::from_secs(10);
 
 /// The progress of a run. A line is printed during long steps too, to show that the work continues.
 pub struct Progress {
-    /// Counts, even where it is not shown.
+    /// Counts even if hidden.
     bar: ProgressBar,
     begun: Arc<Mutex<Start>>,
-    /// Where there is no terminal; both are taken when work ends.
+    /// Without a terminal; taken when the work ends.
     lines: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
-/// When the run began, and the steps of earlier runs.
+/// The start of the run, and the steps of earlier runs.
 #[derive(Clone, Copy)]
 struct Start {
     at: Instant,
@@ -35,12 +35,12 @@ struct Start {
 }
 
 impl Progress {
-    /// For `total` steps of a `unit`.
+    /// Progress over `total` steps of a `unit`.
     pub fn new(total: u64, unit: &'static str) -> Self {
         Self::of(ProgressBar::new(total), unit)
     }
 
-    /// For steps whose number nobody knows.
+    /// Progress over an unknown number of steps.
     pub fn endless(unit: &'static str) -> Self {
         Self::of(ProgressBar::no_length(), unit)
     }
@@ -68,26 +68,26 @@ impl Progress {
         Self { bar, begun, lines }
     }
 
-    /// Counts steps that were done before this run; the remaining time does not depend on them.
+    /// Counts steps of earlier runs, which do not affect the estimated time left.
     pub fn begin_at(&mut self, steps: u64) {
         *self.begun.lock().unwrap_or_else(PoisonError::into_inner) = Start { at: Instant::now(), steps };
         self.bar.set_position(steps);
-        // The bar takes this for work, once it has seen it.
+        // The tick counts these steps as work; `reset_eta` drops that.
         self.bar.tick();
         self.bar.reset_eta();
     }
 
-    /// Prints something else without the bar in between.
+    /// Runs `print` with the bar hidden.
     pub fn aside<R>(&self, print: impl FnOnce() -> R) -> R {
         self.bar.suspend(print)
     }
 
-    /// Tells that another number of steps is expected in all.
+    /// Changes the expected total.
     pub fn expect(&mut self, total: u64) {
         self.bar.set_length(total);
     }
 
-    /// Counts steps that are done.
+    /// Counts finished steps.
     pub fn done(&mut self, steps: u64) {
         self.bar.set_position(steps);
     }
@@ -97,14 +97,14 @@ impl Drop for Progress {
     fn drop(&mut self) {
         if let Some((end, lines)) = self.lines.take() {
             drop(end);
-            // A thread that only prints has nothing to tell of its end.
+            // A thread that only prints returns no result.
             let _ = lines.join();
         }
         self.bar.finish_and_clear();
     }
 }
 
-/// Prints how far work is, until the sender is dropped; nothing where there is no room for another thread.
+/// Prints progress until the sender is dropped; `None` if no thread can be started.
 fn tell_now_and_then(bar: ProgressBar, begun: Arc<Mutex<Start>>, unit: &'static str) -> Option<(Sender<()>, JoinHandle<()>)> {
     let (end, ended) = channel();
     let lines = std::thread::Builder::new().spawn(move || {
@@ -117,7 +117,7 @@ fn tell_now_and_then(bar: ProgressBar, begun: Arc<Mutex<Start>>, unit: &'static 
     Some((end, lines.ok()?))
 }
 
-/// The line for the steps done of a total, some of them within a time.
+/// The line for `steps` of a total, `done` of them within `elapsed`.
 fn line(steps: u64, total: Option<u64>, done: u64, unit: &str, elapsed: Duration) -> String {
     let of = total.map_or(String::new(), |total| format!("/{total}"));
     let elapsed_s = elapsed.as_secs_f64();

@@ -1,21 +1,21 @@
-//! What is received, as an [MCAP](https://mcap.dev) file, which Foxglove and the tools of ROS 2 open.
+//! Recordings as [MCAP](https://mcap.dev) files, which Foxglove and the tools of ROS 2 open.
 //!
-//! | topic | type | what |
+//! | topic | type | content |
 //! |---|---|---|
 //! | `/camera/image` | `sensor_msgs/msg/CompressedImage` | each frame, as PNG |
-//! | `/camera/camera_info` | `sensor_msgs/msg/CameraInfo` | with each frame, where the camera's calibration is known |
+//! | `/camera/camera_info` | `sensor_msgs/msg/CameraInfo` | with each frame, if the camera's calibration is known |
 //! | `/panel_0/outline` | `foxglove_msgs/msg/ImageAnnotations` | the panel's outline in the frame, and its bits |
-//! | `/panel_0/pose` | `geometry_msgs/msg/PoseWithCovarianceStamped` | where it is before the camera, while that is known |
-//! | `/panel_0/message` | `std_msgs/msg/String` | each message, with the frame in which it became whole |
-//! | `/panel_0/message_bytes` | `std_msgs/msg/UInt8MultiArray` | its bytes, of which a text need not hold all |
-//! | `/panel_0/verdict` | `std_msgs/msg/String` | with `--trust`, who says so: of the message before it |
+//! | `/panel_0/pose` | `geometry_msgs/msg/PoseWithCovarianceStamped` | the panel's pose, while it is known |
+//! | `/panel_0/message` | `std_msgs/msg/String` | each message, at the frame that completed it |
+//! | `/panel_0/message_bytes` | `std_msgs/msg/UInt8MultiArray` | its bytes, which need not be text |
+//! | `/panel_0/verdict` | `std_msgs/msg/String` | with `--trust`, the verdict on the message before |
 //!
-//! Further panels are `/panel_1` and so on. Poses are in the frame `camera`, or as `--frame-id` has it: x right, y down, z forward, as ROS
-//! has it of cameras (REP 103); covariances of x, y, z in metres and of rotations about these axes in radians.
+//! Further panels are `/panel_1` and so on. Poses are in the frame `camera`, or that of `--frame-id`: x right, y down, z forward, as for
+//! cameras in ROS (REP 103); covariances of x, y, z in metres and of rotations about these axes in radians.
 //!
-//! Times of a film are those of its frames, from the first one on, which is at 0 or at `--start`. Times of a live source are those of the
-//! wall clock: as the source tells them where its clock is that, else when a frame came in. A live source's recording can be read a second
-//! later, in `FILE.mcap.active`, which becomes `FILE.mcap` at the end.
+//! A film's times are those of its frames, with the first at 0 or at `--start`. A live source's times are those of the wall clock: from the
+//! source if it uses that clock, otherwise the frame's arrival. A live recording is readable with one second of delay as
+//! `FILE.mcap.active`, which becomes `FILE.mcap` at the end.
 
 mod mcap;
 mod ros;
@@ -35,9 +35,9 @@ use self::mcap::{Schema, Writer};
 use crate::files::Growing;
 use ros::Ros;
 
-/// No more than this of a live source is lost, whatever happens.
+/// Maximum duration of a live recording that can be lost.
 const KEEP_EVERY: Duration = Duration::from_secs(1);
-/// The latest time of a first frame: the stamps of ROS 2 end in 2038.
+/// Maximum time of a first frame: the stamps of ROS 2 end in 2038.
 const START_MAX_S: f64 = i32::MAX as f64;
 
 /// How a recording is made.
@@ -52,7 +52,7 @@ pub struct RecordingArguments {
     start: f64,
 }
 
-/// Seconds since 1970.
+/// Parses seconds since 1970.
 fn start(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(start_s) if (0.0..=START_MAX_S).contains(&start_s) => Ok(start_s),
@@ -60,18 +60,18 @@ fn start(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A file that frames, panels and messages are written into.
+/// A recording of frames, panels and messages.
 pub struct Recording {
     path: PathBuf,
     writer: Writer<BufWriter<Growing>>,
     image: u16,
-    /// There is none before a frame whose lens is known.
+    /// Created with the first frame whose lens is known.
     camera_info: Option<u16>,
     panels: Vec<Panel>,
     arguments: RecordingArguments,
-    /// Of the frame at hand.
+    /// Time of the current frame.
     time_ns: u64,
-    /// When all was last written; none of a film.
+    /// Time of the last flush; `None` for a film.
     kept: Option<Instant>,
 }
 
@@ -81,12 +81,12 @@ struct Panel {
     pose: u16,
     message: u16,
     bytes: u16,
-    /// There is none where nobody checks signatures.
+    /// `None` if signatures are not checked.
     verdict: Option<u16>,
 }
 
 impl Recording {
-    /// Begins a file for a number of panels, of messages with verdicts or without; that of a live source can be read while it grows.
+    /// Creates a recording of a number of panels, with or without verdicts; a live one can be read while it grows.
     pub fn create(path: &Path, panels: usize, with_verdicts: bool, arguments: &RecordingArguments, is_live: bool) -> anyhow::Result<Self> {
         let file = match is_live {
             true => Growing::create_active(path)?,
@@ -115,7 +115,7 @@ impl Recording {
         })
     }
 
-    /// Takes a frame that was taken `time_s` after the first, or at a time since 1970, through a lens if that is known.
+    /// Records a frame taken `time_s` after the first, or `unix` since 1970, and its lens if known.
     pub fn frame(&mut self, time_s: f64, unix: Option<Duration>, frame: &Frame, lens: Option<&Lens>) -> anyhow::Result<()> {
         self.keep_up()?;
         self.time_ns = match unix {
@@ -145,10 +145,10 @@ impl Recording {
         self.put(channel, &camera_info)
     }
 
-    /// Keeps what came of a live source, if it has waited for it long enough.
+    /// Flushes a live recording if the interval has passed.
     pub fn keep_up(&mut self) -> anyhow::Result<()> {
         if let Some(kept) = &mut self.kept
-            // Before the first frame there is nothing to keep.
+            // Before the first frame there is nothing to flush.
             && self.time_ns > 0
             && kept.elapsed() >= KEEP_EVERY
         {
@@ -158,7 +158,7 @@ impl Recording {
         Ok(())
     }
 
-    /// Takes what the frame at hand shows of a panel.
+    /// Records a panel's reading in the current frame.
     pub fn reading(&mut self, panel: usize, reading: &Reading, pose: Option<&Pose>) -> anyhow::Result<()> {
         let Some(&Panel {
             outline, pose: channel, ..
@@ -178,7 +178,7 @@ impl Recording {
         }
     }
 
-    /// Takes a message that a panel's frame at hand has made whole.
+    /// Records a message that the current frame completed.
     pub fn message(&mut self, panel: usize, message: &[u8]) -> anyhow::Result<()> {
         let Some(&Panel { message: text, bytes, .. }) = self.panels.get(panel) else {
             return Ok(());
@@ -188,7 +188,7 @@ impl Recording {
         self.write(bytes, &ros::Bytes::of(message))
     }
 
-    /// Takes who says so, of the last message of a panel.
+    /// Records the verdict on a panel's last message.
     pub fn verdict(&mut self, panel: usize, verdict: &str) -> anyhow::Result<()> {
         match self.panels.get(panel).and_then(|panel| panel.verdict) {
             Some(channel) => self.write(channel, &ros::Text { data: verdict }),
@@ -196,10 +196,10 @@ impl Recording {
         }
     }
 
-    /// Puts the file into its place.
+    /// Renames the file into place.
     ///
     /// # Errors
-    /// When not every byte can be kept; what was there before is untouched, as it is if no frame of a live source came.
+    /// If not every byte can be written; the previous file is then unchanged, as it is if no frame of a live source came.
     pub fn finish(self) -> anyhow::Result<()> {
         if self.kept.is_some() && self.time_ns == 0 {
             return Ok(());
@@ -209,7 +209,7 @@ impl Recording {
         Ok(file.keep()?)
     }
 
-    /// What its errors are about.
+    /// Context for its errors.
     pub fn about(&self) -> String {
         format!("cannot write {}", self.path.display())
     }
@@ -232,7 +232,7 @@ impl Recording {
     }
 }
 
-/// A channel for messages of one type.
+/// Adds a channel for messages of one type.
 fn channel_of<Message: Ros>(writer: &mut Writer<BufWriter<Growing>>, topic: &str) -> u16 {
     let (name, definition) = (Message::NAME, Message::DEFINITION);
     writer.channel(topic, Schema { name, definition })

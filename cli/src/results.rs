@@ -1,4 +1,4 @@
-//! Files of results: read, kept while work goes on, and the table and the plot beside them.
+//! Result files: reading, saving during the work, and the table and the plot beside them.
 
 use std::cell::Cell;
 use std::ffi::OsStr;
@@ -15,7 +15,7 @@ use crate::checkpoint::NowAndThen;
 use crate::files;
 use crate::outputs;
 
-/// A file as `--out` names it, with its own extension `own`, and not that of the table or the plot beside it.
+/// Parses a file for `--out`: with its own extension `own`, not that of the table or the plot.
 pub fn out_file(own: &'static str) -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(move |path| match path.extension().and_then(OsStr::to_str) {
         Some(beside @ ("csv" | "svg" | "png")) => Err(format!(
@@ -26,7 +26,7 @@ pub fn out_file(own: &'static str) -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
-/// The name that what goes beside a file begins with: all of its own but for the extension `own`.
+/// The path without the extension `own`, as stem for the files beside it.
 pub fn stem(path: &Path, own: &str) -> PathBuf {
     if path.extension().is_some_and(|found| found == own) {
         path.with_extension("")
@@ -35,11 +35,10 @@ pub fn stem(path: &Path, own: &str) -> PathBuf {
     }
 }
 
-/// Looks at a file whose own extension is `own`, and at what goes beside it by the extensions there, before work begins; `read` is what
-/// the command reads.
+/// Checks a file with the extension `own`, and the files beside it with the extensions `beside`, before the work; `read` are the inputs.
 ///
 /// # Errors
-/// When one of them cannot be written, or would take the place of something else.
+/// If one of them cannot be written, or would overwrite something else.
 pub fn check(path: &Path, own: &str, beside: &[&str], read: impl IntoIterator<Item = PathBuf>) -> anyhow::Result<()> {
     let beside = beside.iter();
     let beside: Vec<PathBuf> = beside.map(|kind| stem(path, own).with_added_extension(kind)).collect();
@@ -47,30 +46,30 @@ pub fn check(path: &Path, own: &str, beside: &[&str], read: impl IntoIterator<It
     outputs::check([path.to_owned()].into_iter().chain(beside), read)
 }
 
-/// The results in a file.
+/// Reads the results in a file.
 pub fn read(path: &Path) -> anyhow::Result<Results> {
     // Many cells have many sums.
     let text = input::read_text(path, input::RESULTS_MAX).with_context(|| format!("cannot read the results {}", path.display()))?;
     Results::from_json(&text).with_context(|| path.display().to_string())
 }
 
-/// Adds the results of a file.
+/// Merges a file's results into `results`.
 pub fn merge(results: &mut Results, path: &Path) -> anyhow::Result<()> {
     let other = read(path)?;
     results.merge(&other).with_context(|| path.display().to_string())
 }
 
-/// A file in which one run keeps its results, and which another may write to meanwhile.
+/// A run's result file, which another run might also write.
 pub struct Place {
     path: PathBuf,
     seen: Cell<Option<Stamp>>,
 }
 
-/// When a file was written, how long it is, and which one: the clock may have been set back meanwhile.
+/// Modification time, length and inode of a file; the clock may be set back between writes.
 type Stamp = (SystemTime, u64, u64);
 
 impl Place {
-    /// The file as it is now.
+    /// The file in its present state.
     pub fn new(path: &Path) -> Self {
         Self {
             path: path.into(),
@@ -78,10 +77,10 @@ impl Place {
         }
     }
 
-    /// Has `write` write to the file.
+    /// Calls `write` on the file.
     ///
     /// # Errors
-    /// Those of `write`, and when another run has written to the file since this one last did: its work would be lost.
+    /// Those of `write`, and if another run has written the file since this run last did: its work would be lost.
     pub fn keep(&self, write: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result<()> {
         let now = stamp(&self.path);
         ensure!(
@@ -100,7 +99,7 @@ fn stamp(path: &Path) -> Option<Stamp> {
     Some((known.modified().ok()?, known.len(), number(&known)))
 }
 
-/// A number that no other file of its disk has; 0 where the system has none.
+/// The file's inode number; 0 on other systems.
 #[cfg(unix)]
 fn number(known: &Metadata) -> u64 {
     std::os::unix::fs::MetadataExt::ino(known)
@@ -111,24 +110,24 @@ fn number(_: &Metadata) -> u64 {
     0
 }
 
-/// Writes results: whole or not at all.
+/// Writes results atomically.
 ///
 /// # Errors
-/// When they cannot be written; what was there before is untouched.
+/// If they cannot be written; the previous file is then unchanged.
 pub fn write(results: &Results, path: &Path) -> anyhow::Result<()> {
     let text = results.to_json()?;
     files::write(path, text)
 }
 
-/// Writes results, and a table beside them as comma-separated values.
+/// Writes results, and a CSV table beside them.
 pub fn write_with_table(results: &Results, path: &Path) -> anyhow::Result<()> {
     write(results, path)?;
     let table = results.to_csv();
     files::write(&stem(path, "json").with_added_extension("csv"), table)
 }
 
-/// Does what `results` lack of a run, while `tell` says that it may go on; `keep` is given them now and then and at the end, whatever
-/// ends it. Returns whether all is done.
+/// Completes the run's missing `results` while `tell` returns true; calls `keep` from time to time and, however the run ends, at the end.
+/// Returns whether all is done.
 pub fn advance(
     run: &Run,
     results: &mut Results,

@@ -1,4 +1,4 @@
-//! What the receiver sees, as pictures: the panel's surroundings enlarged, its outline, its cells, and each LED's bit.
+//! Draws readings: the panel enlarged, with its outline, its cells, and each LED's bit.
 
 use std::path::Path;
 
@@ -13,29 +13,29 @@ use rx_pipeline::receiver::Reading;
 use crate::pictures::write_encoded;
 use crate::pose::with_sigma;
 
-/// The enlarged panel's side, about, in pixels.
+/// Approximate side of the enlarged panel in pixels.
 const SIDE_PX: f64 = 640.0;
-/// Room around the panel, in pitches.
+/// Margin around the panel, in pitches.
 const RIM: f64 = 1.5;
-/// Soft values from here on are drawn in full colour.
+/// Soft values from here on have full colour.
 const SURE: f32 = 60.0;
 const OUTLINE: Rgb<u8> = Rgb([255, 200, 0]);
 const CELLS: Rgb<u8> = Rgb([90, 90, 160]);
 const ON: [f32; 3] = [40.0, 255.0, 40.0];
 const OFF: [f32; 3] = [255.0, 60.0, 60.0];
 
-/// The panel's axes: along its rows, down its columns, into it.
+/// Colours of the panel's axes: along its rows, down its columns, into it.
 const AXES: [Rgb<u8>; 3] = [Rgb([255, 0, 200]), Rgb([0, 220, 255]), Rgb([255, 255, 255])];
-/// Height of words, and room about them (px).
+/// Font size of text, and its margin (px).
 const WORDS_PX: f32 = 22.0;
 const MARGIN_PX: i64 = 8;
-/// The arrow of 1 m/s, and the longest (px).
+/// Length of the arrow per m/s, and its maximum (px).
 const SPEED_PX: f64 = 6.0;
 const LONGEST_PX: f64 = 240.0;
 
-/// Draws a reading: cells in blue, the outline in yellow, and on each LED a mark that is green for On and red for Off,
-/// the brighter the surer. Where the pose is known: the panel's axes from its middle (rows, columns, and into it), its range in words, and
-/// at the left an arrow, down where it comes nearer.
+/// Draws a reading: cells in blue, the outline in yellow, and on each LED a mark, green for On and red for Off, brighter if more reliable.
+/// If the pose is known: the panel's axes from its centre (rows, columns, and into it), its range as text, and at the left an arrow, down
+/// if it comes nearer.
 pub fn reading(path: &Path, frame: &Frame, reading: &Reading, whereabouts: &Whereabouts) -> anyhow::Result<()> {
     let homography = reading.corners.homography();
     let far = (SIDE - 1) as f64 + RIM;
@@ -79,7 +79,7 @@ pub fn reading(path: &Path, frame: &Frame, reading: &Reading, whereabouts: &Wher
     write_encoded(path, &canvas.picture, size, ExtendedColorType::Rgb8)
 }
 
-/// Places are no farther off, so that lines to them can be reckoned with.
+/// Limit of coordinates, so that arithmetic on lines to them cannot overflow.
 const FARTHEST_PX: f64 = 1e6;
 
 struct Canvas {
@@ -89,7 +89,7 @@ struct Canvas {
 }
 
 impl Canvas {
-    /// The place of a position of the frame, where a pixel's centre is in the middle of its square.
+    /// The canvas position of a frame position; a pixel's centre maps to the middle of its square.
     fn place(&self, at: [f64; 2]) -> [i64; 2] {
         std::array::from_fn(|axis| {
             let place = (at[axis] + 0.5 - self.origin[axis] as f64) * self.scale as f64;
@@ -109,10 +109,10 @@ impl Canvas {
         self.stroke(from, to, colour, 0);
     }
 
-    /// A straight line, with a half width in pixels.
+    /// Draws a straight line with a half-width in pixels.
     fn stroke(&mut self, from: [i64; 2], to: [i64; 2], colour: Rgb<u8>, half: i64) {
         let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-        // No line is longer than what there is to draw on, but for ends far outside.
+        // Lines are as long as the canvas, except those to distant ends.
         let steps = dx.abs().max(dy.abs()).clamp(1, 4 * SIDE_PX as i64);
         for step in 0..=steps {
             let [x, y] = [from[0] + dx * step / steps, from[1] + dy * step / steps];
@@ -143,7 +143,7 @@ impl Canvas {
         self.words(&words);
     }
 
-    /// Writes words into the upper left corner.
+    /// Draws text into the upper left corner.
     fn words(&mut self, words: &str) {
         let Ok(font) = FontRef::try_from_slice(dejavu::sans::regular()) else {
             return;

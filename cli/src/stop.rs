@@ -1,8 +1,8 @@
-//! Ctrl-C, and the signals by which others end a program: the one place that knows of them.
+//! Handles Ctrl-C and the other signals that end a program.
 //!
-//! A command that keeps what it has finished asks for [`stop`] and ends by itself as soon as that says so, in all loops down to the
-//! single frame. What takes too long for that is left where it stands, and all other commands end at once, as if nobody watched. No file
-//! is left half written in any case.
+//! A command that keeps its finished work requests [`stop`] and ends by itself as soon as the flag is set, from all loops down to the
+//! single frame. Work that takes longer is abandoned, and all other commands end at once, as without a handler. In any case no file is left
+//! half written.
 
 use std::io::{BufRead, Read};
 use std::path::Path;
@@ -20,29 +20,29 @@ use studies::stop::Stop;
 
 use crate::output::{self, Verdict};
 
-/// Whether the program was asked to end.
+/// Whether a signal has arrived.
 static ASKED: AtomicBool = AtomicBool::new(false);
-/// Whether the command ends by itself when it is.
+/// Whether the command ends by itself on a signal.
 static IS_HEARD: AtomicBool = AtomicBool::new(false);
-/// Whether it has to end now.
+/// Whether the program must end now.
 static IS_OVERDUE: AtomicBool = AtomicBool::new(false);
-/// Held while a file is written.
+/// Locked while a file is written.
 static WRITING: Mutex<()> = Mutex::new(());
 
-/// Another program that this one has started.
+/// A child process.
 static OTHER: Mutex<Option<Child>> = Mutex::new(None);
 
-/// What a command has to end by itself. With what comes after, a program ends within a second.
+/// Time for a command to end by itself, so that the program ends within a second.
 const PATIENCE: Duration = Duration::from_millis(900);
-/// Between two looks at the flag while nothing comes in.
+/// Interval between two checks of the flag while no data arrive.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// Read at once from what may never answer.
+/// Bytes per read from a source that may block forever.
 const PIECE: usize = 1 << 18;
 
-/// Watches for the signals until the program ends.
+/// Handles the signals until the program ends.
 pub fn watch() -> anyhow::Result<()> {
     let mut watched = vec![SIGINT, SIGTERM];
-    // `nohup` keeps a program running when its terminal goes.
+    // `nohup` keeps a program running after its terminal closes.
     if !is_ignored(SIGHUP) {
         watched.push(SIGHUP);
     }
@@ -52,7 +52,7 @@ pub fn watch() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Whether the program's caller set this signal to be ignored.
+/// Whether the parent process set this signal to be ignored.
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let ignored = status
@@ -74,17 +74,17 @@ fn end(signal: i32) {
         output::tell("vocc: interrupted in the middle; what was kept before stays");
         std::process::exit(1);
     }
-    // It does not come back.
+    // Does not return.
     let _ = emulate_default_handler(signal);
 }
 
-/// The flag, for a command that ends by itself with what is finished.
+/// The stop flag, for a command that ends by itself with its finished work.
 pub fn stop() -> Stop {
     IS_HEARD.store(true, Ordering::Relaxed);
     Stop::at(&ASKED)
 }
 
-/// Tells where a command that was asked to end has kept what is finished, and that only `--resume` draws it.
+/// Prints where an interrupted command has saved its work, and that only `--resume` draws it.
 pub fn interrupted(kept: &Path) -> Verdict {
     output::tell(format_args!(
         "interrupted: {} keeps what is finished; go on with --resume, which draws it",
@@ -93,12 +93,12 @@ pub fn interrupted(kept: &Path) -> Verdict {
     Verdict::No
 }
 
-/// Keeps the program from ending until this is dropped: for a file, which is written whole or not at all.
+/// Blocks the program's exit until the guard is dropped, so that files are written atomically.
 pub fn writing() -> MutexGuard<'static, ()> {
     WRITING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Refuses to write more once the program has to end: [`writing`] keeps it from that for as long as no file is half written.
+/// Refuses further writes once the program must end; a file in progress holds [`writing`] and is completed.
 pub fn allow() -> std::io::Result<()> {
     match IS_OVERDUE.load(Ordering::Relaxed) {
         true => Err(std::io::Error::other("interrupted")),
@@ -106,20 +106,20 @@ pub fn allow() -> std::io::Result<()> {
     }
 }
 
-/// Waits for the end of the program if it has to end, so that no later error is printed.
+/// Blocks if the program must end, so that no later error is printed.
 pub fn give_way() {
     while IS_OVERDUE.load(Ordering::Relaxed) {
         std::thread::park();
     }
 }
 
-/// Lets a program that was started end with this one, or when that is asked for.
+/// Registers a child process to be killed with this one, or on [`end_other`].
 pub fn end_with(other: Child) {
     end_other();
     *started() = Some(other);
 }
 
-/// Ends the program that was started, if it still runs.
+/// Kills the child process, if it still runs.
 pub fn end_other() {
     if let Some(mut other) = started().take() {
         let _ = other.kill();
@@ -127,7 +127,7 @@ pub fn end_other() {
     }
 }
 
-/// How the program that was started has ended; none where this one is asked to end before, or it cannot be known.
+/// The child's exit status; `None` if a signal arrives first, or if it is unavailable.
 pub fn wait_for_other() -> Option<ExitStatus> {
     while !ASKED.load(Ordering::Relaxed) {
         let status = started().as_mut()?.try_wait();
@@ -143,7 +143,7 @@ fn started() -> MutexGuard<'static, Option<Child>> {
     OTHER.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What comes from a source that may never answer; it ends when the program is asked to.
+/// Input from a source that may block forever; ends on a stop request.
 pub struct Input {
     pieces: Receiver<std::io::Result<Vec<u8>>>,
     piece: Vec<u8>,
@@ -152,7 +152,7 @@ pub struct Input {
 }
 
 impl Input {
-    /// Of a source that another thread reads from.
+    /// Input from a source that another thread reads.
     pub fn new(source: impl Read + Send + 'static, stop: Stop) -> std::io::Result<Self> {
         let (sender, pieces) = sync_channel(2);
         std::thread::Builder::new().spawn(move || read_all(source, &sender))?;
@@ -164,7 +164,7 @@ impl Input {
         })
     }
 
-    /// The next piece; an empty one when there are no more or the program is asked to end.
+    /// The next piece; empty at the end of the source or on a stop request.
     fn next(&self) -> std::io::Result<Vec<u8>> {
         while !self.stop.is_asked() {
             match self.pieces.recv_timeout(LOOK_EVERY) {
@@ -188,7 +188,7 @@ fn read_all(mut source: impl Read, to: &SyncSender<std::io::Result<Vec<u8>>>) {
             Ok(piece) => piece.is_empty(),
             Err(error) => error.kind() != std::io::ErrorKind::Interrupted,
         };
-        // The reader has ended.
+        // The receiver was dropped.
         if to.send(read).is_err() || is_last {
             return;
         }
@@ -221,7 +221,7 @@ impl Read for Input {
 mod tests {
     use super::*;
 
-    /// Never answers.
+    /// A source that never returns.
     struct Silent;
 
     impl Read for Silent {

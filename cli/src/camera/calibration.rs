@@ -1,8 +1,8 @@
-//! A camera's geometry, as a person or a calibration tells it.
+//! A camera's geometry, from the user or from a calibration.
 //!
-//! Beside keys of our own, a calibration of OpenCV is read as it is: what its `calibration` sample writes (`%YAML:1.0`,
-//! `!!opencv-matrix`, `distortion_coefficients`), what ROS's `camera_calibration` makes of it (`image_width`, `camera_name`), and what
-//! `ros2 topic echo` shows of a topic `camera_info`. Other forms are named.
+//! Besides our own keys this reads OpenCV calibrations: the output of its `calibration` sample (`%YAML:1.0`, `!!opencv-matrix`,
+//! `distortion_coefficients`), of ROS's `camera_calibration` (`image_width`, `camera_name`), and of `ros2 topic echo` for a topic
+//! `camera_info`. Errors name other formats.
 
 mod form;
 mod yaml;
@@ -15,34 +15,34 @@ use serde::{Deserialize, Serialize};
 
 use yaml::Yaml;
 
-/// A lens from the user; missing values are reported when they are needed.
+/// A lens from the user. Missing values are reported on use.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Calibration {
     /// Focal length along x and y, in pixels.
     focal_px: Option<[f64; 2]>,
-    /// The pixel on the optical axis; where nobody tells, the middle of the frame.
+    /// The pixel on the optical axis; the middle of the frame if `None`.
     principal_px: Option<[f64; 2]>,
     distortion: [f64; 8],
-    /// Columns and rows of the frames that it was calibrated with, if the file has them.
+    /// Columns and rows of the calibration frames, if the file has them.
     size: Option<[usize; 2]>,
 }
 
-/// The keys of a camera's file that tell of its geometry.
+/// The geometry keys of a camera file.
 #[derive(Clone, Debug, Default)]
 pub struct Keys {
-    /// Focal length in pixels: one, or along x and along y.
+    /// Focal length in pixels: one value, or along x and along y.
     pub focal_px: Option<Focal>,
-    /// Focal length in millimetres, with the pixels' pitch.
+    /// Focal length in millimetres; requires the pixel pitch.
     pub focal_length_mm: Option<f64>,
-    /// Pitch of the pixels in micrometres.
+    /// Pixel pitch in micrometres.
     pub pixel_pitch_um: Option<f64>,
     /// The pixel on the optical axis.
     pub principal_px: Option<[f64; 2]>,
-    /// k1, k2, p1, p2, k3, k4, k5, k6, as many as there are; and those of OpenCV's further models, where they are 0.
+    /// k1, k2, p1, p2, k3, k4, k5, k6, or the first of them; those of OpenCV's further models only if they are 0.
     pub distortion: Option<Vec<f64>>,
 }
 
-/// A focal length, or two.
+/// One focal length, or one per axis.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(untagged)]
 pub enum Focal {
@@ -53,7 +53,7 @@ pub enum Focal {
 }
 
 impl Keys {
-    /// What they say, if all of it is in range.
+    /// The calibration from these keys, if all values are in range.
     pub fn calibration(&self) -> anyhow::Result<Calibration> {
         let focal_px = match (self.focal_px, self.focal_length_mm, self.pixel_pitch_um) {
             (Some(Focal::One(focal_px)), None, None) => Some([focal_px; 2]),
@@ -73,7 +73,7 @@ impl Keys {
     }
 }
 
-/// k1, k2, p1, p2, k3, k4, k5, k6, of which the last may be left out; OpenCV's s1 to s4 and τx, τy may follow if they are 0.
+/// k1, k2, p1, p2, k3, k4, k5, k6, padded with 0. OpenCV's s1 to s4 and τx, τy may follow if they are 0.
 fn coefficients(told: &[f64]) -> anyhow::Result<[f64; 8]> {
     ensure!(
         matches!(told.len(), 0 | 1 | 2 | 4 | 5 | 8 | 12 | 14),
@@ -108,7 +108,7 @@ impl Calibration {
         Ok(self)
     }
 
-    /// The keys by which a camera's file tells the same, but for the size of the frames.
+    /// The keys for a camera file; the frame size has none.
     pub fn keys(&self) -> Keys {
         let told = self.distortion.iter().any(|&c| c != 0.0);
         Keys {
@@ -119,12 +119,12 @@ impl Calibration {
         }
     }
 
-    /// Whether anything is known.
+    /// Whether any value is known.
     pub fn is_told(&self) -> bool {
         *self != Self::default()
     }
 
-    /// The lens before frames of `size`; why not, if it is not known.
+    /// The lens for frames of `size`, or the reason why it is unknown.
     pub fn lens(&self, size: [usize; 2]) -> Result<Lens, String> {
         let Some(focal_px) = self.focal_px else {
             return Err("no focal length: give focal_px in --camera, or OpenCV's calibration file".into());
@@ -143,7 +143,7 @@ impl Calibration {
         })
     }
 
-    /// Reads OpenCV's YAML, and what ROS makes of it; `None` if it is no calibration of these.
+    /// Reads OpenCV's YAML and ROS's variants; `None` if `text` is no such calibration.
     pub fn of_opencv(text: &str) -> anyhow::Result<Option<Self>> {
         if let Some(message) = form::camera_info(text) {
             let file = OpenCv::of_message(message).context("ROS's camera_info cannot be read")?;
@@ -152,7 +152,7 @@ impl Calibration {
         if !text.lines().any(|line| line.starts_with("camera_matrix")) {
             return Ok(None);
         }
-        // Older than YAML's own directive, and no YAML.
+        // OpenCV's directive predates YAML's and is not valid YAML.
         let text = match text.split_once('\n') {
             Some((first, rest)) if first.starts_with("%YAML:") => rest,
             _ => text,
@@ -162,7 +162,7 @@ impl Calibration {
     }
 }
 
-/// The keys of OpenCV's file that are needed; it has others.
+/// The required keys of OpenCV's file; it has others.
 struct OpenCv {
     image_width: Option<usize>,
     image_height: Option<usize>,
@@ -196,7 +196,7 @@ impl OpenCv {
         .checked()
     }
 
-    /// A message of the type `sensor_msgs/CameraInfo`, of ROS 2 or 1.
+    /// Reads a `sensor_msgs/CameraInfo` message of ROS 1 or 2.
     fn of_message(text: &str) -> anyhow::Result<Self> {
         let message = Yaml::read(text)?;
         let get = |names: [&'static str; 2]| anyhow::Ok((names[0], message.get(names[0])?.or(message.get(names[1])?)));

@@ -43,7 +43,7 @@ pub struct Arguments {
 #[derive(Default, Serialize)]
 struct Report<'a> {
     file: Cow<'a, str>,
-    /// The bytes of a name that is no UTF-8.
+    /// The name's bytes if it is not UTF-8.
     #[serde(skip_serializing_if = "Option::is_none")]
     file_hex: Option<String>,
     found: bool,
@@ -61,7 +61,7 @@ struct PanelReading {
     pose: PoseResult,
 }
 
-/// Decodes each image; a bad one does not keep the others from being decoded.
+/// Decodes each image; a bad one does not stop the others.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let hints = arguments.camera.hints(arguments.pixels)?;
     let mut pictures = PictureReader::new(hints.pixels, hints.encoding);
@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(answer)
 }
 
-/// Four points of the option `--corners`.
+/// Parses the four points of `--corners`.
 pub fn corners(text: &str) -> Result<Corners, String> {
     let numbers: Vec<f32> = text
         .split(',')
@@ -106,7 +106,7 @@ pub fn corners(text: &str) -> Result<Corners, String> {
     Corners::new([[a, b], [c, d], [e, f], [g, h]]).map_err(|error| error.to_string())
 }
 
-/// What single images are read with.
+/// Settings to read single images with.
 struct Decoder {
     still: StillDecoder,
     hints: CameraHints,
@@ -114,7 +114,7 @@ struct Decoder {
 }
 
 impl Decoder {
-    /// What one image shows, or why no panel can be read in it; an error where the input itself is at fault.
+    /// Decodes one image: its panel, or why none is readable. An error if the input itself is at fault.
     fn decode(
         &mut self,
         pictures: &mut PictureReader,

@@ -104,7 +104,7 @@ enum Action {
     },
 }
 
-/// Lists, asks or sends.
+/// Lists ports, queries or configures a board.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     match &arguments.action {
         Action::List => list(shared),
@@ -238,7 +238,7 @@ fn faults(status: &Status) -> Vec<String> {
 
 fn limited(status: &Status) -> Option<&'static str> {
     status.limited.map(|limit| match limit {
-        // At full luminance the duty is whole.
+        // At maximum luminance the duty is 1.
         Limit::Top if status.duty < Duty::MAX => "intensity",
         Limit::Top => "top",
         Limit::Floor => "floor",
@@ -268,7 +268,7 @@ fn as_json(status: &Status) -> Value {
     })
 }
 
-/// A line for a watch.
+/// One line of `watch`.
 fn short(status: &Status) -> String {
     let light = lux(status).map_or_else(|| "dark".into(), |lx| format!("{lx:.2} lx"));
     format!(
@@ -285,7 +285,7 @@ fn short(status: &Status) -> String {
 fn report(status: &Status, client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::Result<()> {
     let mut values = as_json(status);
     let told = match rate::in_use(client) {
-        // Its firmware is too old to say.
+        // The firmware is too old to report it.
         Err(DeviceError::NoSymbolRate) => None,
         outcome => Some(outcome.with_context(|| port.name())?),
     };

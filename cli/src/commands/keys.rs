@@ -1,4 +1,4 @@
-//! `vocc keys`: keys that sign messages.
+//! `vocc keys`: signing keys.
 
 use std::path::PathBuf;
 
@@ -32,7 +32,7 @@ enum Action {
     },
 }
 
-/// Makes a key, or shows public ones.
+/// Creates a key, or shows public keys.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     match &arguments.action {
         Action::New { file, name } => {

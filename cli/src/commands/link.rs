@@ -52,7 +52,7 @@ pub struct Arguments {
     signing: SigningArguments,
 }
 
-/// The message of a run that is given none.
+/// The default message.
 const MESSAGE: &str = "Braking hard: queue behind the bend, 200 m ahead";
 
 #[derive(Serialize)]
@@ -72,7 +72,7 @@ struct Report<'a> {
     first_frame: Option<u64>,
     last_frame: Option<u64>,
     corrected_bits: Option<u32>,
-    /// Who says so, where the message is signed.
+    /// The verdict on the signature, if the message is signed.
     #[serde(skip_serializing_if = "Option::is_none")]
     verdict: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -90,18 +90,18 @@ struct Report<'a> {
     plan: &'a Plan,
 }
 
-/// How a message is sent, beside the settings of the link.
+/// How to send the message, besides the settings of the link.
 #[derive(Default)]
 struct Sending<'a> {
     frames: Option<u64>,
     save: Option<&'a Path>,
     hex: Hex,
-    /// The key and the counter to sign with.
+    /// The signing key and counter.
     signing: Option<(OwnKey, u32)>,
 }
 
 impl Sending<'_> {
-    /// Who says so, by what the receiver has read: it trusts the key, and no other.
+    /// The receiver's verdict; it trusts this key only.
     fn verdict(&self, road: &Road) -> Option<signing::Verdict> {
         let (key, _) = self.signing.as_ref()?;
         let mut trusted = [TrustedKey::new(key.public.key, None)];
@@ -112,7 +112,7 @@ impl Sending<'_> {
     }
 }
 
-/// What happened to the frames so far.
+/// Counts of the frames so far by outcome.
 #[derive(Default)]
 struct FrameCounts {
     errors: FrameErrors,
@@ -178,7 +178,7 @@ fn send(scene: &Scene, settings: &LinkSettings, sending: &Sending, shared: &Shar
     for frame in 0..frames {
         let report = match road.frame(frame) {
             Ok(report) => report,
-            // A panel that drives out of view ends the run, not what came before.
+            // A panel that drives out of view ends the run, but keeps the frames so far.
             Err(error) if frame > 0 => {
                 ended = Some(format!("frame {frame}: {error}"));
                 break;
@@ -188,7 +188,7 @@ fn send(scene: &Scene, settings: &LinkSettings, sending: &Sending, shared: &Shar
         if let Some(folder) = save.filter(|_| unsaved.is_none()) {
             let path = outputs::frame_in(folder, frame);
             let written = pictures::write_png(&path, report.grey, sensor.width, sensor.height);
-            // Whether the message arrives can still be told.
+            // The run can still report whether the message arrives.
             unsaved = written.err();
             if let Some(error) = &unsaved {
                 progress.aside(|| {
@@ -234,7 +234,7 @@ fn send(scene: &Scene, settings: &LinkSettings, sending: &Sending, shared: &Shar
     })
 }
 
-/// Frames that film two repeats of the message, with its signatures, and one more for the last symbol's end.
+/// Frames for two repeats of the message with its signatures, and one more for the end of the last symbol.
 fn frames_for(scene: &Scene, message: &[u8], is_signed: bool) -> anyhow::Result<u64> {
     let signature = if is_signed { SIGNATURE_PANELS as u32 } else { 0 };
     let panels = Framer::new(message, Code::for_length(message.len()), false)?.panels_per_repeat() + signature;

@@ -1,4 +1,4 @@
-//! `vocc merge`: the shards of an evaluation, a sweep or a table, put together to what one run gives, byte for byte.
+//! `vocc merge`: merges the shards of an evaluation, a sweep or a table into the result of a single run, byte for byte.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-/// Merges and prints; what is missing, doubled or of another run is refused.
+/// Merges and prints; rejects missing, duplicate and foreign parts.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let is_table = |path: &PathBuf| path.extension().is_some_and(|kind| kind == "toml");
     if arguments.files.iter().all(is_table) {
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(Verdict::Yes)
 }
 
-/// Puts the parts of a table together, and reports missing ones.
+/// Merges the parts of a table, and reports missing ones.
 fn merge_tables(parts: &[PathBuf], out: Option<&Path>) -> anyhow::Result<Verdict> {
     let out = out.context("name the table that they make with --out")?;
     results::check(out, "toml", &[], parts.iter().cloned())?;

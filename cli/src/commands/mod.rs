@@ -1,4 +1,4 @@
-//! The commands, one a module: arguments in, library calls, answers out.
+//! The commands, one per module: arguments in, library calls, output.
 
 pub mod accuracy;
 pub mod decode;

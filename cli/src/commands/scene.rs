@@ -1,4 +1,4 @@
-//! `vocc scene`: presets as files to start from.
+//! `vocc scene`: presets as templates for scene files.
 
 use sim::scene::{PRESETS, preset_toml};
 
@@ -11,7 +11,7 @@ pub struct Arguments {
     name: Option<String>,
 }
 
-/// Prints the preset, or the list of presets.
+/// Prints a preset, or the list of presets.
 pub fn run(arguments: &Arguments) -> anyhow::Result<Verdict> {
     match &arguments.name {
         Some(name) => {

@@ -1,4 +1,4 @@
-//! `vocc transmit`: the panels that the transmitter would show, and how much they flicker.
+//! `vocc transmit`: the panels that the transmitter shows, and their flicker.
 
 mod chart;
 mod flicker;
@@ -50,7 +50,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// What the panels say of their size.
+    /// The size in the panels' headers.
     fn geometry(&self) -> anyhow::Result<Option<Geometry>> {
         let Some((led_diameter_m, interval)) = self.led_diameter.zip(self.interval) else {
             return Ok(None);
@@ -63,7 +63,7 @@ impl Arguments {
     }
 }
 
-/// Prints the panels, a 16-digit hexadecimal word a line; or how much they flicker. With a carrier a panel is that of its first quarter of a
+/// Prints the panels, one 16-digit hexadecimal word per line, or their flicker. With a carrier, a panel is that of the first quarter of its
 /// cycle.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let message = arguments.message.bytes()?;
@@ -111,7 +111,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(Verdict::Yes)
 }
 
-/// The panels one after another: as many as are asked for, or the message once.
+/// The requested number of consecutive panels, by default one message.
 fn panels(message: &[u8], arguments: &Arguments) -> anyhow::Result<Box<dyn Iterator<Item = PanelFrame>>> {
     if arguments.raw {
         anyhow::ensure!(!message.is_empty(), "the message is empty: give at least 1 byte");

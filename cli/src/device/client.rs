@@ -1,4 +1,4 @@
-//! One conversation with a transmitter or a receiver: each request is asked until there is an answer to it.
+//! A session with a transmitter or a receiver: repeats each request until it is answered.
 
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
@@ -9,35 +9,35 @@ use serde::{Deserialize, Serialize};
 
 use super::DeviceError;
 
-/// How often a request is sent before its board counts as silent.
+/// Attempts per request before a board counts as silent.
 pub const TRIES: u32 = 8;
 
-/// Who somebody at a port says they are.
+/// Identity reported by a board.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identity {
-    /// Number of its set of messages.
+    /// Number of its message schema.
     pub schema: u32,
-    /// Version of its firmware.
+    /// Firmware version.
     pub firmware: String,
-    /// Name of its board.
+    /// Board name.
     pub board: String,
-    /// Most bytes of a table that it takes at once.
+    /// Maximum bytes of a table per message.
     pub chunk_max: usize,
 }
 
 impl Identity {
-    /// Whether it is a receiver; otherwise it is a transmitter.
+    /// Whether the board is a receiver, not a transmitter.
     pub fn is_receiver(&self) -> bool {
         self.board.starts_with(receiver::BOARD_PREFIX)
     }
 }
 
-/// What one kind of board is asked, and how it answers.
+/// The requests to one kind of board, and their answers.
 pub trait Question: Serialize {
     /// The answers of such a board.
     type Answer<'a>: Deserialize<'a>;
 
-    /// Why the board did not do what it was asked, if this says so.
+    /// The board's refusal, if the answer is one.
     fn refusal(answer: &Self::Answer<'_>) -> Option<DeviceError>;
 }
 
@@ -65,7 +65,7 @@ impl Question for receiver::Request {
     }
 }
 
-/// A transmitter or a receiver behind `port`, whose reads end with `TimedOut` after the time that one try is given.
+/// A transmitter or a receiver behind `port`, whose reads return `TimedOut` after the duration of one attempt.
 pub struct Client<P> {
     port: P,
     patience: Duration,
@@ -75,11 +75,11 @@ pub struct Client<P> {
 }
 
 impl<P: Read + Write> Client<P> {
-    /// Greets the board at the port, of any kind and age. A try lasts `patience`; `sequence` is the number of the first request, which
-    /// should be another one in each conversation.
+    /// Greets the board at the port, of any kind and version. Each attempt takes up to `patience`; `sequence` numbers the first request and
+    /// should differ between sessions.
     ///
     /// # Errors
-    /// [`DeviceError`] when nobody answers, or nobody who can be talked to.
+    /// [`DeviceError`] if no board answers, or none with a usable protocol.
     pub fn greet(port: P, patience: Duration, sequence: u32) -> Result<Self, DeviceError> {
         let mut client = Self {
             port,
@@ -105,10 +105,10 @@ impl<P: Read + Write> Client<P> {
         Ok(client)
     }
 
-    /// The same, if a transmitter with this program's messages is there.
+    /// This client, if the board is a transmitter with this program's schema.
     ///
     /// # Errors
-    /// [`DeviceError`] that says who is there instead.
+    /// [`DeviceError`] that names the board found.
     pub fn transmitter(self) -> Result<Self, DeviceError> {
         if self.identity.is_receiver() {
             return Err(DeviceError::IsReceiver {
@@ -118,10 +118,10 @@ impl<P: Read + Write> Client<P> {
         self.of_schema(SCHEMA)
     }
 
-    /// The same, if a receiver with this program's messages is there.
+    /// This client, if the board is a receiver with this program's schema.
     ///
     /// # Errors
-    /// [`DeviceError`] that says who is there instead.
+    /// [`DeviceError`] that names the board found.
     pub fn receiver(self) -> Result<Self, DeviceError> {
         if !self.identity.is_receiver() {
             return Err(DeviceError::IsTransmitter {
@@ -142,21 +142,21 @@ impl<P: Read + Write> Client<P> {
         })
     }
 
-    /// Who is there.
+    /// The board's identity.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
 
-    /// The port, as it is left.
+    /// Returns the port.
     #[cfg(test)]
     pub fn into_port(self) -> P {
         self.port
     }
 
-    /// What `read` makes of the answer to `request`.
+    /// Sends `request`, and returns what `read` takes from its answer.
     ///
     /// # Errors
-    /// [`DeviceError`] when there is none after [`TRIES`], or a refusal, or one that `read` does not want.
+    /// [`DeviceError`] if there is no answer after [`TRIES`] attempts, a refusal, or an answer that `read` rejects.
     pub fn ask<Q: Question, R>(&mut self, request: &Q, read: impl Fn(Q::Answer<'_>) -> Option<R>) -> Result<R, DeviceError> {
         self.sequence = self.sequence.wrapping_add(1);
         let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
@@ -165,7 +165,7 @@ impl<P: Read + Write> Client<P> {
         for _ in 0..TRIES {
             match self.port.write_all(wire).and_then(|()| self.port.flush()) {
                 Err(error) if !is_passing(error.kind()) => return Err(disconnected(&error)),
-                // What was sent of it, if anything, is garbage to the transmitter.
+                // The board discards a partial request.
                 Ok(()) | Err(_) => {}
             }
             if let Some(outcome) = self.listen(|frame| outcome::<Q, R>(frame, &read), &mut heard)? {
@@ -182,7 +182,7 @@ impl<P: Read + Write> Client<P> {
         })
     }
 
-    /// Listens for one try.
+    /// Waits for an answer, for one attempt.
     fn listen<R>(
         &mut self,
         read: impl Fn(&Frame<'_>) -> Result<R, DeviceError>,
@@ -211,7 +211,7 @@ impl<P: Read + Write> Client<P> {
                     return Ok(Some(read(&frame)));
                 }
             }
-            // An endless sender is not waited for.
+            // Stop at the deadline even if the sender never stops.
             if Instant::now() > deadline {
                 return Ok(None);
             }
@@ -230,7 +230,7 @@ fn outcome<Q: Question, R>(frame: &Frame<'_>, read: impl Fn(Q::Answer<'_>) -> Op
     }
 }
 
-/// Whether it is worth another try.
+/// Whether a retry may succeed.
 fn is_passing(kind: ErrorKind) -> bool {
     matches!(kind, ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }

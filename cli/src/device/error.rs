@@ -1,10 +1,10 @@
-//! What can go wrong between a computer and a board.
+//! Errors between a computer and a board.
 
 use link::l2a_table::image::ImageError;
 use link::serial::{Refusal, VERSION};
 use link::symbol_rate::SymbolRate;
 
-/// Why a board did not do what it was asked. Only errors of opening name the port; for others the caller adds it.
+/// Why a board did not execute a request. Only errors on opening name the port; for others the caller adds it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DeviceError {
     /// There is no such port.
@@ -13,13 +13,13 @@ pub enum DeviceError {
         /// Its name.
         port: String,
     },
-    /// Another program has it.
+    /// Another program uses it.
     #[error("port {port} is busy: end the other program that has it open")]
     Busy {
         /// Its name.
         port: String,
     },
-    /// The user may not open it.
+    /// Permission denied.
     #[error(
         "port {port} may not be opened: become a member of the group that owns it (on Debian \
          `sudo adduser $USER dialout`, then log in anew)"
@@ -28,46 +28,46 @@ pub enum DeviceError {
         /// Its name.
         port: String,
     },
-    /// It is something else.
+    /// Not a usable port.
     #[error("{port} cannot be opened as a serial port ({why}): `vocc device list` shows the ports there are")]
     NoPort {
         /// Its name.
         port: String,
-        /// What the system says.
+        /// The system's error.
         why: String,
     },
-    /// The port closed while it was in use.
+    /// The port closed while in use.
     #[error("the connection broke ({why}): plug the transmitter in again, and repeat the command")]
     Disconnected {
-        /// What the system says.
+        /// The system's error.
         why: String,
     },
-    /// Nothing comes back.
+    /// No byte arrives.
     #[error(
         "nothing answers after {tries} tries: is the transmitter on, and is this its port? Another --baud or a longer --timeout may help"
     )]
     Silent {
-        /// How often it was asked.
+        /// Attempts.
         tries: u32,
     },
-    /// Something comes back, but no answer.
+    /// Bytes arrive, but no answer.
     #[error("what answers is not a transmitter, or not at this --baud: {bytes} bytes came in {tries} tries, and no frame among them")]
     NoTransmitter {
-        /// How many bytes came.
+        /// Bytes received.
         bytes: usize,
-        /// How often it was asked.
+        /// Attempts.
         tries: u32,
     },
-    /// It speaks another version.
+    /// The protocol version differs.
     #[error(
         "the transmitter speaks protocol {theirs}, this program {VERSION}: update the {}",
         if *.theirs < VERSION { "transmitter's firmware" } else { "program" }
     )]
     Version {
-        /// The version it speaks.
+        /// Its version.
         theirs: u8,
     },
-    /// It speaks another dialect of the same version.
+    /// The message schema differs.
     #[error(
         "the board's firmware {firmware} has other messages than this program (schema {theirs:08x}, here {ours:08x}): update the older one"
     )]
@@ -79,60 +79,60 @@ pub enum DeviceError {
         /// Its firmware's version.
         firmware: String,
     },
-    /// A receiver is there, and the command is for transmitters.
+    /// The board is a receiver, and the command is for transmitters.
     #[error(
         "{board} is a receiver, and this is for transmitters: receivers know `vocc device status`, `watch`, `snapshot` and `rate`; \
          is this the port?"
     )]
     IsReceiver {
-        /// The name of its board.
+        /// Board name.
         board: String,
     },
-    /// A transmitter is there, and the command is for receivers.
+    /// The board is a transmitter, and the command is for receivers.
     #[error("{board} is a transmitter, and this is for receivers: is this the port?")]
     IsTransmitter {
-        /// The name of its board.
+        /// Board name.
         board: String,
     },
-    /// A receiver refuses.
+    /// A receiver refused.
     #[error("the receiver refuses: {0}")]
     ReceiverRefused(#[from] rx_pipeline::standalone::Refusal),
-    /// It answers something else than was asked for.
+    /// The answer does not match the request.
     #[error("the board answers something else than was asked for: update the older side")]
     Unexpected,
-    /// It is older than the request.
+    /// The firmware predates the request.
     #[error(
         "its firmware is too old to be asked for its symbol rate, and shows {} a second: flash the present one (docs/hardware.md)",
         SymbolRate::DEFAULT
     )]
     NoSymbolRate,
-    /// It is older than carriers.
+    /// The firmware predates carriers.
     #[error(
         "its firmware is too old to show a carrier, and nothing was changed: flash the present one (docs/hardware.md), or leave \
          --carrier-cycles out"
     )]
     NoCarrier,
-    /// It is older than keys.
+    /// The firmware predates keys.
     #[error("its firmware is too old to sign messages, and nothing was changed: flash the present one (docs/hardware.md)")]
     NoKey,
-    /// It is older than the limit of its intensity.
+    /// The firmware predates the intensity limit.
     #[error(
         "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the present one (docs/hardware.md), or leave \
          both out"
     )]
     NoIntensityLimit,
-    /// It refuses.
+    /// A transmitter refused.
     #[error("the transmitter refuses: {0}")]
     Refused(#[from] Refusal),
-    /// A table never came through whole.
+    /// A table transfer never completed.
     #[error("the table did not come through in {attempts} attempts, at last because {last}: check the cable")]
     Table {
-        /// How often it was begun.
+        /// Attempts.
         attempts: u32,
         /// The last reason.
         last: String,
     },
-    /// The transmitter holds a table that is none.
+    /// The transmitter's table is invalid.
     #[error("the transmitter's table cannot be used: {0}")]
     Image(#[from] ImageError),
 }

@@ -1,6 +1,6 @@
-//! A transmitter at the other end of a serial port: what `docs/serial.md` describes, from the computer's side.
+//! The computer's side of the serial protocol in `docs/serial.md`.
 //!
-//! [`port`] opens and lists ports, [`client`] asks until there is an answer, [`table`] moves tables.
+//! [`port`] opens and lists ports, [`client`] repeats requests until answered, [`table`] transfers tables.
 
 pub mod client;
 pub mod error;

@@ -1,4 +1,4 @@
-//! Serial ports: to open one, and which there are.
+//! Opens and lists serial ports.
 
 use std::io::ErrorKind as Io;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use serialport::{ErrorKind, SerialPort, SerialPortType};
 
 use super::DeviceError;
 
-/// Opens a port, or a pseudo-terminal. A read of it gives up after `patience`.
+/// Opens a port or a pseudo-terminal. Reads time out after `patience`.
 pub fn open(name: &str, baud: u32, patience: Duration) -> Result<Box<dyn SerialPort>, DeviceError> {
     let port = name.to_owned();
     serialport::new(name, baud)
@@ -17,7 +17,7 @@ pub fn open(name: &str, baud: u32, patience: Duration) -> Result<Box<dyn SerialP
         .map_err(|error| match error.kind() {
             ErrorKind::Io(Io::NotFound) => DeviceError::NoSuchPort { port },
             ErrorKind::Io(Io::PermissionDenied) => DeviceError::Forbidden { port },
-            // Opened by another program: how that shows depends on who opened it how.
+            // In use by another program: the error depends on how that opened it.
             ErrorKind::NoDevice | ErrorKind::Io(Io::WouldBlock | Io::ResourceBusy) => {
                 if std::path::Path::new(name).exists() || !cfg!(unix) {
                     DeviceError::Busy { port }
@@ -32,20 +32,20 @@ pub fn open(name: &str, baud: u32, patience: Duration) -> Result<Box<dyn SerialP
         })
 }
 
-/// A port that there is.
+/// An available port.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Listed {
     /// Its name, for --port.
     pub port: String,
     /// `usb`, `pci`, `bluetooth` or `unknown`.
     pub bus: &'static str,
-    /// What a USB device calls itself.
+    /// A USB device's product name.
     pub product: Option<String>,
     /// A USB device's serial number.
     pub serial_number: Option<String>,
 }
 
-/// The serial ports of this computer, USB ones first.
+/// This computer's serial ports, USB ones first.
 pub fn list() -> Result<Vec<Listed>, serialport::Error> {
     let mut ports: Vec<Listed> = serialport::available_ports()?
         .into_iter()

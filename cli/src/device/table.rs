@@ -1,4 +1,4 @@
-//! Tables to a transmitter and back.
+//! Transfers tables to and from a transmitter.
 
 use std::io::{Read, Write};
 
@@ -8,14 +8,13 @@ use link::serial::{Answer, Refusal, Request};
 
 use super::{Client, DeviceError};
 
-/// How often a table is begun before the connection counts as too bad.
+/// Maximum number of transfers begun.
 const ATTEMPTS: u32 = 5;
 
-/// Writes a table: the transmitter stores it, uses it, and gives the same bytes back. Tells `progress` how many
-/// of its bytes are there.
+/// Writes a table: the transmitter stores it, uses it, and returns the same bytes. Calls `progress` with the bytes written so far.
 ///
 /// # Errors
-/// [`DeviceError`]; the transmitter then has the table before, or this one, and nothing between.
+/// [`DeviceError`]; the transmitter then has either the previous table or this one in full.
 pub fn push<P: Read + Write>(client: &mut Client<P>, table: &L2aTable, mut progress: impl FnMut(usize)) -> Result<(), DeviceError> {
     let (image, crc) = (table.image(), table.crc());
     let mut last = String::new();
@@ -33,7 +32,7 @@ pub fn push<P: Read + Write>(client: &mut Client<P>, table: &L2aTable, mut progr
     Err(DeviceError::Table { attempts: ATTEMPTS, last })
 }
 
-/// Whether beginning the table anew helps: the transmitter restarted, or somebody else wrote at the same time.
+/// Whether a restart of the transfer may succeed: the transmitter restarted, or another client wrote at the same time.
 fn is_passing(refusal: Refusal) -> bool {
     matches!(
         refusal,
@@ -66,10 +65,10 @@ fn commit<P: Read + Write>(client: &mut Client<P>, crc: u32) -> Result<(), Devic
     client.ask(&Request::CommitTable { crc }, committed)
 }
 
-/// Reads the running table.
+/// Reads the current table.
 ///
 /// # Errors
-/// [`DeviceError`] when it does not come whole.
+/// [`DeviceError`] if the table does not arrive in full.
 pub fn pull<P: Read + Write>(client: &mut Client<P>) -> Result<L2aTable, DeviceError> {
     let mut image: Vec<u8> = Vec::new();
     let mut of = None;
@@ -80,7 +79,7 @@ pub fn pull<P: Read + Write>(client: &mut Client<P>) -> Result<L2aTable, DeviceE
             _ => None,
         })?;
         if *of.get_or_insert((length, crc)) != (length, crc) {
-            // Another table took effect in between.
+            // The table changed during the transfer.
             (image, of) = (Vec::new(), None);
             continue;
         }

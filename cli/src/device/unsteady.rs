@@ -1,4 +1,4 @@
-//! The client and the firmware's own service over a line that drops, doubles, changes and delays bytes.
+//! Tests the client and the firmware's service over a line that drops, doubles, changes and delays bytes.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
@@ -10,17 +10,17 @@ use link::serial::{Answer, Faults, Request};
 use super::fake::Fake;
 use super::{Client, DeviceError, table};
 
-/// One byte in this many is damaged; 0: none.
+/// Faults of a line: one byte in this many; 0 disables.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     dropped: u64,
     doubled: u64,
     changed: u64,
-    /// The most reads without an answer before it comes.
+    /// Maximum reads without data before an answer arrives.
     late: u64,
-    /// The number of writes after which the transmitter restarts.
+    /// Number of writes before the transmitter restarts; 0 disables.
     restarts: u64,
-    /// The line gives back what is written to it.
+    /// Whether the line echoes writes.
     echo: bool,
 }
 
@@ -29,7 +29,7 @@ struct Wire {
     line: Line,
     seed: u64,
     incoming: VecDeque<u8>,
-    /// Reads that will be in vain before the next bytes come.
+    /// Reads without data before the next bytes arrive.
     late: u64,
     writes: u64,
 }
@@ -56,7 +56,7 @@ impl Wire {
         one_in > 0 && self.number().is_multiple_of(one_in)
     }
 
-    /// What is left of the bytes at the other end of the line.
+    /// The bytes that reach the other end of the line.
     fn carried(&mut self, bytes: &[u8]) -> Vec<u8> {
         let mut out = Vec::new();
         for &byte in bytes {
@@ -81,7 +81,7 @@ impl Write for Wire {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.writes += 1;
         if self.line.restarts > 0 && self.writes.is_multiple_of(self.line.restarts) {
-            // What it keeps in its memory it has again.
+            // Restore its non-volatile memory.
             let table = self.fake.memory.table.clone();
             self.fake = Fake::new();
             if let Some(table) = table {
@@ -140,7 +140,7 @@ const GOOD_LINE: Line = Line {
     echo: false,
 };
 
-/// Lines over which a table must come through.
+/// Lines that must carry a table.
 const BAD_LINES: [Line; 6] = [
     Line { dropped: 600, ..GOOD_LINE },
     Line { doubled: 600, ..GOOD_LINE },
@@ -206,7 +206,7 @@ fn a_message_whose_answer_is_lost_is_shown_once() {
         if sent.is_ok() {
             assert!(fake.transmitter.is_sending());
         }
-        // The header's bit of a new message has toggled once, not twice.
+        // The header's toggle bit of a new message has toggled once, not twice.
         let panels = |transmitter: &mut tx_firmware::transmitter::Transmitter<_>| (0..3).map(|_| transmitter.tick()).collect::<Vec<_>>();
         let mut once = Fake::new();
         once.transmitter
@@ -232,7 +232,7 @@ fn status_comes_through() {
     assert_eq!(client.identity().board, "fake");
 }
 
-/// A port at which something else is connected.
+/// A port with another device.
 struct Other(&'static [u8]);
 
 impl Write for Other {

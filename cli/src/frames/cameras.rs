@@ -1,19 +1,19 @@
-//! The cameras of this computer, as Linux lists them.
+//! Lists the cameras of this computer on Linux.
 
 use std::path::{Path, PathBuf};
 
 const LISTED: &str = "/sys/class/video4linux";
 
-/// A camera that there is.
+/// A connected camera.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Camera {
-    /// Its device, for `vocc receive`.
+    /// Its device for `vocc receive`.
     pub camera: PathBuf,
-    /// What it calls itself.
+    /// Its own name.
     pub name: String,
 }
 
-/// All of them, in the order of their numbers.
+/// All cameras, by device number.
 pub fn list() -> Vec<Camera> {
     list_in(Path::new(LISTED))
 }
@@ -22,7 +22,7 @@ fn list_in(listed: &Path) -> Vec<Camera> {
     let entries = std::fs::read_dir(listed).into_iter().flatten().flatten();
     let mut numbered: Vec<(u32, Camera)> = entries
         .filter_map(|entry| {
-            // Other entries are radios and the like.
+            // Other entries are radios and similar devices.
             let number = entry.file_name().to_str()?.strip_prefix("video")?.parse().ok()?;
             let name = std::fs::read_to_string(entry.path().join("name")).unwrap_or_default();
             let camera = Camera {
@@ -36,7 +36,7 @@ fn list_in(listed: &Path) -> Vec<Camera> {
     numbered.into_iter().map(|(_, camera)| camera).collect()
 }
 
-/// What helps who has named none of these.
+/// Advice if the named camera does not exist.
 pub fn advice(cameras: &[Camera]) -> String {
     let each = cameras
         .iter()

@@ -1,4 +1,4 @@
-//! The frames of a recording, by name.
+//! The frames of a recording, by file name.
 
 use std::path::{Path, PathBuf};
 
@@ -9,14 +9,14 @@ use super::names::{has_ending, is_hidden, natural_order, number};
 use super::stamps::Stamps;
 pub use super::stamps::{FrameFile, Frames};
 
-/// How the names of pictures end.
+/// File extensions of pictures.
 const PICTURES: [&str; 4] = ["png", "jpg", "jpeg", "pgm"];
 
-/// The frames of folders, in the [natural order](natural_order) of their names, and single files: in the order given, but where that is
-/// the order of their letters, as a shell makes of `*`, in the natural one, too.
+/// The frames of folders, in the [natural order](natural_order) of their names, and single files, in the given order. A list in byte order,
+/// such as a shell's expansion of `*`, is sorted naturally too.
 ///
-/// Where the names end in numbers that mostly rise by one, those are the frames' numbers, and a number that is missing is a frame that
-/// the camera lost. Otherwise each frame follows the one before.
+/// If the names end in numbers that mostly rise by one, these are the frame numbers, and a gap means lost frames. Otherwise frames are
+/// consecutive.
 pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
     let mut frames = Vec::new();
     for source in sources {
@@ -51,7 +51,7 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
     Ok(files.map(|(path, number)| FrameFile { path, number, late: 0.0 }).collect())
 }
 
-/// The same by the times at which the frames were taken, where a folder is all there is, and has [time stamps](super::stamps).
+/// The frames by their times, if the only source is a folder with [time stamps](super::stamps); otherwise as [`of`].
 pub fn by_time(sources: &[PathBuf]) -> anyhow::Result<Frames> {
     let files = of(sources)?;
     let stamps = match sources {
@@ -68,12 +68,12 @@ pub fn by_time(sources: &[PathBuf]) -> anyhow::Result<Frames> {
     }
 }
 
-/// Whether a file's name is that of a picture.
+/// Whether a file's name is a picture's.
 pub fn is_picture(path: &Path) -> bool {
     has_ending(path, &PICTURES)
 }
 
-/// The pictures in a folder, in no order. Those whose names begin with a dot are none.
+/// The pictures in a folder, unordered, without those whose names begin with a dot.
 pub fn pictures_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let paths = std::fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
     let mut paths: Vec<PathBuf> = paths.collect::<std::io::Result<_>>()?;
@@ -81,7 +81,7 @@ pub fn pictures_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(paths)
 }
 
-/// The frames' numbers from 0 on.
+/// Frame numbers from 0.
 fn numbers(paths: &[PathBuf]) -> Vec<u64> {
     let counted = || (0..paths.len() as u64).collect();
     let Some(named) = paths.iter().map(|path| number(path)).collect::<Option<Vec<u64>>>() else {
@@ -115,7 +115,7 @@ mod tests {
         };
         let natural = ["f0", "f1", "f2", "f9", "f10", "f11"];
         assert_eq!(names(&[folder.path().into()]), natural);
-        // A shell has them in the order of their letters, a person in any other.
+        // A shell expands to byte order, a person gives any order.
         let given = |names: &[&str]| -> Vec<PathBuf> { names.iter().map(|name| folder.path().join(format!("{name}.png"))).collect() };
         assert_eq!(names(&given(&["f0", "f1", "f10", "f11", "f2", "f9"])), natural);
         assert_eq!(names(&given(&["f10", "f9", "f11"])), ["f10", "f9", "f11"]);
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn missing_numbers_are_lost_frames() {
         assert_eq!(numbered(&["a/f07.png", "a/f08.png", "a/f10.jpg", "a/f11.png"]), [0, 1, 3, 4]);
-        // Times, every second frame, no numbers, two folders: one after the other.
+        // Times, every second frame, no numbers, two folders: consecutive frames.
         for names in [
             &["1000.png", "1010.png", "1021.png"][..],
             &["0.png", "2.png", "4.png"],

@@ -1,5 +1,5 @@
-//! Films and live sources: ffmpeg decodes them, and what it writes is read as a y4m stream, whose header has the size and the frames a
-//! second. Films of y4m need no ffmpeg.
+//! Films and live sources: ffmpeg decodes them into a y4m stream, whose header has the size and the frame rate. Films of y4m do not need
+//! ffmpeg.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -18,64 +18,64 @@ use super::names::has_ending;
 use crate::output::{self, tell};
 use crate::stop;
 
-/// How the names of films end that ffmpeg decodes.
+/// File extensions of films that ffmpeg decodes.
 const FILMS: [&str; 42] = [
     "mp4", "m4v", "mov", "qt", "mkv", "webm", "avi", "mts", "m2ts", "m2t", "ts", "tp", "trp", "mpg", "mpeg", "mpe", "m1v", "m2v", "vob",
     "mod", "tod", "3gp", "3g2", "wmv", "asf", "flv", "f4v", "mxf", "gxf", "ogv", "ogg", "nut", "gif", "dv", "dif", "insv", "lrv", "dav",
     "av1", "obu", "ivf", "divx",
 ];
-/// How those end that are bare pictures, one after another, and tell neither their rate nor their times.
+/// Extensions of bare picture streams, which have neither frame rate nor times.
 const BARE: [&str; 9] = ["mjpeg", "mjpg", "h264", "264", "avc", "h265", "265", "hevc", "h26l"];
-/// How those end that need no decoding.
+/// Extensions of films that need no decoding.
 const PLAIN: [&str; 1] = ["y4m"];
-/// What y4m frames may be made of; ffmpeg changes to the nearest of these where a film is of something else.
+/// Supported pixel formats of y4m; ffmpeg converts others to the nearest one.
 const PIXELS: &str = "format=yuv420p|yuv422p|yuv444p|gray";
-/// Gives each frame its number as its time, so that ffmpeg neither fills gaps with copies nor leaves frames out.
+/// Sets each frame's number as its time, so that ffmpeg neither duplicates nor drops frames.
 const ONE_BY_ONE: &str = "setpts=N/(FRAME_RATE*TB)";
-/// Lets ffmpeg tell when each frame was taken, under a name of its own.
+/// Makes ffmpeg log each frame's time, under a name of its own.
 const TELL_TIMES: &str = "showinfo@times=checksum=0";
-/// What it then begins its lines with.
+/// Prefix of these log lines.
 const TIMES: &str = "[showinfo@times";
-/// As much is kept of what ffmpeg says.
+/// Number of ffmpeg's last log lines kept.
 const LINES_MAX: usize = 3;
-/// ffmpeg tells a frame's time before it writes the frame. It is waited for no longer than this.
+/// Maximum wait for a frame's time, which ffmpeg logs before it writes the frame.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Between two looks at whether the program is to stop.
+/// Interval between two checks of the stop flag.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// Whether a file's name is that of a film.
+/// Whether a file's name is a film's.
 pub fn is_one(path: &Path) -> bool {
     has_ending(path, &FILMS) || is_bare(path) || is_plain(path)
 }
 
-/// Whether it is that of one which does not tell its rate.
+/// Whether the film's format has no frame rate.
 pub fn is_bare(path: &Path) -> bool {
     has_ending(path, &BARE)
 }
 
-/// Whether it is that of one that needs no decoding.
+/// Whether the film needs no decoding.
 pub fn is_plain(path: &Path) -> bool {
     has_ending(path, &PLAIN)
 }
 
-/// When a frame was taken, as a film tells it.
+/// A frame's time in its film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameTime {
     pub time_s: f64,
-    /// The film tells times in multiples of this.
+    /// Resolution of the film's times.
     pub tick_s: f64,
-    /// The film's frames a second, where it has some.
+    /// The film's frame rate, if it has one.
     pub rate_hz: Option<f64>,
 }
 
-/// The times of a film's frames, in their order.
+/// The times of a film's frames, in order.
 pub struct FrameTimes(Receiver<Option<FrameTime>>);
 
 impl FrameTimes {
-    /// The time of the next frame, which has been read; none where the film has none for it.
+    /// The time of the next frame, which has been read; `None` if the film has none for it.
     ///
     /// # Errors
-    /// If ffmpeg reports no further frame in time, or no frames any more.
+    /// If ffmpeg logs no further frame in time, or has ended.
     pub fn next(&mut self, stop: Stop) -> Result<Option<FrameTime>, RecvTimeoutError> {
         let begun = Instant::now();
         loop {
@@ -88,24 +88,24 @@ impl FrameTimes {
     }
 }
 
-/// The command by which ffmpeg reads an input, which may need options before it, and `vocc receive` what it writes.
+/// The command that pipes an input into `vocc receive`; `options` precede the input.
 pub fn pipe(options: &str, input: &str) -> String {
     let input = input.replace('\'', r"'\''");
     format!("ffmpeg {options}-i '{input}' -pix_fmt yuv420p -f yuv4mpegpipe - | vocc receive -")
 }
 
-/// A film or a live source while it is read.
+/// A film or a live source being read.
 pub struct Film {
     name: String,
-    /// What ffmpeg calls it, where that is more than its name: an address with a password.
+    /// ffmpeg's address of the source if it differs from the name, as an address with a password does.
     address: Option<String>,
-    /// What ffmpeg says, if it is at work.
+    /// ffmpeg's log, if it runs.
     said: Option<JoinHandle<Vec<String>>>,
     times: Option<FrameTimes>,
 }
 
 impl Film {
-    /// Opens a film: what can be read is a y4m stream. `shows` tells the command by which ffmpeg is run.
+    /// Opens a film as a y4m stream. `shows` prints ffmpeg's command.
     pub fn open(path: &Path, shows: bool) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         let name = path.display().to_string();
@@ -121,7 +121,7 @@ impl Film {
         })
     }
 
-    /// Opens a live source likewise, by further `options` of ffmpeg.
+    /// Opens a live source in the same way, with more `options` for ffmpeg.
     pub fn open_live(source: &Live, options: &str, shows: bool) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
         let film = Self::of(source.name(), source.address().map(str::to_owned));
         film.decoded(decoder(&source.input(options)), shows, |name| {
@@ -140,7 +140,7 @@ impl Film {
         }
     }
 
-    /// A text with its name in place of its address.
+    /// Replaces the address in a text by the name.
     fn named(&self, text: &str) -> String {
         match &self.address {
             Some(address) => text.replace(address, &self.name),
@@ -173,12 +173,12 @@ impl Film {
         Ok((self, Box::new(frames)))
     }
 
-    /// The times of its frames, if it tells them.
+    /// The times of its frames, if available.
     pub fn take_times(&mut self) -> Option<FrameTimes> {
         self.times.take()
     }
 
-    /// Waits for the end of the decoder, once all frames are read; at once where the program is to stop.
+    /// Waits for the decoder to exit after the last frame, or kills it if the program stops.
     pub fn end(mut self) -> anyhow::Result<()> {
         let Some(said) = self.said.take() else {
             return Ok(());
@@ -206,27 +206,27 @@ impl Drop for Film {
     }
 }
 
-/// ffmpeg's options for a local file. It then reads local files only, whatever the film names.
+/// ffmpeg's options for a local file, which restrict it to local files whatever the film refers to.
 pub fn local(path: &Path) -> Vec<OsString> {
-    // ffmpeg would read a name with a colon as a protocol's.
+    // ffmpeg takes a name with a colon for a protocol.
     let mut name = OsString::from("file:");
     name.push(path);
     vec!["-protocol_whitelist".into(), "file".into(), "-i".into(), name]
 }
 
-/// What decodes an input, and takes nothing from the terminal.
+/// The decoder command for an input, with no access to the terminal.
 fn decoder(input: &[OsString]) -> Command {
     let mut ffmpeg = Command::new("ffmpeg");
     ffmpeg.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "repeat+level+info"]);
     ffmpeg.args(input);
-    // The first that is no cover.
+    // The first video stream that is no cover picture.
     ffmpeg.args(["-map", "0:V:0", "-vf", &[TELL_TIMES, ONE_BY_ONE, PIXELS].join(",")]);
     ffmpeg.args(["-flush_packets", "1", "-f", "yuv4mpegpipe", "-"]);
     ffmpeg.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     ffmpeg
 }
 
-/// A command as a shell takes it.
+/// Formats a command for a shell.
 fn shown(command: &Command) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:/=+@".contains(c);
     let words = std::iter::once(command.get_program()).chain(command.get_args());
@@ -240,7 +240,7 @@ fn shown(command: &Command) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// Passes the times of frames on, and keeps the last lines that tell of faults.
+/// Forwards the frames' times, and keeps the last error lines.
 fn listen(said: ChildStderr, times: &Sender<Option<FrameTime>>) -> Vec<String> {
     let mut last = Vec::new();
     let mut clock = Clock::default();
@@ -261,8 +261,8 @@ fn listen(said: ChildStderr, times: &Sender<Option<FrameTime>>) -> Vec<String> {
     last
 }
 
-/// The words of a line that reports a fault, or is not ffmpeg's, without the part of ffmpeg that speaks and its place in memory. Lines that
-/// begin with a blank go on with a film's own description.
+/// The text of an error line, or of a line that is not ffmpeg's, without ffmpeg's component and address. An indented line continues a
+/// film's description.
 fn fault(line: &str) -> Option<&str> {
     if line.starts_with(char::is_whitespace) {
         return None;
@@ -277,7 +277,7 @@ fn fault(line: &str) -> Option<&str> {
     Some(words.trim()).filter(|words| !words.is_empty())
 }
 
-/// The unit of ffmpeg's times.
+/// The time base of ffmpeg's log.
 #[derive(Default)]
 struct Clock {
     tick_s: Option<f64>,
@@ -285,7 +285,7 @@ struct Clock {
 }
 
 impl Clock {
-    /// The time of a frame, if a line is about one: none where the film has none for it.
+    /// A frame's time if the line is about a frame: `Some(None)` if the film has none for it.
     fn time(&mut self, line: &str) -> Option<Option<FrameTime>> {
         if line.contains("config in ") {
             self.tick_s = after(line, "time_base:").and_then(ratio);
@@ -301,13 +301,13 @@ impl Clock {
     }
 }
 
-/// The word behind a key.
+/// The word after a key.
 fn after<'a>(line: &'a str, key: &str) -> Option<&'a str> {
     let (_, rest) = line.split_once(key)?;
     rest.split([' ', ',']).find(|word| !word.is_empty())
 }
 
-/// "1/15360" as a number above 0.
+/// Parses "1/15360" as a positive number.
 fn ratio(text: &str) -> Option<f64> {
     let (above, below) = text.split_once('/')?;
     let ratio = above.parse::<f64>().ok()? / below.parse::<f64>().ok()?;
@@ -330,7 +330,7 @@ mod tests {
             "[showinfo@times @ 0x55] [info] color_range:unknown color_space:unknown",
         ];
         let told: Vec<Option<FrameTime>> = lines.iter().filter_map(|line| clock.time(line)).collect();
-        // A frame before the clock is known, one with a time, and one for which the film has none.
+        // A frame before the time base is known, one with a time, and one without.
         let [None, Some(told), None] = told[..] else {
             panic!("{told:?}");
         };

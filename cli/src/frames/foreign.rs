@@ -1,4 +1,4 @@
-//! Sources that are neither pictures nor films by their names: what helps.
+//! Advice for sources whose names are neither pictures nor films.
 
 use std::fs::File;
 use std::io::Read;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::{files, film};
 
-/// What helps where a source cannot be read by its name; none where it may be.
+/// Advice if a source is unreadable by its name; `None` if it may be readable.
 pub fn advice(source: &Path) -> Option<String> {
     let name = source.display();
     let pipe = |options| film::pipe(options, &name.to_string());
@@ -26,7 +26,7 @@ pub fn advice(source: &Path) -> Option<String> {
     })
 }
 
-/// Whether it is a scheme and what follows, and no file.
+/// Whether it is a URL, and no file.
 fn is_address(source: &Path) -> bool {
     let text = source.to_string_lossy();
     let scheme = text.split_once("://").map(|(scheme, _)| scheme);
@@ -34,10 +34,10 @@ fn is_address(source: &Path) -> bool {
         && !source.exists()
 }
 
-/// Whether a file's first bytes are those of a picture, of whatever kind.
+/// Whether a file begins with the signature of any picture format.
 fn begins_as_picture(source: &Path) -> bool {
     let mut first = Vec::new();
     let read = File::open(source).and_then(|file| file.take(64).read_to_end(&mut first));
-    // Opening reports what cannot be read.
+    // Opening the file reports read errors.
     read.is_err() || image::guess_format(&first).is_ok()
 }

@@ -1,4 +1,4 @@
-//! Sources that go on while they are read: cameras, addresses, named pipes, and films at their own pace.
+//! Live sources: cameras, addresses, named pipes, and films at their own pace.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -7,11 +7,11 @@ use anyhow::ensure;
 
 use super::{cameras, files, film};
 
-/// Addresses that are read, by their schemes.
+/// URL schemes that are read.
 const SCHEMES: [&str; 9] = ["rtsp", "rtsps", "rtp", "udp", "tcp", "http", "https", "srt", "rtmp"];
-/// What such an address may lead on to: no file of this computer.
+/// Protocols that an address may redirect to: no local files.
 const NETWORK: &str = "rtsp,rtsps,rtp,srtp,udp,tcp,tls,http,https,httpproxy,crypto,data,srt,rtmp";
-/// Decodes each frame as soon as it is there, after half a second at the most for what the stream is, and leaves its time as it is.
+/// Decodes each frame at once, after at most half a second of format detection, and keeps its time.
 const AT_ONCE: [&str; 7] = [
     "-copyts",
     "-flags",
@@ -25,20 +25,20 @@ const AT_ONCE: [&str; 7] = [
 /// A live source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Live {
-    /// A camera of this computer, by its device.
+    /// A local camera's device.
     Camera(PathBuf),
     /// A network address.
     Address(String),
     /// A named pipe.
     Pipe(PathBuf),
-    /// A film, at its own pace.
+    /// A film at its own pace.
     Film(PathBuf),
     /// Standard input.
     Input,
 }
 
 impl Live {
-    /// The live source that a name stands for, if it is one.
+    /// The live source of that name, if it is one.
     pub fn of(source: &Path) -> Option<Self> {
         let text = source.to_string_lossy();
         if let Some(device) = text.strip_prefix("v4l2:") {
@@ -50,12 +50,12 @@ impl Live {
         if text.split_once("://").is_some_and(|(scheme, _)| SCHEMES.contains(&scheme)) && !source.exists() {
             return Some(Self::Address(text.into_owned()));
         }
-        // What a shell makes, such as /dev/fd/63, may be a single picture.
+        // A shell's /dev/fd/63 may be a single picture.
         let is_named = !source.starts_with("/dev") && !source.starts_with("/proc");
         (is_named && is_pipe(source) && !files::is_picture(source)).then(|| Self::Pipe(source.into()))
     }
 
-    /// What it is called: without the password of an address.
+    /// The name, without an address's password.
     pub fn name(&self) -> String {
         match self {
             Self::Camera(path) | Self::Pipe(path) | Self::Film(path) => path.display().to_string(),
@@ -64,7 +64,7 @@ impl Live {
         }
     }
 
-    /// Its address, if it has one.
+    /// The address, if it has one.
     pub fn address(&self) -> Option<&str> {
         match self {
             Self::Address(address) => Some(address),
@@ -72,17 +72,17 @@ impl Live {
         }
     }
 
-    /// Whether it can come back once it is gone.
+    /// Whether it can come back after it disappears.
     pub fn returns(&self) -> bool {
         matches!(self, Self::Camera(_) | Self::Address(_) | Self::Pipe(_))
     }
 
-    /// Whether it is gone if nothing comes. A pipe waits for its writers.
+    /// Whether silence means that it is gone. A pipe waits for its writers.
     pub fn goes_silently(&self) -> bool {
         matches!(self, Self::Camera(_) | Self::Address(_))
     }
 
-    /// Looks whether it can be there.
+    /// Checks that the source can exist.
     pub fn check(&self) -> anyhow::Result<()> {
         if let Self::Camera(device) = self {
             ensure!(
@@ -95,7 +95,7 @@ impl Live {
         Ok(())
     }
 
-    /// ffmpeg's options for it, with the user's `options`.
+    /// ffmpeg's options for the source, with the user's `options`.
     pub fn input(&self, options: &str) -> Vec<OsString> {
         let mut input: Vec<OsString> = match self {
             Self::Film(_) => vec!["-re".into()],
@@ -104,7 +104,7 @@ impl Live {
         input.extend(options.split_whitespace().map(OsString::from));
         let mut add = |words: &[&str]| input.extend(words.iter().map(OsString::from));
         match self {
-            // Stamps of the wall clock, not of the time since the computer started.
+            // Stamps of the wall clock instead of the time since boot.
             Self::Camera(device) => {
                 add(&["-f", "v4l2", "-ts", "abs", "-i"]);
                 input.push(device.into());

@@ -1,4 +1,4 @@
-//! The mosaic that a sensor's colour filters make, read at every pixel.
+//! Interpolates the mosaic of a sensor's colour filters at every pixel.
 
 use anyhow::ensure;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -39,7 +39,7 @@ impl Serialize for Mosaic {
 }
 
 impl Mosaic {
-    /// A channel at every pixel: its own samples, and the mean of the nearest where there are none.
+    /// A channel at every pixel: its own samples, and elsewhere the mean of the nearest ones.
     pub fn channel<T: Copy + Ord + Into<u32> + TryFrom<u32>>(
         self,
         samples: &[T],
@@ -63,7 +63,7 @@ impl Mosaic {
         Ok(channels)
     }
 
-    /// Red, green and blue in the middle of 3×3 samples.
+    /// Red, green and blue at the centre of 3×3 samples.
     fn colours<T: Copy + Into<u32> + TryFrom<u32>>(self, near: [[T; 3]; 3], x: usize, y: usize) -> [T; 3] {
         let own = self.0[y % 2][x % 2];
         let mut sums = [(0u32, 0u32); 3];
@@ -81,7 +81,7 @@ impl Mosaic {
     }
 }
 
-/// The pixel beside `at`; beyond the edge that of the same colour within.
+/// The neighbour of pixel `at`; beyond the edge, the one of the same colour inside.
 fn mirrored(at: usize, by: isize, length: usize) -> usize {
     match at.checked_add_signed(by) {
         Some(beside) if beside < length => beside,

@@ -1,30 +1,30 @@
-//! What the names of files say: what they are, by their endings, and which frame of several.
+//! File type and frame number by file name.
 
 use std::cmp::Ordering;
 use std::path::Path;
 
-/// Whether a name ends in one of these, in letters of any size.
+/// Whether a name has one of these extensions, in any case.
 pub fn has_ending(path: &Path, endings: &[&str]) -> bool {
     let ending = path.extension().unwrap_or_default();
     endings.iter().any(|known| ending.eq_ignore_ascii_case(known))
 }
 
-/// The number that a name ends in.
+/// The number at the end of a name.
 pub fn number(path: &Path) -> Option<u64> {
     let stem = path.file_stem()?.to_str()?;
     let digits = stem.len() - stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     stem[stem.len() - digits..].parse().ok()
 }
 
-/// Whether a name begins with a dot: files that systems keep beside those of people, such as the `._frame.png` of macOS.
+/// Whether a name begins with a dot: files of the system, such as `._frame.png` on macOS.
 pub fn is_hidden(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default();
     name.as_encoded_bytes().starts_with(b".")
 }
 
-/// The order of names in which `frame2` comes before `frame10`: digits in a row are one number, all else counts byte by byte.
+/// Natural order, with `frame2` before `frame10`: consecutive digits compare as one number, all else by byte.
 ///
-/// Names that are decimal numbers, such as seconds, count as those: `0.15.png` comes before `0.2.png`.
+/// Names that are decimal numbers, such as seconds, compare as numbers: `0.15.png` comes before `0.2.png`.
 pub fn natural_order(a: &Path, b: &Path) -> Ordering {
     let names = [a, b].map(|path| path.as_os_str().as_encoded_bytes());
     let [mut a_rest, mut b_rest] = names;
@@ -51,18 +51,18 @@ pub fn natural_order(a: &Path, b: &Path) -> Ordering {
             return order;
         }
     }
-    // The same numbers with other zeros.
+    // Equal numbers with different leading zeros.
     a_rest.len().cmp(&b_rest.len()).then(names[0].cmp(names[1]))
 }
 
-/// Whether a name is a decimal number but for its ending.
+/// Whether a name without its extension is a decimal number.
 fn is_decimal(path: &Path) -> bool {
     let stem = path.file_stem().unwrap_or_default().as_encoded_bytes();
     let points = stem.iter().filter(|&&byte| byte == b'.').count();
     points == 1 && stem.iter().all(|&byte| byte.is_ascii_digit() || byte == b'.')
 }
 
-/// The digits that a name begins with, taken from it.
+/// Removes and returns a name's leading digits.
 fn take_digits<'a>(name: &mut &'a [u8]) -> &'a [u8] {
     let count = name.iter().take_while(|byte| byte.is_ascii_digit()).count();
     let (digits, rest) = name.split_at(count);

@@ -12,14 +12,14 @@ use studies::stop::Stop;
 
 use super::PixelArguments;
 
-/// Pictures of a film that are looked at for its white.
+/// Number of pictures read to find a film's white level.
 const LOOKED_AT: usize = 8;
 
 /// Reads the pictures of one camera.
 pub struct PictureReader {
     pixels: PixelArguments,
     deep: Compander,
-    /// Whether white is that of a whole film.
+    /// Whether the white level is fixed for a whole film.
     is_settled: bool,
 }
 
@@ -28,12 +28,12 @@ pub struct GreyPicture {
     pub image: GrayImage,
     /// Whether it had more than 8 bits.
     pub is_deep: bool,
-    /// What is to be said of its file, which is read all the same.
+    /// A warning about its file, which was read nevertheless.
     pub remark: Option<String>,
 }
 
 impl PictureReader {
-    /// For pixels with these settings. Deep ones are proportional to light, unless an encoding is set.
+    /// A reader with these settings. Deep pixels are linear in light unless an encoding is set.
     pub fn new(pixels: PixelArguments, encoding: Option<Encoding>) -> Self {
         Self {
             pixels,
@@ -42,15 +42,15 @@ impl PictureReader {
         }
     }
 
-    /// Takes white from some pictures of a film, the first among them, if no depth is set and they have more than 8 bits. White then stays,
-    /// so that no brighter picture halves the levels of all that follow.
+    /// Fixes the white level from some pictures of a film, including the first, if no depth is set and they have more than 8 bits. A
+    /// brighter picture then cannot halve the levels of those that follow.
     pub fn settle_white<'a>(&mut self, film: impl ExactSizeIterator<Item = &'a Path>, stop: Stop) {
         if self.pixels.depth.is_some() {
             return;
         }
         let step = film.len().div_ceil(LOOKED_AT).max(1);
         for path in film.step_by(step) {
-            // A picture that cannot be read is reported in its turn.
+            // An unreadable picture is reported in its turn.
             if stop.is_asked() || self.read(path).is_ok_and(|picture| !picture.is_deep) {
                 return;
             }
@@ -59,7 +59,7 @@ impl PictureReader {
         self.is_settled = true;
     }
 
-    /// An 8-bit grey image from a PNG, JPEG or PGM file.
+    /// Reads a PNG, JPEG or PGM file as 8-bit grey.
     pub fn read(&mut self, path: &Path) -> anyhow::Result<GreyPicture> {
         let unusable = || format!("cannot take {} for a frame", path.display());
         let mut picture = input::picture(path).with_context(unusable)?;
@@ -81,12 +81,12 @@ impl PictureReader {
         })
     }
 
-    /// Scales samples to the depth that is set, if the decoder has stretched them to the file's largest value.
+    /// Scales samples to the set depth if the decoder has stretched them to the full range.
     fn unstretch(&self, picture: &mut Picture) {
         let (Some(sample_max), Some(_)) = (picture.sample_max, self.pixels.depth) else {
             return;
         };
-        // A depth of more bits than the file's own has its white where the file has it.
+        // A set depth above the file's puts its white at the file's white.
         let largest = u64::from(sample_max.max(self.deep.white()));
         let stretched = u64::from(u16::MAX);
         for sample in samples_mut(&mut picture.image).unwrap_or_default() {
@@ -94,7 +94,7 @@ impl PictureReader {
         }
     }
 
-    /// Says once that a picture is brighter than those by which the film's white was settled.
+    /// Warns once that a picture is brighter than those that fixed the film's white level.
     fn clipped(&mut self, path: &Path) -> Option<String> {
         let (most, white) = (self.deep.clipped().filter(|_| self.is_settled)?, self.deep.white());
         self.is_settled = false;
@@ -125,7 +125,7 @@ impl PictureReader {
     }
 }
 
-/// The samples of a picture of more than 8 bits.
+/// The samples of a picture with more than 8 bits.
 fn samples_mut(image: &mut DynamicImage) -> Option<&mut [u16]> {
     match image {
         DynamicImage::ImageLuma16(deep) => Some(deep),

@@ -1,8 +1,7 @@
-//! When frames were taken: `timestamps.csv` in their folder, for cameras that do not keep their rate, drop frames or give one twice.
+//! Times of frames from `timestamps.csv` in their folder, for cameras with an irregular rate or dropped or duplicate frames.
 //!
-//! Each line has a frame, by the name of its file or by the number that the name ends in, and the seconds at which it was taken, from
-//! whenever on; a first line of titles is passed over. Where semicolons stand between them, as many spreadsheets write it, or quotes
-//! around them, seconds may have a decimal comma.
+//! Each line has a frame, as file name or the number at its end, and its time in seconds from any origin; a first line of titles is
+//! skipped. Between semicolons, as many spreadsheets write them, or in quotes, seconds may have a decimal comma.
 
 use std::collections::HashMap;
 use std::io::ErrorKind;
@@ -15,15 +14,15 @@ use sim::input;
 use super::names::number;
 
 const NAME: &str = "timestamps.csv";
-/// The longest such file, in bytes: a million frames.
+/// Maximum file size in bytes: a million frames.
 const BYTES_MAX: u64 = 64 << 20;
-/// The latest that seconds may say: beyond, a number has no milliseconds left.
+/// Maximum time in seconds; beyond, an `f64` has no milliseconds left.
 const SECONDS_MAX: f64 = 1e12;
 
-/// Frame rates that time stamps may have. Milliseconds read as seconds are slower.
+/// Valid frame rates. Milliseconds read as seconds are slower.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=1e5;
 
-/// A frame's file, and when it was taken: in frames of the camera, and by how many frame periods later than that says.
+/// A frame's file, its frame number, and its deviation from that number's time in frame periods.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameFile {
     pub path: PathBuf,
@@ -31,25 +30,25 @@ pub struct FrameFile {
     pub late: f64,
 }
 
-/// Frames in the order in which they were taken.
+/// Frames in order of time.
 pub struct Frames {
     pub files: Vec<FrameFile>,
-    /// Frames a second, as time stamps tell it.
+    /// Frames per second from the time stamps.
     pub rate: Option<f32>,
-    /// Frames that are left out because they are another time the frame before, as time stamps tell it.
+    /// Frames dropped as duplicates of the frame before, by their time stamps.
     pub doubled: usize,
 }
 
 /// The time stamps of a folder's frames.
 pub struct Stamps {
     path: PathBuf,
-    /// By what stands for a frame.
+    /// Times by key.
     seconds: HashMap<Key, f64>,
-    /// Whether the seconds may have a decimal comma, and have lost what stands behind it.
+    /// Whether the seconds may have decimal commas, and so lack their fractions.
     may_have_commas: bool,
 }
 
-/// What stands for a frame: the name of its file, or the number that this ends in.
+/// Identifies a frame: its file name, or the number at the end of the name.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Key {
     Name(String),
@@ -75,10 +74,10 @@ impl std::fmt::Display for Key {
 }
 
 impl Stamps {
-    /// Those of a folder; none where it has no such file.
+    /// Reads a folder's time stamps; `None` if it has no such file.
     pub fn in_folder(folder: &Path) -> anyhow::Result<Option<Self>> {
         let path = folder.join(NAME);
-        // A link that leads nowhere, a folder or a pipe of that name is no lack of time stamps.
+        // A broken link, a folder or a pipe of that name is an error.
         if path.symlink_metadata().is_err_and(|error| error.kind() == ErrorKind::NotFound) {
             return Ok(None);
         }
@@ -94,7 +93,7 @@ impl Stamps {
             .comment(Some(b'#'))
             .from_reader(text.as_bytes());
         let mut seconds = HashMap::new();
-        // Each line has whole seconds, and a whole number behind them.
+        // True if each line has whole seconds followed by a whole number.
         let mut may_have_commas = true;
         for (index, line) in lines.records().enumerate() {
             let line = line.with_context(about)?;
@@ -124,7 +123,7 @@ impl Stamps {
         }))
     }
 
-    /// The frames by their times. A frame of the same time as the one before is left out.
+    /// Orders the frames by time, and drops each one with the time of the frame before.
     pub fn order(mut self, files: Vec<PathBuf>) -> anyhow::Result<Frames> {
         let mut taken: Vec<(PathBuf, f64)> = Vec::new();
         let count = files.len();
@@ -188,7 +187,7 @@ impl Stamps {
         })
     }
 
-    /// When a frame was taken: each is asked for once.
+    /// Removes and returns a frame's time.
     fn take(&mut self, path: &Path) -> Option<f64> {
         let name = Key::of(path.file_name()?.to_str()?);
         let number = || number(path).map(Key::Number);
@@ -197,7 +196,7 @@ impl Stamps {
     }
 }
 
-/// A frame's name and its seconds.
+/// A frame's name and its time in seconds.
 fn stamp(line: &StringRecord) -> Option<(&str, f64)> {
     let (frame, seconds) = (line.get(0)?, line.get(1)?);
     let seconds = seconds.replacen(',', ".", 1).parse().ok()?;
@@ -209,7 +208,7 @@ fn is_whole(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
-/// The time from one frame to the next: that of most of them, refined by the length of all; none of fewer than two frames.
+/// The frame period: the median step, refined over the whole length; `None` for fewer than two frames.
 fn period_s(times_s: &[f64]) -> Option<f64> {
     let mut steps_s: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps_s.sort_by(f64::total_cmp);
@@ -219,7 +218,7 @@ fn period_s(times_s: &[f64]) -> Option<f64> {
     Some(all_s / periods.max(1.0))
 }
 
-/// Each frame's number, which rises, and by how many periods later than that it was taken.
+/// Each frame's number, strictly ascending, and its deviation in periods.
 fn places(times_s: &[f64], period_s: f64) -> Vec<(u64, f64)> {
     let mut next = 0;
     let from_s = times_s.first().copied().unwrap_or_default();
@@ -231,9 +230,9 @@ fn places(times_s: &[f64], period_s: f64) -> Vec<(u64, f64)> {
     times_s.iter().map(place).collect()
 }
 
-/// The number of a frame taken `periods` frame periods after number 0, at least `next`, and by how many periods it is later than that.
+/// The number, at least `next`, of a frame taken `periods` frame periods after number 0, and its deviation in periods.
 pub fn numbered(periods: f64, next: u64) -> (u64, f64) {
-    // A cast of what is negative is 0.
+    // The cast turns negative values into 0.
     let number = (periods.round() as u64).max(next);
     (number, periods - number as f64)
 }
@@ -307,7 +306,7 @@ mod tests {
             "frame;seconds\nf08.png;5,0\nf09.png;5,1\nf10.png;5,2\nf12.png;5,4",
             "8;5.0\n9;5.1\n10;5.2\n12;5.4",
             "8,\"5,0\"\n9,\"5,1\"\n10,\"5,2\"\n12,\"5,4\"",
-            // Whole numbers behind the seconds are of something else where the seconds tell the frames apart.
+            // If the whole seconds distinguish the frames, the numbers after them are another column.
             "8,50,1\n9,51,1\n10,52,1\n12,54,1",
         ] {
             assert_eq!(numbers(csv, &names), [0, 1, 2, 4], "{csv}");

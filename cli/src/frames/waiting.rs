@@ -1,4 +1,4 @@
-//! A short queue of frames that have come and are not read yet.
+//! A short queue of frames that have arrived but are not read yet.
 
 use std::collections::VecDeque;
 use std::io::BufRead;
@@ -10,16 +10,16 @@ use reception::stream::{Stream, StreamError};
 use super::film::{FrameTime, FrameTimes};
 use crate::stop::stop;
 
-/// The most frames that wait.
+/// Maximum length of the queue.
 const WAITING_MAX: usize = 4;
-/// Stamps that are as near to the wall clock are of it.
+/// Stamps within this distance of the wall clock are from that clock.
 const SAME_CLOCK_S: f64 = 60.0;
 
-/// When a frame came in.
+/// The time of a frame's arrival.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
     pub at: Instant,
-    /// By the wall clock.
+    /// By the wall clock, since 1970.
     pub unix: Duration,
 }
 
@@ -27,33 +27,33 @@ impl Arrival {
     pub fn now() -> Self {
         Self {
             at: Instant::now(),
-            // A clock that was never set may stand before 1970.
+            // A clock that was never set may be before 1970.
             unix: SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default(),
         }
     }
 }
 
-/// When a frame was taken, and when it came.
+/// The times of a frame's exposure and arrival.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moment {
-    /// As the source tells it, if it does.
+    /// From the source, if it provides times.
     pub time: Option<FrameTime>,
-    /// Of a live source.
+    /// For live sources.
     pub arrival: Option<Arrival>,
-    /// Frames before it that were dropped (count).
+    /// Number of frames dropped before it.
     pub after_dropped: u64,
 }
 
 impl Moment {
-    /// How long the frame was on its way, where the source's clock is the wall clock.
+    /// Transit time of the frame, if the source's clock is the wall clock.
     pub fn on_the_way(&self) -> Option<Duration> {
         let taken_s = self.time?.time_s;
         let way_s = self.arrival?.unix.as_secs_f64() - taken_s;
-        // Two clocks differ a little.
+        // Two clocks may differ slightly.
         (way_s.abs() <= SAME_CLOCK_S).then(|| Duration::from_secs_f64(way_s.max(0.0)))
     }
 
-    /// When it was taken by the wall clock, or else when it came.
+    /// Wall-clock time of its exposure, otherwise of its arrival.
     pub fn unix(&self) -> Option<Duration> {
         let came = self.arrival?.unix;
         Some(came.saturating_sub(self.on_the_way().unwrap_or_default()))
@@ -67,31 +67,31 @@ pub struct LiveFrame {
     pub moment: Moment,
 }
 
-/// What a source says of its frames before the first.
+/// A source's format, known before the first frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Format {
     pub size: (usize, usize),
-    /// Frames a second, if it tells.
+    /// Frames per second, if known.
     pub rate_hz: Option<f32>,
 }
 
 /// The next event of a source.
 #[derive(Debug)]
 pub enum Next {
-    /// The source is there, and this is what it gives.
+    /// The source is open, with this format.
     Begin(Format),
     Frame(LiveFrame),
-    /// Nothing has come in this time.
+    /// Nothing arrived in the given time.
     Nothing,
-    /// Nothing will come any more.
+    /// The source has ended.
     End(Result<(), StreamError>),
 }
 
-/// The frames that wait: one thread puts them in, another takes them out.
+/// A queue of frames between two threads.
 pub struct Waiting {
     state: Mutex<State>,
     changed: Condvar,
-    /// Whether old frames make room for new ones; else new ones have to wait outside.
+    /// Whether new frames replace old ones; otherwise the producer blocks.
     drops: bool,
 }
 
@@ -99,10 +99,10 @@ pub struct Waiting {
 struct State {
     format: Option<Format>,
     frames: VecDeque<LiveFrame>,
-    /// Frames dropped since the last that was put in (count).
+    /// Number of frames dropped since the last one queued.
     dropped: u64,
     end: Option<Result<(), StreamError>>,
-    /// Nobody takes frames out any more.
+    /// The consumer has left.
     is_left: bool,
 }
 
@@ -115,7 +115,7 @@ impl Waiting {
         }
     }
 
-    /// Puts all frames of a stream in.
+    /// Queues all frames of a stream.
     pub fn fill<R: BufRead>(&self, opened: Result<Stream<R>, StreamError>, mut times: Option<FrameTimes>) {
         let end = opened.and_then(|mut stream| {
             let (size, rate_hz) = (stream.size(), stream.rate());
@@ -141,19 +141,19 @@ impl Waiting {
         self.end(end);
     }
 
-    /// Says that no more will come.
+    /// Marks the end of the source.
     pub fn end(&self, end: Result<(), StreamError>) {
         self.change(|state| state.end = Some(end));
     }
 
-    /// Puts a frame in; returns whether frames are still wanted.
+    /// Queues a frame; returns whether more frames are wanted.
     fn put(&self, mut frame: LiveFrame) -> bool {
         let mut state = self.lock();
         while !self.drops && state.frames.len() >= WAITING_MAX && !state.is_left {
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
         if state.frames.len() >= WAITING_MAX {
-            // All of them, so that the frames between two gaps follow one another.
+            // Drop all, so that the frames between two gaps are consecutive.
             let dropped: u64 = state.frames.drain(..).map(|old| 1 + old.moment.after_dropped).sum();
             state.dropped += dropped;
         }
@@ -163,7 +163,7 @@ impl Waiting {
         !state.is_left
     }
 
-    /// Takes the next out, or waits for it for a time.
+    /// Takes the next event from the queue, waiting up to `patience`.
     pub fn next(&self, patience: Duration) -> Next {
         let is_empty = |state: &mut State| state.format.is_none() && state.frames.is_empty() && state.end.is_none();
         let waited = self.changed.wait_timeout_while(self.lock(), patience, is_empty);
@@ -179,7 +179,7 @@ impl Waiting {
         next
     }
 
-    /// Wants no more of them.
+    /// Stops consuming.
     pub fn leave(&self) {
         self.change(|state| state.is_left = true);
     }
@@ -199,7 +199,7 @@ mod tests {
     use super::*;
     use reception::colour::Channel;
 
-    /// Frames of one pixel, which tells their number.
+    /// Frames of one pixel with their number as grey level.
     fn film(frames: u8) -> Vec<u8> {
         let frames = (0..frames).flat_map(|number| [b"FRAME\n".as_slice(), &[number]].concat());
         b"YUV4MPEG2 W1 H1 F30:1 Cmono\n".iter().copied().chain(frames).collect()
@@ -209,7 +209,7 @@ mod tests {
         waiting.fill(Stream::open(film, None, Channel::Grey), None);
     }
 
-    /// The number of each frame that is taken out, and how many were dropped before it.
+    /// The number of each frame taken, and the drop count before it.
     fn taken(waiting: &Waiting) -> Vec<(u8, u64)> {
         let mut taken = Vec::new();
         loop {

@@ -1,26 +1,26 @@
-//! An axis: where a value stands, and where its ticks are.
+//! Axes: positions of values and ticks.
 
-/// An axis: what it shows, and the values at its ends.
+/// An axis: its label, and the values at its ends.
 #[derive(Clone, Debug)]
 pub struct Axis {
-    /// What it shows, with its unit.
+    /// The label, with its unit.
     pub label: String,
     ends: [f64; 2],
     is_logarithmic: bool,
 }
 
-/// Room beyond the outermost values, as a part of the axis.
+/// Margin beyond the outermost values, as a fraction of the axis.
 const ROOM: f64 = 0.07;
-/// The shortest logarithmic axis, in powers of ten.
+/// Minimum length of a logarithmic axis, in decades.
 const SHORTEST: f64 = 0.5;
-/// Ticks within a power of ten, from few to many, as needed for the number on an axis.
+/// Ticks within a decade, from few to many; the axis uses the first set with enough ticks.
 const STEPS: [&[f64]; 3] = [&[1.0], &[1.0, 2.0, 5.0], &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0]];
 const FEWEST: usize = 3;
-/// The most ticks of a linear axis.
+/// Maximum number of ticks of a linear axis.
 const MOST: f64 = 10.0;
 
 impl Axis {
-    /// From one value to another.
+    /// A linear axis between two values.
     pub fn linear(label: &str, ends: [f64; 2]) -> Self {
         Self {
             label: label.into(),
@@ -29,7 +29,7 @@ impl Axis {
         }
     }
 
-    /// From one positive value to another, powers of ten equally far apart.
+    /// A logarithmic axis between two positive values.
     pub fn logarithmic(label: &str, ends: [f64; 2]) -> Self {
         Self {
             is_logarithmic: true,
@@ -37,20 +37,20 @@ impl Axis {
         }
     }
 
-    /// From 0 to a little above the greatest of `values`.
+    /// A linear axis from 0 to slightly above the maximum of `values`.
     pub fn from_zero(label: &str, values: impl Iterator<Item = f64>) -> Self {
         let top = values.filter(|value| value.is_finite()).fold(f64::MIN_POSITIVE, f64::max);
         Self::linear(label, [0.0, (1.0 + ROOM) * top])
     }
 
-    /// A linear axis that holds all values, with a little room.
+    /// A linear axis that holds all values, with a margin.
     pub fn around(label: &str, values: impl Iterator<Item = f64>) -> Self {
         let [low, high] = extremes(values).unwrap_or([0.0, 1.0]);
         let room = ROOM * (high - low).max(0.1 * high.abs()).max(1e-9);
         Self::linear(label, [low - room, high + room])
     }
 
-    /// A logarithmic axis that holds all positive values, with a little room.
+    /// A logarithmic axis that holds all positive values, with a margin.
     pub fn around_logarithms(label: &str, values: impl Iterator<Item = f64>) -> Self {
         let logarithms = values.filter(|value| *value > 0.0).map(f64::log10);
         let [low, high] = extremes(logarithms).unwrap_or([-1.0, 1.0]);
@@ -59,7 +59,7 @@ impl Axis {
         Self::logarithmic(label, [low - room, high + room].map(|end| 10f64.powf(end)))
     }
 
-    /// Where a value stands, from 0 to 1; at the end where it lies beyond.
+    /// Position of a value, clamped to 0..=1.
     pub fn share(&self, value: f64) -> f64 {
         let place = |value: f64| {
             if self.is_logarithmic {
@@ -72,7 +72,7 @@ impl Axis {
         ((place(value) - low) / (high - low)).clamp(0.0, 1.0)
     }
 
-    /// The values to be labelled, ascending, with their labels.
+    /// The ticks, ascending, with their labels.
     pub fn ticks(&self) -> Vec<(f64, String)> {
         if self.is_logarithmic {
             self.logarithmic_ticks()
@@ -91,7 +91,7 @@ impl Axis {
             .into_iter()
             .find(|step| *step >= least)
             .unwrap_or(least);
-        // A tick at an end is not lost by rounding.
+        // Keep a tick at an end despite rounding.
         let (first, last) = (low / step - 1e-9, high / step + 1e-9);
         if (last - first).is_nan() {
             return Vec::new();
@@ -101,7 +101,7 @@ impl Axis {
             .collect()
     }
 
-    /// Powers of ten, or as many between them as it takes.
+    /// Powers of ten, and as many steps between them as needed.
     fn logarithmic_ticks(&self) -> Vec<(f64, String)> {
         let [low, high] = self.ends.map(f64::log10);
         let every = ((high - low) / 7.0).ceil().max(1.0) as i32;
@@ -113,7 +113,7 @@ impl Axis {
                 .collect()
         };
         let powers = of(STEPS[0]);
-        // Where one needs an exponent, all have it.
+        // If one label needs an exponent, all have one.
         if powers.len() >= FEWEST && powers.iter().any(|tick| !is_plain(*tick)) {
             let label = |tick: f64| format!("10{}", superscript(tick.log10().round() as i32));
             return powers.into_iter().map(|tick| (tick, label(tick))).collect();
@@ -125,7 +125,7 @@ impl Axis {
     }
 }
 
-/// The least and the greatest of some values; none where there are none.
+/// Minimum and maximum; `None` without values.
 fn extremes(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     values
         .filter(|value| value.is_finite())
@@ -138,7 +138,7 @@ fn is_plain(value: f64) -> bool {
     value == 0.0 || (1e-3..1e5).contains(&value.abs())
 }
 
-/// A number in its shortest form: 0.02, 5, 300, 10⁻⁶.
+/// Formats a number in its shortest form: 0.02, 5, 300, 10⁻⁶.
 pub fn short(value: f64) -> String {
     if is_plain(value) {
         let text = format!("{value:.5}");

@@ -1,4 +1,4 @@
-//! A chart: series of points over two axes.
+//! Charts: series of points over two axes.
 
 use plotters::prelude::{Color, PathElement, Polygon, Rectangle};
 
@@ -10,9 +10,9 @@ use super::paper::{Stand, Surface, coloured, words};
 use super::series::{Line, Point, Series};
 use super::{Axis, Box};
 
-/// What is around the axes: left, top, right, bottom.
+/// Margins around the axes: left, top, right, bottom.
 const AROUND_PX: Box = [74, 34, 18, 52];
-/// Between a name and the chart's edge.
+/// Distance of a name from the chart's edge.
 const RIM_PX: i32 = 4;
 const TITLE_PX: i32 = 16;
 const TEXT_PX: i32 = 14;
@@ -23,12 +23,12 @@ pub struct Chart {
     pub title: String,
     pub x: Axis,
     pub y: Axis,
-    /// Those that come first lie below the others.
+    /// From back to front.
     pub series: Vec<Series>,
 }
 
 impl Chart {
-    /// Draws it, with a legend of its own or without.
+    /// Draws the chart, with or without its own legend.
     pub fn draw(&self, surface: &Surface, has_legend: bool) -> anyhow::Result<()> {
         let plane = Plane::new(self, surface);
         plane.axes()?;
@@ -49,7 +49,7 @@ impl Chart {
     }
 }
 
-/// Where a chart's values are on a surface.
+/// Maps a chart's values to a surface.
 struct Plane<'a, 'b> {
     chart: &'a Chart,
     surface: &'a Surface<'b>,
@@ -81,7 +81,7 @@ impl<'a, 'b> Plane<'a, 'b> {
         (self.x(point.x), self.y(point.y))
     }
 
-    /// The pixels of a point's vertical range, the lower end first.
+    /// A point's vertical range in pixels, lower end first.
     fn range(&self, point: &Point) -> [i32; 2] {
         point.y_range.unwrap_or([point.y; 2]).map(|end| self.y(end))
     }
@@ -90,7 +90,7 @@ impl<'a, 'b> Plane<'a, 'b> {
         Ok(self.surface.draw(&PathElement::new(line, colour.stroke_width(width_px)))?)
     }
 
-    /// Title, edge, ticks and what the axes show.
+    /// Draws the title, the frame, the ticks and the labels.
     fn axes(&self) -> anyhow::Result<()> {
         let Self { chart, surface, .. } = self;
         let [left, top, right, bottom] = self.edges;
@@ -121,7 +121,7 @@ impl<'a, 'b> Plane<'a, 'b> {
             Line::None => Ok(()),
             Line::Thin => self.path(pixels(&series.points), &series.colour.mix(0.6), width_px),
             Line::Steps => self.path(steps(pixels(&series.points)), &series.colour, width_px),
-            // A bound is no value: line and band stop before it.
+            // Line and band stop before a bound, as it is no value.
             Line::Band => {
                 let runs = series.points.split(|point| point.mark == Mark::AtMost);
                 for run in runs.filter(|run| run.len() > 1) {
@@ -137,7 +137,7 @@ impl<'a, 'b> Plane<'a, 'b> {
         }
     }
 
-    /// A point's bars, and its mark at a pixel.
+    /// Draws a point's bars and mark.
     fn point(&self, series: &Series, point: &Point, at: (i32, i32)) -> anyhow::Result<()> {
         let range = self.range(point);
         let quiet = series.colour.mix(0.5);
@@ -164,7 +164,7 @@ impl<'a, 'b> Plane<'a, 'b> {
         Ok(())
     }
 
-    /// Bounds at one pixel: the first as it is, and an arrow for each other series hangs on it. Returns what they cover.
+    /// Draws bounds at one pixel: the first in full, and below it an arrow for each other series. Returns the covered rectangle.
     fn chain(&self, bounds: &[(&Series, &Point)]) -> anyhow::Result<Box> {
         let (mut covered, mut tip) = (Box::default(), None);
         for (k, &(series, point)) in bounds.iter().enumerate() {
@@ -201,7 +201,7 @@ impl<'a, 'b> Plane<'a, 'b> {
         [x - reach, y - reach, x + reach, y + reach]
     }
 
-    /// Pixels along all that is drawn; those of points count several times.
+    /// Pixels along all curves; points are repeated as weights.
     fn drawn(&self) -> Vec<(i32, i32)> {
         let mut drawn = Vec::new();
         for series in &self.chart.series {
@@ -224,7 +224,7 @@ impl<'a, 'b> Plane<'a, 'b> {
         drawn
     }
 
-    /// The names of points, those of points set apart first, as far as there is room beside what is taken.
+    /// Draws the names of points, ringed ones first, where the space outside `taken` permits.
     fn names(&self, taken: Vec<Box>) -> anyhow::Result<()> {
         let [left, top, right, bottom] = self.edges;
         let within = [left + RIM_PX, top + RIM_PX, right - RIM_PX, bottom - RIM_PX];
@@ -247,7 +247,7 @@ impl<'a, 'b> Plane<'a, 'b> {
     }
 }
 
-/// Bounds, those at one pixel together.
+/// Groups bounds by pixel.
 fn chains<'a>(bounds: Vec<(&'a Series, &'a Point)>, at: impl Fn(&Point) -> (i32, i32)) -> Vec<Vec<(&'a Series, &'a Point)>> {
     let mut chains: Vec<Vec<(&Series, &Point)>> = Vec::new();
     for (series, point) in bounds {
@@ -264,13 +264,13 @@ fn chains<'a>(bounds: Vec<(&'a Series, &'a Point)>, at: impl Fn(&Point) -> (i32,
     chains
 }
 
-/// Whether a point of a series has no neighbour that a line leads to.
+/// Whether no line connects a point to a neighbour in its series.
 fn is_alone(series: &Series, point: &Point) -> bool {
     let mut runs = series.points.split(|point| point.mark == Mark::AtMost);
     runs.any(|run| run.len() == 1 && std::ptr::eq(&run[0], point))
 }
 
-/// A line that goes right before it goes down.
+/// A line of steps, each right and then down.
 fn steps(points: Vec<(i32, i32)>) -> Vec<(i32, i32)> {
     let mut line: Vec<(i32, i32)> = Vec::new();
     for at in points {

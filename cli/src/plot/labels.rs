@@ -1,38 +1,38 @@
-//! Where names can stand beside their points without covering each other.
+//! Places names next to their points without overlaps.
 
 use super::paper::width_px;
 use super::{Box, meet};
 
-/// The size of labels.
+/// Font size of labels.
 pub const LABEL_PX: i32 = 11;
 
-/// Places for labels on a surface.
+/// Label placement on a surface.
 pub struct Labels {
     within: Box,
     taken: Vec<Box>,
     drawn: Vec<(i32, i32)>,
 }
 
-/// Where a label stands.
+/// Position of a label.
 pub struct Placement {
-    /// Its top left corner.
+    /// The top left corner.
     pub corner: (i32, i32),
-    /// Where a line from its point meets it, if it is so far from there that one is needed.
+    /// End of the leader line, if the label is too far from its point to do without.
     pub leader: Option<(i32, i32)>,
 }
 
-/// The height of a line.
+/// Height of a label.
 const LINE_PX: i32 = 13;
-/// How far from its mark a label stands.
+/// Distance between a label and its mark.
 const APART_PX: i32 = 3;
 
 impl Labels {
-    /// For labels within a rectangle that must not cover what is `taken`, and should cover few of the pixels that are `drawn`.
+    /// Labels within a rectangle that must not overlap `taken`, and should cover few of the pixels `drawn`.
     pub fn new(within: Box, taken: Vec<Box>, drawn: Vec<(i32, i32)>) -> Self {
         Self { within, taken, drawn }
     }
 
-    /// A place for a label of the point at `at`, whose mark reaches so far, or none where there is no room near it.
+    /// A position for the label of the point `at` with a mark of radius `reach`; `None` if there is no space near it.
     pub fn place(&mut self, text: &str, at: (i32, i32), reach: i32) -> Option<Placement> {
         let apart = reach + APART_PX;
         let width = width_px(text, LABEL_PX);
@@ -51,7 +51,7 @@ impl Labels {
             (left, above),
             (left, below),
         ];
-        // So far from its mark, whose name it is has to be shown.
+        // At this distance from its mark, a label needs a leader line.
         let farther = near.map(|(left, top)| (left + (left - x).signum() * 10, top + 16 * (top - middle).signum()));
         let label = |&(left, top): &(i32, i32)| [left, top, left + width, top + LINE_PX];
         let free = near.into_iter().chain(farther).filter(|corner| {
@@ -69,7 +69,7 @@ impl Labels {
         })
     }
 
-    /// How much of what is drawn a label would cover.
+    /// Number of drawn pixels that a label would cover.
     fn covered(&self, label: Box) -> usize {
         let drawn = self.drawn.iter();
         drawn.filter(|&&(x, y)| meet(label, [x - 1, y - 1, x + 1, y + 1])).count()

@@ -1,4 +1,4 @@
-//! Legends: in a chart, where they cover least, or in rows above a page.
+//! Legends, inside a chart where they cover least, or in rows above a page.
 
 use plotters::prelude::{Color, PathElement, RGBColor, Rectangle};
 
@@ -8,18 +8,18 @@ use super::paper::{Stand, Surface, width_px, words};
 use super::series::{Line, Series};
 use super::{Box, meet};
 
-/// The size of an entry's name.
+/// Font size of an entry.
 const NAME_PX: i32 = 13;
-/// The height of an entry.
+/// Height of an entry.
 const ROW_PX: i32 = 18;
-/// The length of an entry's line.
+/// Length of an entry's line sample.
 const SAMPLE_PX: i32 = 26;
-/// What is around entries.
+/// Margin around entries.
 const RIM_PX: i32 = 8;
-/// Between entries of a row.
+/// Distance between entries of a row.
 const BETWEEN_PX: i32 = 26;
 
-/// What stands for something that is drawn, and its name.
+/// A sample of a series or a mark, and its name.
 #[derive(Clone, Debug)]
 pub struct Entry {
     pub name: String,
@@ -30,7 +30,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// For a series.
+    /// The entry of a series.
     pub fn of(series: &Series) -> Self {
         let mark = series.points.first().map(|_| Mark::Dot);
         Self {
@@ -42,7 +42,7 @@ impl Entry {
         }
     }
 
-    /// For a mark.
+    /// The entry of a mark.
     pub fn of_mark(name: &str, mark: Option<Mark>, is_ringed: bool) -> Self {
         Self {
             name: name.into(),
@@ -53,12 +53,12 @@ impl Entry {
         }
     }
 
-    /// Words alone.
+    /// An entry of text alone.
     pub fn of_words(words: &str) -> Self {
         Self::of_mark(words, None, false)
     }
 
-    /// Whether there is nothing but its name.
+    /// Whether it has no sample.
     fn is_bare(&self) -> bool {
         self.line == Line::None && self.mark.is_none() && !self.is_ringed
     }
@@ -68,7 +68,7 @@ impl Entry {
         sample + width_px(&self.name, NAME_PX)
     }
 
-    /// Draws it rightwards from a place, which is in the middle of its height.
+    /// Draws it from a point to the right, vertically centred.
     fn draw(&self, surface: &Surface, (left, middle): (i32, i32)) -> anyhow::Result<()> {
         let mut name = left;
         if !self.is_bare() {
@@ -89,7 +89,7 @@ impl Entry {
     }
 }
 
-/// Draws entries one below the other, inside a chart where they cover the fewest of `drawn`; returns where they stand.
+/// Draws entries in a column, inside a chart where they cover the fewest of `drawn`; returns the rectangle.
 pub fn inside(surface: &Surface, edges: Box, entries: &[Entry], drawn: &[(i32, i32)]) -> anyhow::Result<Box> {
     let widest = entries.iter().map(Entry::width_px).max().unwrap_or(0);
     let size = [widest + 2 * RIM_PX, ROW_PX * entries.len() as i32 + RIM_PX];
@@ -104,7 +104,7 @@ pub fn inside(surface: &Surface, edges: Box, entries: &[Entry], drawn: &[(i32, i
     Ok(place)
 }
 
-/// Of the corners, then of places between them, the one of that size that covers the fewest pixels.
+/// The rectangle of that size that covers the fewest pixels: corners first, then positions between them.
 fn freest(edges: Box, [width, height]: [i32; 2], drawn: &[(i32, i32)]) -> Box {
     let [left, top, right, bottom] = edges;
     let (near, far) = (left + RIM_PX, right - RIM_PX - width);
@@ -122,7 +122,7 @@ fn freest(edges: Box, [width, height]: [i32; 2], drawn: &[(i32, i32)]) -> Box {
     places.min_by_key(covered).unwrap_or(edges)
 }
 
-/// Where entries stand above a page so wide: from left to right, in as many lines as it takes, each row in lines of its own.
+/// Positions of entries above a page `page_px` wide, from left to right; each row starts a new line and wraps as needed.
 fn places(rows: &[Vec<Entry>], page_px: i32) -> Vec<(&Entry, (i32, i32))> {
     let (mut placed, mut line) = (Vec::new(), 0);
     for row in rows.iter().filter(|row| !row.is_empty()) {
@@ -139,7 +139,7 @@ fn places(rows: &[Vec<Entry>], page_px: i32) -> Vec<(&Entry, (i32, i32))> {
     placed
 }
 
-/// The height of rows of entries above a page so wide; 0 where there are none.
+/// Height of rows of entries above a page `page_px` wide; 0 without entries.
 pub fn height_px(rows: &[Vec<Entry>], page_px: i32) -> i32 {
     let lowest = places(rows, page_px).into_iter().map(|(_, (_, y))| y).max();
     lowest.map_or(0, |lowest| lowest + ROW_PX / 2 + RIM_PX)

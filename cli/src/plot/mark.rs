@@ -1,4 +1,4 @@
-//! What stands at a point.
+//! Marks of points.
 
 use plotters::prelude::{Circle, Color, PathElement, RGBColor, Rectangle};
 
@@ -8,28 +8,28 @@ use super::paper::Surface;
 /// The mark of a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mark {
-    /// A full dot.
+    /// A filled dot.
     #[default]
     Dot,
-    /// An empty one.
+    /// A hollow dot.
     Ring,
-    /// A small one that others shine through, for clouds.
+    /// A small translucent dot, for clouds.
     Speck,
-    /// An arrow down: the value is at most this.
+    /// A down arrow: the value is an upper bound.
     AtMost,
-    /// A box over the point's range, and a line across it at its value.
+    /// A box over the point's range, with a line at its value.
     Box,
-    /// Nothing: a line shows the point.
+    /// No mark: a line shows the point.
     None,
 }
 
-/// Half of a box's width.
+/// Half-width of a box.
 const BOX_PX: i32 = 18;
-/// How far an arrow reaches down.
+/// Length of an arrow.
 pub const ARROW_PX: i32 = 10;
 
 impl Mark {
-    /// How far it reaches from its point, with a ring around it or without.
+    /// Distance of the mark's edge from its point, with or without a ring.
     pub fn reach_px(self, is_ringed: bool) -> i32 {
         match self {
             _ if is_ringed => 9,
@@ -40,7 +40,7 @@ impl Mark {
         }
     }
 
-    /// Draws it at a pixel; `range` is that of a box, from its lower to its upper pixel.
+    /// Draws the mark at a pixel; `range` is a box's, from the lower to the upper pixel.
     pub fn draw(self, surface: &Surface, at: (i32, i32), range: [i32; 2], colour: RGBColor) -> anyhow::Result<()> {
         let (x, y) = at;
         match self {
@@ -68,7 +68,7 @@ impl Mark {
     }
 }
 
-/// Draws an arrow down from a pixel.
+/// Draws a down arrow from a pixel.
 pub fn arrow(surface: &Surface, (x, y): (i32, i32), colour: RGBColor) -> anyhow::Result<()> {
     let tip = (x, y + ARROW_PX);
     let head = vec![(x - 3, tip.1 - 4), tip, (x + 3, tip.1 - 4)];
@@ -78,7 +78,7 @@ pub fn arrow(surface: &Surface, (x, y): (i32, i32), colour: RGBColor) -> anyhow:
     Ok(())
 }
 
-/// Draws the ring that sets a point apart.
+/// Draws the ring that highlights a point.
 pub fn ring(surface: &Surface, at: (i32, i32), colour: RGBColor) -> anyhow::Result<()> {
     Ok(surface.draw(&Circle::new(at, 8, colour.stroke_width(2)))?)
 }

@@ -1,7 +1,7 @@
-//! Charts and rows of pictures: commands say what is drawn, this module how.
+//! Charts and rows of pictures: commands provide the data, this module the appearance.
 //!
-//! A [`Page`] holds [`Chart`]s, a chart two [`Axis`]es and [`Series`] of [`Point`]s. A legend stands where it covers least, a point's name
-//! where there is room for it. A page is drawn once as SVG, and kept as SVG and as PNG by [`save`].
+//! A [`Page`] holds [`Chart`]s, a chart two [`Axis`]es and [`Series`] of [`Point`]s. A legend is placed where it covers least, a point's
+//! name if there is space. A page is drawn once, and [`save`] writes it as SVG and as PNG.
 
 mod axis;
 mod chart;
@@ -29,7 +29,7 @@ pub use series::{Line, Point, Series};
 /// A rectangle in pixels: left, top, right, bottom.
 type Box = [i32; 4];
 
-/// Whether two rectangles have pixels in common.
+/// Whether two rectangles overlap.
 fn meet(one: Box, other: Box) -> bool {
     one[0] < other[2] && other[0] < one[2] && one[1] < other[3] && other[1] < one[3]
 }

@@ -1,4 +1,4 @@
-//! Charts side by side, with what their colours and marks mean above them.
+//! Charts side by side, with a common legend above.
 
 use super::chart::Chart;
 use super::legend::{self, Entry};
@@ -7,16 +7,16 @@ use super::paper::{self, Drawing};
 /// Charts on one page.
 pub struct Page {
     pub charts: Vec<Chart>,
-    /// Charts in a row.
+    /// Charts per row.
     pub columns: usize,
-    /// The size of each.
+    /// Size of each chart in pixels: width, height.
     pub chart_px: (i32, i32),
-    /// Rows of a legend for all of them; without it, each has its own.
+    /// Rows of the common legend; if empty, each chart has its own.
     pub legend: Vec<Vec<Entry>>,
 }
 
 impl Page {
-    /// Charts without a legend in common.
+    /// Charts without a common legend.
     pub fn new(charts: Vec<Chart>, columns: usize, chart_px: (i32, i32)) -> Self {
         Self {
             charts,

@@ -1,4 +1,4 @@
-//! The colours of all charts: a thing that several of them show has one colour in all.
+//! The colours of all charts; what several charts show has the same colour in all.
 
 pub use plotters::style::RGBColor;
 pub use plotters::style::colors::{BLACK, WHITE};
@@ -20,14 +20,14 @@ const COLOURS: [RGBColor; 10] = [
 pub const ON: RGBColor = COLOURS[1];
 /// Off LEDs.
 pub const OFF: RGBColor = COLOURS[0];
-/// A front, behind the points on it.
+/// A Pareto front, behind its points.
 pub const FRONT: RGBColor = RGBColor(205, 205, 205);
-/// Lines across a chart at its ticks.
+/// Grid lines.
 pub const GRID: RGBColor = RGBColor(232, 232, 232);
-/// A chart's edge.
+/// A chart's frame.
 pub const EDGE: RGBColor = RGBColor(90, 90, 90);
 
-/// What is drawn in more than one place, by its name there, and its colour.
+/// Fixed colours of series that several charts show, by name.
 const OWN: [(&str, RGBColor); 14] = [
     ("ml", COLOURS[0]),
     ("kmeans", COLOURS[1]),
@@ -45,12 +45,12 @@ const OWN: [(&str, RGBColor); 14] = [
     ("B2W", COLOURS[2]),
 ];
 
-/// The colours of what one plot shows, in its order: what has a colour of its own bears it, all else those that are left.
+/// The colours of a plot's series, in order: fixed ones by name, the remaining ones from those left.
 pub fn colours(names: &[impl AsRef<str>]) -> Vec<RGBColor> {
     let own = |name: &str| OWN.iter().find(|(known, _)| *known == name);
     let own: Vec<Option<RGBColor>> = names.iter().map(|name| own(name.as_ref()).map(|&(_, colour)| colour)).collect();
     let left = COLOURS.iter().filter(|colour| !own.contains(&Some(**colour)));
-    // Where all are taken, some are seen twice.
+    // Once all are used, colours repeat.
     let mut left = left.chain(&COLOURS).cycle();
     let mut next = || *left.next().unwrap_or(&BLACK);
     own.iter().map(|own| own.unwrap_or_else(&mut next)).collect()

@@ -1,6 +1,6 @@
-//! What is drawn on: a sheet that is kept as SVG and as PNG.
+//! The drawing surface, saved as SVG and as PNG.
 //!
-//! Text is set in DejaVu Sans, which is part of the program: plots look the same where no fonts are installed.
+//! Text is set in DejaVu Sans, which is built in, so plots look the same without installed fonts.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -18,19 +18,19 @@ use crate::files;
 /// The font of all text.
 const FONT: &str = "DejaVu Sans";
 
-/// What plots are drawn on: white, in pixels from the top left.
+/// A drawing surface: white, in pixels from the top left.
 pub type Surface<'a> = DrawingArea<Sheet<'a>, plotters::coord::Shift>;
 
-/// What was drawn.
+/// A finished drawing.
 #[derive(Clone, Debug)]
 pub struct Drawing {
     /// As an SVG document.
     pub svg: String,
-    /// As a PNG image, twice as large.
+    /// As a PNG image of twice the size.
     pub png: Vec<u8>,
 }
 
-/// Draws a plot of that many pixels across and down.
+/// Draws a plot of this width and height in pixels.
 pub fn draw(size_px: (u32, u32), draw: impl FnOnce(&Surface) -> anyhow::Result<()>) -> anyhow::Result<Drawing> {
     know_font()?;
     let raster = Raster::new(size_px, dejavu::sans::regular());
@@ -46,32 +46,32 @@ pub fn draw(size_px: (u32, u32), draw: impl FnOnce(&Surface) -> anyhow::Result<(
     Ok(Drawing { svg, png })
 }
 
-/// Without its own font plotters cannot tell how wide a word is.
+/// Registers the font, which plotters needs to measure text.
 fn know_font() -> anyhow::Result<()> {
     register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).map_err(|_| anyhow!("the font {FONT} is damaged"))
 }
 
-/// Where words stand against their place.
+/// Alignment of text relative to its anchor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stand {
-    /// To its right and below it.
+    /// To the right and below.
     Corner,
-    /// Below it, in the middle.
+    /// Below, centred.
     Below,
-    /// To its left.
+    /// To the left.
     Left,
-    /// To its right.
+    /// To the right.
     Right,
-    /// To its right, upright, read from below.
+    /// To the right, rotated, reading upwards.
     Upright,
 }
 
-/// Words of a size, in black.
+/// Draws black text of this size.
 pub fn words(surface: &Surface, words: &str, at: (i32, i32), size_px: i32, stand: Stand) -> anyhow::Result<()> {
     coloured(surface, words, at, size_px, stand, BLACK)
 }
 
-/// Words of a size, in a colour.
+/// Draws coloured text of this size.
 pub fn coloured(surface: &Surface, words: &str, at: (i32, i32), size_px: i32, stand: Stand, colour: RGBColor) -> anyhow::Result<()> {
     let mut font = (FONT, size_px).into_font();
     if stand == Stand::Upright {
@@ -87,26 +87,26 @@ pub fn coloured(surface: &Surface, words: &str, at: (i32, i32), size_px: i32, st
     Ok(surface.draw(&Text::new(words.to_string(), at, style))?)
 }
 
-/// The width of words of a size.
+/// Width of text of this size.
 pub fn width_px(words: &str, size_px: i32) -> i32 {
     let size = know_font().ok().and_then(|()| (FONT, size_px).into_font().box_size(words).ok());
-    // DejaVu's letters are somewhat wider than half of their size.
+    // DejaVu's letters are slightly wider than half the font size.
     size.map_or(words.chars().count() as i32 * size_px * 5 / 9, |size| size.0 as i32)
 }
 
-/// Writes a plot as `stem`.svg and `stem`.png, each whole or not at all.
+/// Writes a plot as `stem`.svg and `stem`.png, each atomically.
 pub fn save(stem: &Path, drawing: &Drawing) -> anyhow::Result<()> {
     let [svg, png] = files_of(stem);
     files::write(&svg, &drawing.svg)?;
     files::write(&png, &drawing.png)
 }
 
-/// The files of a drawing.
+/// A drawing's files.
 pub fn files_of(stem: &Path) -> [PathBuf; 2] {
     ["svg", "png"].map(|kind| stem.with_added_extension(kind))
 }
 
-/// A drawing's name as an option gives it, without the ending of one of its files.
+/// Parses a drawing's name, without the extension of either file.
 pub fn stem(name: &str) -> Result<PathBuf, String> {
     let name = Path::new(name);
     match name.extension().and_then(OsStr::to_str) {

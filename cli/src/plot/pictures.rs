@@ -1,4 +1,4 @@
-//! Grey pictures in a row, with words under them.
+//! Rows of grey pictures with captions.
 
 use plotters::prelude::{Color, RGBColor, Rectangle};
 
@@ -11,7 +11,7 @@ pub struct Picture<'a> {
     pub grey: &'a [u8],
     /// Pixels in a row.
     pub width: usize,
-    /// The lines under it.
+    /// The caption's lines.
     pub words: Vec<String>,
 }
 
@@ -19,7 +19,7 @@ const GAP_PX: i32 = 16;
 const LINE_PX: i32 = 20;
 const TEXT_PX: i32 = 15;
 
-/// Pictures of the same width side by side, as an SVG document.
+/// Draws pictures of equal width side by side, as an SVG document.
 pub fn row(pictures: &[Picture], width_px: i32) -> anyhow::Result<Drawing> {
     let height_px = |picture: &Picture| picture.edge(picture.rows(), width_px);
     let tallest_px = pictures.iter().map(height_px).max().unwrap_or(0);
@@ -46,12 +46,12 @@ impl Picture<'_> {
         self.grey.len() / self.width.max(1)
     }
 
-    /// Where its k-th column or row begins: at a whole pixel, so that no seams show.
+    /// Start of column or row `k`: a whole pixel, so that no seams show.
     fn edge(&self, k: usize, width_px: i32) -> i32 {
         (k as f64 * f64::from(width_px) / self.width.max(1) as f64).round() as i32
     }
 
-    /// Draws it pixel by pixel, equal neighbours in a row together.
+    /// Draws the picture, merging equal neighbours in a row.
     fn draw(&self, surface: &Surface, (left, top): (i32, i32), width_px: i32) -> anyhow::Result<()> {
         let at = |x: usize, y: usize| (left + self.edge(x, width_px), top + self.edge(y, width_px));
         for (y, row) in self.grey.chunks_exact(self.width.max(1)).enumerate() {
@@ -63,7 +63,7 @@ impl Picture<'_> {
                 x += run.len();
             }
         }
-        // White pictures need an edge on white paper.
+        // White pictures need a frame on white paper.
         let corners = [at(0, 0), at(self.width, self.rows())];
         Ok(surface.draw(&Rectangle::new(corners, BLACK.mix(0.4).stroke_width(1)))?)
     }

@@ -1,4 +1,4 @@
-//! Pixels of what is drawn: the same shapes and words as in the SVG document, twice as large.
+//! Rasterises the shapes and text of the SVG document at twice the size.
 
 use ab_glyph::{Font, FontRef, OutlineCurve, Point};
 use image::ImageEncoder;
@@ -8,17 +8,17 @@ use plotters::style::text_anchor::{HPos, VPos};
 use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle};
 use tiny_skia::{FillRule, Paint, Path, PathBuilder, Pixmap, Rect, Stroke, Transform};
 
-/// Pixels for one of the SVG document, across and down.
+/// Raster pixels per pixel of the SVG document.
 const SCALE: f32 = 2.0;
 
-/// Pixels that are drawn on.
+/// A raster canvas.
 pub struct Raster<'a> {
     pixels: Pixmap,
     font: FontRef<'a>,
 }
 
 impl<'a> Raster<'a> {
-    /// Pixels for a document of that size, all transparent; `None` for no pixels, too many or a damaged font.
+    /// A transparent canvas for a document of this size; `None` if the size is 0 or too large, or the font is damaged.
     pub fn new((width, height): (u32, u32), font: &'a [u8]) -> Option<Self> {
         let scaled = |length: u32| length.checked_mul(SCALE as u32);
         Some(Self {
@@ -27,10 +27,10 @@ impl<'a> Raster<'a> {
         })
     }
 
-    /// What has been drawn, as a PNG image.
+    /// Encodes the canvas as PNG.
     pub fn png(&self) -> image::ImageResult<Vec<u8>> {
         let mut file = Vec::new();
-        // Plots are drawn once and kept for long: small files are worth the time.
+        // Plots are drawn once and stored long: a small file justifies the time.
         PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::NoFilter).write_image(
             self.pixels.data(),
             self.pixels.width(),
@@ -40,12 +40,12 @@ impl<'a> Raster<'a> {
         Ok(file)
     }
 
-    /// Fills the square of one pixel.
+    /// Fills one pixel of the document.
     pub fn pixel(&mut self, at: BackendCoord, colour: BackendColor) {
         self.fill(rectangle(at, (at.0 + 1, at.1 + 1)), colour);
     }
 
-    /// A rectangle, filled or its edge.
+    /// Draws a rectangle, filled or outlined.
     pub fn rectangle(&mut self, upper_left: BackendCoord, bottom_right: BackendCoord, style: &impl BackendStyle, fill: bool) {
         let path = rectangle(upper_left, bottom_right);
         if fill {
@@ -55,17 +55,17 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// A line through points.
+    /// Draws a line through points.
     pub fn path(&mut self, points: &[BackendCoord], style: &impl BackendStyle) {
         self.stroke(polyline(points, false), style.color(), style.stroke_width());
     }
 
-    /// A polygon, filled.
+    /// Fills a polygon.
     pub fn polygon(&mut self, points: &[BackendCoord], colour: BackendColor) {
         self.fill(polyline(points, true), colour);
     }
 
-    /// A circle, filled or its edge.
+    /// Draws a circle, filled or outlined.
     pub fn circle(&mut self, centre: BackendCoord, radius: u32, style: &impl BackendStyle, fill: bool) {
         let path = PathBuilder::from_circle(centre.0 as f32, centre.1 as f32, radius as f32);
         if fill {
@@ -75,7 +75,7 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// Words at a place, as the SVG document has them: see `SVGBackend::draw_text`.
+    /// Draws text as the SVG document does: see `SVGBackend::draw_text`.
     pub fn text(&mut self, text: &str, style: &impl BackendTextStyle, at: BackendCoord) {
         let em = (style.size() / 1.24) as f32;
         let scale = em / self.font.units_per_em().unwrap_or(2048.0);
@@ -129,7 +129,7 @@ fn paint(colour: BackendColor) -> Paint<'static> {
     paint
 }
 
-/// None where it has no inside.
+/// `None` if it is empty.
 fn rectangle(upper_left: BackendCoord, bottom_right: BackendCoord) -> Option<Path> {
     let [left, top] = [upper_left.0, upper_left.1].map(|at| at as f32);
     let [right, bottom] = [bottom_right.0, bottom_right.1].map(|at| at as f32);
@@ -153,7 +153,7 @@ fn polyline(points: &[BackendCoord], closed: bool) -> Option<Path> {
     path.finish()
 }
 
-/// The outline of words from the origin to the right, and how far they go, in the font's units.
+/// The outline of a text from the origin to the right, and its advance, in font units.
 fn outline(font: &FontRef, text: &str) -> (Option<Path>, f32) {
     let mut path = PathBuilder::new();
     let (mut right, mut last) = (0.0, None);
@@ -173,7 +173,7 @@ fn outline(font: &FontRef, text: &str) -> (Option<Path>, f32) {
     (path.finish(), right)
 }
 
-/// Adds a curve, which begins a contour where it does not go on from the end of the last one.
+/// Appends a curve, in a new contour unless it continues the previous one.
 fn add(path: &mut PathBuilder, curve: &OutlineCurve, right: f32, end: &mut Option<Point>) {
     let (OutlineCurve::Line(from, to) | OutlineCurve::Quad(from, _, to) | OutlineCurve::Cubic(from, _, _, to)) = curve;
     if *end != Some(*from) {

@@ -1,12 +1,12 @@
-//! What a chart shows: series of points, and what connects them.
+//! Series of points, and the lines between them.
 
 use plotters::prelude::RGBColor;
 
 use super::mark::Mark;
 
-/// Points that belong together.
+/// A series of points.
 pub struct Series {
-    /// Its name in the legend; empty for one that is not in it.
+    /// The legend entry; empty for a series without one.
     pub name: String,
     pub colour: RGBColor,
     pub line: Line,
@@ -25,13 +25,13 @@ impl Series {
     }
 }
 
-/// What connects the points of a series.
+/// The line through a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
     None,
-    /// A thin line; points have bars over their ranges.
+    /// A thin line; points have range bars.
     Thin,
-    /// A line, and a band over the vertical ranges; a point alone has a bar.
+    /// A line with a band over the vertical ranges; a lone point has a bar.
     Band,
     /// Wide steps without marks, down at each point.
     Steps,
@@ -42,18 +42,18 @@ pub enum Line {
 pub struct Point {
     pub x: f64,
     pub y: f64,
-    /// Where it may lie as well.
+    /// The horizontal uncertainty range.
     pub x_range: Option<[f64; 2]>,
     pub y_range: Option<[f64; 2]>,
     pub mark: Mark,
-    /// Whether a ring sets it apart.
+    /// Whether a ring highlights it.
     pub is_ringed: bool,
-    /// What is written beside it, where there is room.
+    /// The label, if space permits.
     pub name: Option<String>,
 }
 
 impl Point {
-    /// A value with the range that it may lie in.
+    /// A value with its uncertainty range.
     pub fn within(x: f64, y: f64, y_range: [f64; 2]) -> Self {
         let y_range = Some(y_range);
         Self {
@@ -64,7 +64,7 @@ impl Point {
         }
     }
 
-    /// An error rate with its interval; where none of the errors was met, all that is known is that it is at most the interval's end.
+    /// An error rate with its interval; without errors, the interval's end as an upper bound.
     pub fn rate(x: f64, rate: f64, [low, high]: [f64; 2], errors: u64) -> Self {
         let (y, mark) = match errors {
             0 => (high, Mark::AtMost),
@@ -78,7 +78,7 @@ impl Point {
 }
 
 impl Line {
-    /// How wide it is.
+    /// The line width.
     pub fn width_px(self) -> Option<u32> {
         match self {
             Self::None => None,

@@ -1,4 +1,4 @@
-//! A sheet on which each shape is drawn twice: in an SVG document and in pixels.
+//! A sheet that draws each shape twice: as SVG and in pixels.
 
 use std::io::Error;
 
@@ -7,14 +7,14 @@ use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyl
 
 use super::raster::Raster;
 
-/// What plots are drawn on.
+/// A drawing backend for plots.
 pub struct Sheet<'a> {
     svg: SVGBackend<'a>,
     raster: &'a mut Raster<'static>,
 }
 
 impl<'a> Sheet<'a> {
-    /// A sheet of that many pixels across and down.
+    /// A sheet of this width and height in pixels.
     pub fn new(svg: &'a mut String, raster: &'a mut Raster<'static>, size_px: (u32, u32)) -> Self {
         Self {
             svg: SVGBackend::with_string(svg, size_px),

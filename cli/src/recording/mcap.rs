@@ -1,4 +1,4 @@
-//! Files of [MCAP](https://mcap.dev/spec): schemas, channels and messages in chunks that are not compressed, with checksums and indexes.
+//! [MCAP](https://mcap.dev/spec) files: schemas, channels and messages in uncompressed chunks, with checksums and indexes.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -6,12 +6,12 @@ use std::io::{self, Write};
 use crc32fast::Hasher;
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
-/// What wrote a file.
+/// The name of this writer in the file.
 const LIBRARY: &str = concat!("vocc ", env!("CARGO_PKG_VERSION"));
-/// A chunk that is larger ends before the next message.
+/// A chunk ends once it exceeds this size.
 const CHUNK_BYTES: usize = 1024 * 1024;
 
-/// The numbers of the record types.
+/// Opcodes of the record types.
 mod op {
     pub const HEADER: u8 = 0x01;
     pub const FOOTER: u8 = 0x02;
@@ -26,37 +26,37 @@ mod op {
     pub const DATA_END: u8 = 0x0f;
 }
 
-/// A type of messages, in the words of ROS 2.
+/// A message type as defined in ROS 2.
 pub struct Schema {
     pub name: &'static str,
     pub definition: &'static str,
 }
 
-/// Writes a file from its beginning to its end.
+/// Writes a file sequentially.
 pub struct Writer<W> {
     file: W,
     position: u64,
     checksum: Hasher,
     chunk: Chunk,
-    /// The names of the schemas, and their records.
+    /// The names of the schemas, with their records.
     schemas: Vec<(&'static str, Vec<u8>)>,
-    /// The records of the channels, and how many messages each has.
+    /// The records of the channels, with their message counts.
     channels: Vec<(Vec<u8>, u64)>,
     chunk_indexes: Vec<Vec<u8>>,
     times_ns: Option<[u64; 2]>,
 }
 
-/// Records that are written together.
+/// Buffered records.
 #[derive(Default)]
 struct Chunk {
     records: Vec<u8>,
     times_ns: Option<[u64; 2]>,
-    /// By channel, the time and the offset of each message.
+    /// The time and the offset of each message, by channel.
     indexes: BTreeMap<u16, Vec<u8>>,
 }
 
 impl<W: Write> Writer<W> {
-    /// Begins a file of messages of ROS 2.
+    /// Begins a file of ROS 2 messages.
     pub fn new(file: W) -> io::Result<Self> {
         let mut writer = Self {
             file,
@@ -73,7 +73,7 @@ impl<W: Write> Writer<W> {
         Ok(writer)
     }
 
-    /// Adds a channel, and returns its number.
+    /// Adds a channel, and returns its id.
     pub fn channel(&mut self, topic: &str, schema: Schema) -> u16 {
         let known = self.schemas.iter().position(|(name, _)| *name == schema.name);
         let index = known.unwrap_or(self.schemas.len());
@@ -112,20 +112,20 @@ impl<W: Write> Writer<W> {
             let [first, last] = times_ns.unwrap_or([time_ns; 2]);
             *times_ns = Some([first.min(time_ns), last.max(time_ns)]);
         }
-        // When it was taken and when it was published are the same.
+        // Log time and publish time are equal.
         chunk
             .records
             .extend_from_slice(&record(op::MESSAGE, &[&id, &sequence, &time, &time, message]));
         Ok(())
     }
 
-    /// Ends the chunk at hand, so that all messages can be read.
+    /// Ends the current chunk, so that all messages are readable.
     pub fn keep(&mut self) -> io::Result<()> {
         self.end_chunk()?;
         self.file.flush()
     }
 
-    /// Writes what is left, and the summary.
+    /// Writes the remaining chunk and the summary.
     pub fn finish(mut self) -> io::Result<W> {
         self.end_chunk()?;
         let checksum = self.checksum.clone().finalize().to_le_bytes();
@@ -148,7 +148,7 @@ impl<W: Write> Writer<W> {
         }
         let offsets_start = start + summary.len() as u64;
         summary.extend(offsets);
-        // The footer's checksum is that of all of the summary, and of the footer before it.
+        // The footer's checksum covers the summary and the footer's preceding fields.
         let mut footer = record(op::FOOTER, &[&start.to_le_bytes(), &offsets_start.to_le_bytes(), &[0; 4]]);
         footer.truncate(footer.len() - 4);
         summary.extend(footer);
@@ -173,7 +173,7 @@ impl<W: Write> Writer<W> {
                 &messages.to_le_bytes(),
                 &(self.schemas.len() as u16).to_le_bytes(),
                 &(self.channels.len() as u32).to_le_bytes(),
-                // Neither attachments nor metadata.
+                // No attachments or metadata.
                 &[0; 8],
                 &(self.chunk_indexes.len() as u32).to_le_bytes(),
                 &first,
@@ -183,7 +183,7 @@ impl<W: Write> Writer<W> {
         )
     }
 
-    /// Writes the chunk at hand, if there is something in it, and the indexes of its messages.
+    /// Writes the current chunk, unless empty, and its message indexes.
     fn end_chunk(&mut self) -> io::Result<()> {
         let chunk = std::mem::take(&mut self.chunk);
         if chunk.records.is_empty() {
@@ -231,7 +231,7 @@ impl<W: Write> Writer<W> {
     }
 }
 
-/// A record of fields one after another.
+/// Concatenates fields to a record.
 fn record(code: u8, fields: &[&[u8]]) -> Vec<u8> {
     let length: usize = fields.iter().map(|field| field.len()).sum();
     let mut record = Vec::with_capacity(9 + length);
@@ -243,7 +243,7 @@ fn record(code: u8, fields: &[&[u8]]) -> Vec<u8> {
     record
 }
 
-/// Bytes, and before them how many they are.
+/// Bytes with a length prefix.
 fn sized(bytes: &[u8]) -> Vec<u8> {
     [&(bytes.len() as u32).to_le_bytes(), bytes].concat()
 }
@@ -258,7 +258,7 @@ mod tests {
 
     use super::*;
 
-    /// What the format's own library writes of the same messages.
+    /// The format's reference library, for the same messages.
     fn reference(channels: &[(&str, Schema)], messages: &[(u16, u64, Vec<u8>)]) -> Vec<u8> {
         let options = mcap::WriteOptions::new().profile("ros2").library(LIBRARY).compression(None);
         let mut writer = options.create(Cursor::new(Vec::new())).expect("a file");
@@ -307,7 +307,7 @@ mod tests {
     fn files_are_those_of_the_formats_own_library_byte_for_byte() {
         let image = |frame: u8| (1, 10_000_000 * u64::from(frame), vec![frame; 300_000]);
         let note = |time_ns, channel| (channel, time_ns, b"ice".to_vec());
-        // Several chunks; one channel without messages; a time that goes back.
+        // Several chunks, one channel without messages, and a time that goes back.
         let film: Vec<_> = (0..12).map(image).chain([note(7, 2), note(3, 2)]).collect();
         for messages in [vec![], vec![note(5, 3)], film] {
             let file = written(&messages);

@@ -1,19 +1,19 @@
-//! Messages of ROS 2: what is in each, in its order, and its definition in the words of ROS.
+//! ROS 2 messages: their fields in order, and their definitions.
 
 use glam::{DMat3, DQuat};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::pose::{Lens, Pose as PanelPose};
 use serde::Serialize;
 
-/// A type of messages.
+/// A message type.
 pub trait Ros: Serialize {
     /// Its name.
     const NAME: &'static str;
-    /// Its definition, and those of all types in it.
+    /// Its definition, with those of all nested types.
     const DEFINITION: &'static str;
 }
 
-/// What a type is called, and the file that defines it.
+/// A type's name, and the file of its definition.
 macro_rules! ros {
     ($message:ty, $package:literal, $name:literal) => {
         impl Ros for $message {
@@ -36,7 +36,7 @@ pub struct Header<'a> {
 }
 
 impl<'a> Header<'a> {
-    /// Of a frame of reference, at a time in nanoseconds.
+    /// A header for a frame of reference, at a time in nanoseconds.
     pub fn at(time_ns: u64, frame_id: &'a str) -> Self {
         const SECOND_NS: u64 = 1_000_000_000;
         Self {
@@ -69,13 +69,13 @@ pub struct CameraInfo<'a> {
     r: [f64; 9],
     p: [f64; 12],
     binning: [u32; 2],
-    /// Neither cut out nor rectified.
+    /// The full, unrectified image.
     region: [u32; 4],
     is_rectified: bool,
 }
 
 impl<'a> CameraInfo<'a> {
-    /// Of frames of that many columns and rows.
+    /// Camera info for frames of this width and height.
     pub fn of(header: Header<'a>, [width, height]: [u32; 2], lens: &Lens) -> Self {
         let ([fx, fy], [cx, cy]) = (lens.focal_px, lens.principal_px);
         let is_rational = lens.distortion[5..] != [0.0; 3];
@@ -111,7 +111,7 @@ ros!(Text<'_>, "std_msgs", "String");
 
 #[derive(Serialize)]
 pub struct Bytes<'a> {
-    /// It says nothing of what the bytes are.
+    /// Empty: no layout.
     dimensions: [u32; 1],
     data_offset: u32,
     data: &'a [u8],
@@ -152,10 +152,10 @@ impl<'a> PoseWithCovarianceStamped<'a> {
 
 ros!(PoseWithCovarianceStamped<'_>, "geometry_msgs", "PoseWithCovarianceStamped");
 
-/// What is drawn on an image.
+/// Drawings on an image.
 #[derive(Serialize)]
 pub struct ImageAnnotations {
-    /// There are none, of whatever type.
+    /// Empty.
     circles: [u32; 1],
     points: Vec<PointsAnnotation>,
     texts: Vec<TextAnnotation>,
@@ -182,13 +182,13 @@ struct TextAnnotation {
     background_color: [f64; 4],
 }
 
-/// A closed line.
+/// A closed polyline.
 const LINE_LOOP: u8 = 2;
 const YELLOW: [f64; 4] = [1.0, 0.8, 0.0, 1.0];
 const NOTHING: [f64; 4] = [0.0; 4];
 
 impl ImageAnnotations {
-    /// A panel's outline, half a pitch around its corner LEDs, and its bits below.
+    /// A panel's outline, half a pitch outside its corner LEDs, with its bits below.
     pub fn outline(timestamp: Time, corners: &Corners, bits: String) -> Self {
         let homography = corners.homography();
         let (near, far) = (-0.5, 7.5);

@@ -1,4 +1,4 @@
-//! The report: each claim against its number, under the scene and under other readings of the paper.
+//! The report: each claim with its number, under the scene and under other readings of the paper.
 
 use studies::reproduction::{Claim, ERRORS_ENOUGH, INTERPRETATIONS, PAPERS_DETECTOR, Study};
 
@@ -6,11 +6,11 @@ use super::document::Document;
 use super::figure::Figure;
 use crate::numbers::{number, with_interval};
 
-/// The claims under one reading, and the name of that reading.
+/// The claims under one reading, with its name.
 pub struct ReadingClaims {
     /// The reading's name.
     pub name: &'static str,
-    /// The claims whose data are there.
+    /// The claims with complete data.
     pub claims: Vec<Claim>,
 }
 
@@ -38,7 +38,7 @@ pub fn report(study: &Study, command: &str, claims: &[Claim], readings: &[Readin
     document
 }
 
-/// The claims under other readings of the paper.
+/// Adds the claims under other readings of the paper.
 fn other_readings(document: &mut Document, claims: &[Claim], readings: &[ReadingClaims]) {
     document.heading("The same under other readings");
     document.text(
@@ -52,7 +52,7 @@ fn other_readings(document: &mut Document, claims: &[Claim], readings: &[Reading
     }));
 }
 
-/// How the frames are spread.
+/// The distribution of the frames.
 fn frames(study: &Study) -> String {
     let axes = &study.axes;
     let share = |points: usize| study.share(points);
@@ -77,7 +77,7 @@ fn frames(study: &Study) -> String {
     )
 }
 
-/// A verdict as a word.
+/// A verdict in words.
 pub fn verdict(holds: Option<bool>) -> &'static str {
     match holds {
         Some(true) => "yes",

@@ -1,10 +1,10 @@
-//! A document, written as Markdown beside its pictures, and as one HTML file that holds them.
+//! A document as Markdown with separate pictures, and as a single HTML file.
 
-/// A document. Texts are Markdown, as far as it goes on one line: `code` and **what matters**.
+/// A document. Texts are inline Markdown: `code` and **strong**.
 pub struct Document {
     title: String,
     markdown: String,
-    /// The same as HTML, with its pictures.
+    /// As HTML, with its pictures.
     body: String,
 }
 
@@ -64,7 +64,7 @@ impl Document {
         );
     }
 
-    /// Adds a picture, which is in files of that name, and what stands under it.
+    /// Adds a picture and its caption; `name` is that of its files.
     pub fn picture(&mut self, name: &str, caption: &str, svg: &str) {
         self.add(&format!("![{name}]({name}.png)\n"), &format!("<p>{svg}</p>"));
         self.text(&format!("{}: {caption}", titled(name)));
@@ -77,7 +77,7 @@ impl Document {
         self.body.push('\n');
     }
 
-    /// As Markdown; pictures are the PNG files beside it.
+    /// As Markdown, with links to the PNG files.
     pub fn markdown(&self) -> &str {
         &self.markdown
     }
@@ -100,12 +100,12 @@ impl Document {
     }
 }
 
-/// A text in an element of HTML.
+/// A text as an HTML element.
 fn element(tag: &str, text: &str) -> String {
     format!("<{tag}>{}</{tag}>", inline(text))
 }
 
-/// A text's HTML. Every other part between marks is code, or matters.
+/// Converts inline Markdown to HTML: every other part between delimiters is code or strong.
 fn inline(text: &str) -> String {
     let (mut html, mut is_strong) = (String::new(), false);
     for (part, text) in text.trim().split('`').enumerate() {
@@ -128,7 +128,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// `figure-22-detectors` as "Figure 22 detectors", without the folder.
+/// Formats `figure-22-detectors` as "Figure 22 detectors", without the folder.
 fn titled(name: &str) -> String {
     let name = name.rsplit('/').next().unwrap_or(name);
     let text = name.replace('-', " ").replace(" 0", " ");

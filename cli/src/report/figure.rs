@@ -1,4 +1,4 @@
-//! What one figure is: a drawing, its numbers, and its caption.
+//! A figure: drawing, numbers and caption.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::plot::{self, Drawing};
 pub struct Figure {
     /// The name of its files.
     pub name: &'static str,
-    /// What it shows, in a line or two.
+    /// The caption.
     pub caption: String,
     /// The drawing.
     pub drawing: Drawing,
@@ -18,7 +18,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Writes it to `folder` as SVG, PNG and CSV.
+    /// Writes the figure to `folder` as SVG, PNG and CSV.
     pub fn save(&self, folder: &Path) -> anyhow::Result<()> {
         let stem = folder.join(self.name);
         plot::save(&stem, &self.drawing)?;
@@ -26,7 +26,7 @@ impl Figure {
     }
 }
 
-/// A table as comma-separated values; cells that hold a comma are quoted.
+/// Formats a table as comma-separated values, with quotes as needed.
 pub fn csv(head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> anyhow::Result<String> {
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record(head)?;

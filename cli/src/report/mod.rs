@@ -1,6 +1,6 @@
 //! Reports of results: documents and figures on disk, and the output of long commands while they work.
 //!
-//! No sentence here says what came out: numbers and verdicts are filled in from the results.
+//! No text here states a result: numbers and verdicts come from the results.
 
 pub mod claims;
 pub mod document;

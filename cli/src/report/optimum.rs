@@ -1,4 +1,4 @@
-//! What `vocc optimize` tells while it works.
+//! Output of `vocc optimize` while it works.
 
 use std::path::Path;
 
@@ -11,23 +11,23 @@ use crate::numbers::two_decimals;
 use crate::output::{json, line, tell};
 use crate::progress::Progress;
 
-/// Ratios of a finer grid that get all frames.
+/// Number of ratios of a finer grid with all frames.
 const FINE: u64 = 5;
-/// Ratios of one entry by reach that are tried besides [`RATIOS`], about.
+/// Approximate number of ratios per entry by reach besides [`RATIOS`].
 const BETWEEN: u64 = 6;
 
-/// A survey as it is reported.
+/// How a survey is reported.
 pub trait Presentation: Survey<Entry: InFile> {
-    /// What its work is counted in.
+    /// Unit of its work.
     const UNIT: &str;
 
-    /// Settings of each place.
+    /// Number of settings per place.
     fn settings(&self) -> u64;
 
-    /// The work of one of these, at most or about.
+    /// Maximum or approximate work per setting.
     fn work(&self) -> u64;
 
-    /// Prints what comes before all entries.
+    /// Prints the table head.
     fn print_head(&self) -> anyhow::Result<()>;
 
     /// Prints an entry.
@@ -45,7 +45,7 @@ pub struct Report<'a, S> {
 }
 
 impl<'a, S: Presentation> Report<'a, S> {
-    /// For a survey with missing places; the others are printed first.
+    /// A report on a survey with missing places; prints the others first.
     pub fn new(survey: &'a S, begun: &Findings<S::Entry>, missing: usize, as_json: bool) -> anyhow::Result<Self> {
         let settings = missing as u64 * survey.settings();
         let report = Self {
@@ -66,7 +66,7 @@ impl<'a, S: Presentation> Report<'a, S> {
         Ok(report)
     }
 
-    /// Shows progress. The settings to come are expected to take as much work as those done.
+    /// Shows progress. The remaining settings are assumed to take as much work as the finished ones.
     pub fn progress(&mut self, news: &News<S::Piece>) {
         match news {
             News::Piece { work, .. } => self.work_done += work,
@@ -80,7 +80,7 @@ impl<'a, S: Presentation> Report<'a, S> {
         self.progress.done(self.work_done);
     }
 
-    /// Prints what was found at a place.
+    /// Prints the entry of a place.
     pub fn entry(&self, entry: &S::Entry, details: &[<S::Entry as Outcome>::Detail]) -> anyhow::Result<()> {
         self.progress.aside(|| match self.as_json {
             true => details.iter().try_for_each(json).and_then(|()| json(entry)),
@@ -146,7 +146,7 @@ impl Presentation for CriterionSurvey {
     }
 }
 
-/// What the two ends of the ratios that are no worse cost, in percent.
+/// The loss at both ends of the range that is no worse, in percent.
 fn ends_cost(loss: [f64; 2]) -> String {
     let [low, high] = loss.map(|loss| 100.0 * (loss - 1.0));
     format!(" ({low:.1} %, {high:.1} %)")
@@ -181,7 +181,7 @@ impl Presentation for ReachSurvey {
     }
 }
 
-/// Says how to go on with a table.
+/// Prints how to resume a table.
 pub fn interrupted(out: Option<&Path>) {
     match out {
         Some(path) => tell(format_args!(

@@ -1,4 +1,4 @@
-//! What `vocc sweep` tells: progress, and a line for each finished cell.
+//! Output of `vocc sweep`: progress, and a line per finished cell.
 
 use serde_json::{Map, Value};
 use studies::sweep::{News, Results, Summary, Sweep};
@@ -14,7 +14,7 @@ pub struct Report {
     told: Vec<bool>,
 }
 
-/// How cells are printed.
+/// Format of the cells.
 enum Lines {
     Table,
     Json,
@@ -27,7 +27,7 @@ pub fn print(results: &Results, as_json: bool) -> anyhow::Result<()> {
 }
 
 impl Report {
-    /// For a whole sweep.
+    /// A report on a whole sweep.
     pub fn new(sweep: &Sweep, as_json: bool) -> anyhow::Result<Self> {
         if !as_json {
             line(&heading(sweep))?;
@@ -39,7 +39,7 @@ impl Report {
         })
     }
 
-    /// For a part, whose cells say nothing until they are merged.
+    /// A report on a shard, whose cells are printed only after merging.
     pub fn silent() -> Self {
         Self {
             progress: Progress::new(0, "frames"),
@@ -48,19 +48,19 @@ impl Report {
         }
     }
 
-    /// Tells how many frames earlier runs have done.
+    /// Sets the number of frames from earlier runs.
     pub fn begin_at(&mut self, frames: u64) {
         self.progress.begin_at(frames);
     }
 
-    /// Shows progress, and the cells that are finished.
+    /// Shows progress, and finished cells.
     pub fn heard(&mut self, news: &News) -> anyhow::Result<()> {
         self.progress.expect(news.expected.max(news.frames));
         self.progress.done(news.frames);
         news.finished.iter().try_for_each(|&cell| self.cell(news.results, cell))
     }
 
-    /// Shows the cells that were not shown yet, finished or not.
+    /// Shows the remaining cells, finished or not.
     pub fn end(mut self, results: &Results) -> anyhow::Result<()> {
         (0..self.told.len()).try_for_each(|cell| self.cell(results, cell))
     }
@@ -79,7 +79,7 @@ impl Report {
     }
 }
 
-/// How wide the column of a key is: its last word, or its longest value.
+/// Width of a key's column: its last word or its longest value.
 fn widths(sweep: &Sweep) -> Vec<usize> {
     let width = |axis: &studies::sweep::Axis| {
         let values = axis.values.iter().map(|value| value.chars().count());
@@ -140,7 +140,7 @@ fn rate(rate: f64) -> String {
     if rate == 0.0 { "0".into() } else { format!("{rate:.3e}") }
 }
 
-/// The cell's keys and values, then what came out.
+/// The cell's keys and values, then its results.
 fn object(sweep: &Sweep, summary: &Summary) -> anyhow::Result<Map<String, Value>> {
     let keys = sweep.grid.iter().zip(&summary.values);
     let mut object: Map<String, Value> = keys

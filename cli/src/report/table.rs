@@ -1,4 +1,4 @@
-//! A table of ratios as people look at it: lines, a sketch for terminals, a plot.
+//! Tables of ratios for people: lines, a terminal sketch, and a plot.
 
 use studies::reach::LEAST_PITCH_PX;
 use studies::table::{ReachEntry, RegretEntry, TableFile};
@@ -6,18 +6,18 @@ use tx_firmware::calibration::BENCH;
 
 use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, Series, colours};
 
-/// Pixels of a chart across and down.
+/// Size of a chart in pixels: width, height.
 const SIZE_PX: (i32, i32) = (500, 460);
 
-/// What stands above [`reach_line`]s. The duty is that of an On LED which fully lit is as bright as the bench's.
+/// Head of [`reach_line`]s. The duty is that of an On LED whose maximum luminance is the bench's.
 pub const REACH_HEAD: &str = concat!(
     "illuminance  interval     L2A   95 %              reach   lose ≤ 1 %         best    mean       peak",
     "     duty"
 );
 
-/// An entry by reach.
+/// Formats an entry by reach.
 pub fn reach_line(entry: &ReachEntry) -> String {
-    // The end of the range that it is at is also that of what loses nothing.
+    // The end of the lossless range tells which border it is.
     let border = match entry.at_border {
         true if entry.best_l2a <= entry.loses_nothing[0] => "≤",
         true => "≥",
@@ -40,7 +40,7 @@ pub fn reach_line(entry: &ReachEntry) -> String {
     )
 }
 
-/// What a reach leaves out, and from where on that matters.
+/// States what a reach leaves out, and from which distance on that matters.
 pub fn found_line(file: &TableFile) -> String {
     let list = |numbers: &[f64], digits: usize| {
         let numbers = numbers.iter().map(|number| format!("{number:.digits$}"));
@@ -53,13 +53,13 @@ pub fn found_line(file: &TableFile) -> String {
     format!("reach is that of a panel whose place is known; a receiver finds none whose LEDs are less than {LEAST_PITCH_PX} px apart{ends}")
 }
 
-/// What stands above [`regret_line`]s.
+/// Head of [`regret_line`]s.
 pub const REGRET_HEAD: &str = concat!(
     "illuminance  interval     L2A   95 %            reach          lost   ≤ 1 % more        mean       peak",
     "     duty"
 );
 
-/// An entry by least regret.
+/// Formats an entry by least regret.
 pub fn regret_line(entry: &RegretEntry) -> String {
     let reach = entry.reach_m.iter().copied();
     let flat = if entry.is_flat { ", flat" } else { "" };
@@ -85,7 +85,7 @@ fn light(mean_cd: f64, peak_cd: f64, luminance_cd_m2: f64) -> String {
     format!("{mean_cd:>7.3} cd {peak_cd:>7.3} cd {duty:>5.1} %")
 }
 
-/// The ratio over the light, a line for each interval: as high as a block, from the lowest ratio to the highest of all.
+/// The ratio over illuminance as block characters, one line per interval, scaled to the range of all ratios.
 pub fn sketch(file: &TableFile) -> Vec<String> {
     const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let all = || file.ratios.l2a.iter().flatten().copied();
@@ -104,8 +104,8 @@ pub fn sketch(file: &TableFile) -> Vec<String> {
         .collect()
 }
 
-/// The ratio over the light and, of a table by reach, the reach over the ratio in the least and the most light; of one of least regret
-/// what each ratio loses there.
+/// Plots the ratio over illuminance; for a table by reach also the reach over the ratio at minimum and maximum illuminance, for one of
+/// least regret the loss of each ratio there.
 pub fn draw(file: &TableFile) -> anyhow::Result<Drawing> {
     let mut charts = vec![over_light(file)];
     let lights = &file.ratios.illuminance_lx;
@@ -122,7 +122,7 @@ pub fn draw(file: &TableFile) -> anyhow::Result<Drawing> {
     Page::new(charts, columns, SIZE_PX).draw()
 }
 
-/// What the table holds over the illuminance, with bands of 95 % where they are known.
+/// The table's ratios over illuminance, with 95 % bands if known.
 pub fn over_light(file: &TableFile) -> Chart {
     let lights = &file.ratios.illuminance_lx;
     let of_column = |column: usize, interval: f64| {
@@ -169,7 +169,7 @@ fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
     }
 }
 
-/// What each ratio loses at most in one light.
+/// Maximum loss of each ratio at one illuminance.
 fn loss_over_ratio(file: &TableFile, light: f64) -> Chart {
     let of_column = |_, interval: f64| {
         let points = file.regret.details_at([light, interval]).map(|point| Point {
@@ -188,7 +188,7 @@ fn loss_over_ratio(file: &TableFile, light: f64) -> Chart {
     }
 }
 
-/// A line for each interval.
+/// One series per interval.
 pub fn by_interval(intervals: &[f64], points: impl Fn(usize, f64) -> Vec<Point>) -> Vec<Series> {
     let names: Vec<String> = intervals.iter().map(|interval| format!("interval {interval}")).collect();
     let columns = intervals.iter().enumerate();

@@ -1,4 +1,4 @@
-//! The page: each part's default, plot, table and method, and the machine.
+//! The report's page: each part's default, plot, table and method, and the machine.
 
 use studies::work_precision::{CostUnit, Diagram, Part, Point, Scale};
 
@@ -7,7 +7,7 @@ use super::figure::Figure;
 use crate::numbers::{digits, time, with_interval};
 use crate::plot::short;
 
-/// How a run was made.
+/// The origin of a run.
 pub struct Provenance<'a> {
     /// The command's options.
     pub options: &'a str,
@@ -17,7 +17,7 @@ pub struct Provenance<'a> {
     pub folder: &'a str,
 }
 
-/// The page: the defaults of all parts, then each part.
+/// The page: all defaults, then each part.
 pub fn page(parts: &[Part], made: &Provenance, figures: &[Figure]) -> Document {
     let mut document = Document::new("What accuracy costs in time");
     document.text("The defaults, with the range of their errors and costs over the settings measured:");
@@ -46,7 +46,7 @@ pub fn page(parts: &[Part], made: &Provenance, figures: &[Figure]) -> Document {
     document
 }
 
-/// The default of each part, over those of its diagrams that measure the same as the first.
+/// Lists each part's default, over its diagrams with the same quantities as the first.
 fn summary(document: &mut Document, parts: &[Part]) {
     let rows = parts.iter().filter_map(|part| {
         let first = part.diagrams.first()?;
@@ -66,7 +66,7 @@ fn summary(document: &mut Document, parts: &[Part]) {
     document.table(&["", "default", "error", "cost"], rows);
 }
 
-/// Each diagram's default, and the two ends of its front.
+/// Lists each diagram's default, and the two ends of its front.
 fn table(document: &mut Document, part: &Part) {
     let rows = part.diagrams.iter().map(|diagram| {
         let mut front: Vec<&Point> = diagram.points.iter().filter(|point| point.on_front).collect();
@@ -83,14 +83,14 @@ fn table(document: &mut Document, part: &Part) {
     document.table(&["", "× 1", "default", "quickest", "most exact on the front"], rows);
 }
 
-/// The default; where a diagram has several, the one that the others are multiples of.
+/// The default; of several, the baseline.
 fn default(diagram: &Diagram) -> Option<&Point> {
     let mut defaults = diagram.points.iter().filter(|point| point.is_default);
     let first = defaults.clone().next();
     defaults.find(|point| point.is_baseline).or(first)
 }
 
-/// The quantity whose error is measured, and its unit.
+/// The error's quantity and unit.
 fn measure(diagram: &Diagram) -> String {
     match diagram.error_unit.as_str() {
         "" => diagram.error.clone(),
@@ -98,7 +98,7 @@ fn measure(diagram: &Diagram) -> String {
     }
 }
 
-/// The least and the greatest of points by a value, as text.
+/// The range of the points' values, as text.
 fn span(points: &[&Point], by: fn(&Point) -> f64, text: impl Fn(&Point) -> String) -> String {
     let order = |a: &&&Point, b: &&&Point| by(a).total_cmp(&by(b));
     let ends = [points.iter().min_by(order), points.iter().max_by(order)];

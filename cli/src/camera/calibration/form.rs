@@ -1,6 +1,6 @@
-//! The forms that calibrations come in, by their texts.
+//! Recognises calibration formats by their text.
 
-/// The first message of a topic `camera_info`, as `ros2 topic echo` and `rostopic echo` show them.
+/// The first message of a topic `camera_info`, in the output of `ros2 topic echo` or `rostopic echo`.
 pub fn camera_info(text: &str) -> Option<&str> {
     let text = text.trim_start_matches("---\n").trim_start();
     let message = text.split("\n---").next()?;
@@ -13,7 +13,7 @@ pub fn camera_info(text: &str) -> Option<&str> {
     is_one.then_some(message)
 }
 
-/// What a text is that is no camera's file, and what to give instead; none if it is nothing that is known.
+/// Names a known format that is no camera file, and what to use instead; `None` if the format is unknown.
 pub fn foreign(text: &str) -> Option<&'static str> {
     let keys = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
     let first = text.trim_start().chars().next();

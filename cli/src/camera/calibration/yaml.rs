@@ -1,4 +1,4 @@
-//! YAML, as far as calibrations have it: texts and numbers, in lists and under keys.
+//! The subset of YAML in calibrations: scalars, lists and mappings.
 
 use anyhow::{Context, bail, ensure};
 use granit_parser::{Event, Parser, ScalarStyle, ScanError};
@@ -6,12 +6,12 @@ use granit_parser::{Event, Parser, ScalarStyle, ScanError};
 /// A value.
 #[derive(Debug, PartialEq)]
 pub enum Yaml {
-    /// Nothing, or `null`.
+    /// Empty, or `null`.
     Null,
     Scalar(String),
     List(Vec<Self>),
     Mapping(Vec<(Self, Self)>),
-    /// What stands elsewhere, by its name. It is not followed.
+    /// A reference to an anchor. It is not resolved.
     Alias,
 }
 
@@ -22,7 +22,7 @@ fn next<'a>(events: &mut Events<'a>) -> anyhow::Result<Event<'a>> {
 }
 
 impl Yaml {
-    /// Reads a text of one document.
+    /// Parses a text of one document.
     pub fn read(text: &str) -> anyhow::Result<Self> {
         let mut value = None;
         let events: &mut Events = &mut Parser::new_from_str(text).map(|event| event.map(|(event, _)| event));
@@ -38,7 +38,7 @@ impl Yaml {
         value.context("it is empty")
     }
 
-    /// The value that begins with an event. The parser bounds how deep they nest.
+    /// Parses the value that begins with `event`. The parser limits the nesting depth.
     fn node<'a>(event: Event<'a>, events: &mut Events<'a>) -> anyhow::Result<Self> {
         Ok(match event {
             Event::Scalar(text, ScalarStyle::Plain, ..) if matches!(&text[..], "" | "~" | "null" | "Null" | "NULL") => Self::Null,
@@ -68,7 +68,7 @@ impl Yaml {
         })
     }
 
-    /// What stands under a key, unless that is nothing.
+    /// The value of a key, unless it is null.
     pub fn get(&self, key: &str) -> anyhow::Result<Option<&Self>> {
         let Self::Mapping(mapping) = self else {
             bail!("it has no keys");
@@ -104,13 +104,13 @@ impl Yaml {
     }
 }
 
-/// A number as YAML 1.2 writes it, section 10.2.1.4.
+/// Parses a number of YAML 1.2, section 10.2.1.4.
 fn float(text: &str) -> Option<f64> {
     match text.to_ascii_lowercase().as_str() {
         ".nan" => Some(f64::NAN),
         ".inf" | "+.inf" => Some(f64::INFINITY),
         "-.inf" => Some(f64::NEG_INFINITY),
-        // Without the dot, `nan` and `inf` are text in YAML.
+        // In YAML, `nan` and `inf` without the dot are text.
         _ => text.parse().ok().filter(|number: &f64| number.is_finite()),
     }
 }

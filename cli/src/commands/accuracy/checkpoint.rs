@@ -1,4 +1,4 @@
-//! What a run has measured so far, so that an interrupted one can go on and single parts be measured again.
+//! The checkpoint of a run, from which it resumes or repeats single parts.
 
 use std::collections::BTreeMap;
 
@@ -12,14 +12,14 @@ const FORMAT: u32 = 1;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Checkpoint {
-    /// What they depend on.
+    /// The inputs of the measurements.
     pub run: Run,
-    /// The parts that are measured, in their order.
+    /// Finished parts, in order.
     pub parts: Vec<Part>,
-    /// The steps that are finished of those that are not, by their names.
+    /// Finished steps of unfinished parts, by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub begun: BTreeMap<String, StepResults>,
-    /// The names of those that are still to be.
+    /// Names of the unfinished parts.
     #[serde(skip)]
     pub missing: Vec<String>,
 }
@@ -30,9 +30,9 @@ pub struct Checkpoint {
 pub struct Run {
     format: u32,
     version: String,
-    /// How much work it was worth.
+    /// The amount of work.
     pub scale: Scale,
-    /// What it ran on.
+    /// The machine.
     pub machine: String,
 }
 
@@ -49,7 +49,7 @@ impl Run {
 }
 
 impl Checkpoint {
-    /// Nothing yet.
+    /// An empty checkpoint.
     pub fn new(run: Run) -> Self {
         Self {
             run,
@@ -71,7 +71,7 @@ impl crate::checkpoint::Resumable for Checkpoint {
     }
 }
 
-/// The processor, how many of it there are, and the system.
+/// Processor model, number of processors, and operating system.
 fn machine() -> String {
     let known = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = known

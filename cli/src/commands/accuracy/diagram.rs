@@ -1,4 +1,4 @@
-//! Work-precision diagrams: error against cost, both logarithmic.
+//! Work-precision diagrams: error over cost, both logarithmic.
 
 use studies::work_precision::{CostUnit, Diagram, Part, Point};
 
@@ -10,7 +10,7 @@ const SIZE_PX: (i32, i32) = (560, 430);
 const BARS: &str = "bars: quartiles of time, 95 % of a sampled error, down to the rms";
 const REFERENCE: &str = "errors are against the reference that the page names";
 
-/// What a curve or a variant that stands alone is called and drawn in.
+/// The name and the colour of a curve or a single variant.
 type NamedColour = (String, RGBColor);
 
 /// All diagrams of a part.
@@ -30,7 +30,7 @@ pub fn figure(part: &Part) -> anyhow::Result<Drawing> {
     page.draw()
 }
 
-/// The first diagrams of two parts, for a first look: how a panel is drawn, and how it is read. None before both are measured.
+/// The first diagram of two parts, for an overview: drawing and reading of a panel. `None` until both are measured.
 pub fn summary(parts: &[Part]) -> anyhow::Result<Option<Drawing>> {
     let wanted = ["renderer", "detectors"];
     let found = wanted.map(|name| parts.iter().find(|part| part.name == name));
@@ -63,7 +63,7 @@ pub fn summary(parts: &[Part]) -> anyhow::Result<Option<Drawing>> {
     page.draw().map(Some)
 }
 
-/// What all diagrams mean by their marks.
+/// Legend of the marks, common to all diagrams.
 fn marks() -> Vec<Entry> {
     vec![
         Entry::of_mark("on the front", Some(Mark::Dot), false),
@@ -85,7 +85,7 @@ fn entry(name: &str, colour: RGBColor, is_curve: bool) -> Entry {
     }
 }
 
-/// Curves, and variants that stand alone, in the order in which they appear, with their colours.
+/// Curves and single variants in order of appearance, with their colours.
 fn named(part: &Part) -> Vec<NamedColour> {
     let mut names: Vec<String> = Vec::new();
     for point in points(part) {
@@ -101,12 +101,12 @@ fn points(part: &Part) -> impl Iterator<Item = &Point> {
     part.diagrams.iter().flat_map(|diagram| &diagram.points)
 }
 
-/// The name of a point's curve; its own where it stands alone.
+/// The name of a point's curve, or its own name for a single variant.
 fn called(point: &Point) -> &str {
     if point.curve.is_empty() { &point.variant } else { &point.curve }
 }
 
-/// What a point has that others of its curve have not; empty where that is nothing but the name.
+/// The part of a point's name that distinguishes it within its curve; empty if it is the whole name.
 fn knob(point: &Point) -> &str {
     match point.variant.strip_prefix(&point.curve) {
         Some("") => "",
@@ -115,14 +115,14 @@ fn knob(point: &Point) -> &str {
     }
 }
 
-/// The first and the last point of a curve, by what they have and others have not.
+/// The first and the last point of a curve, by their distinguishing names.
 fn knobs<'a>(diagram: &'a Diagram, curve: &str) -> Option<[&'a str; 2]> {
     let mut points = diagram.points.iter().filter(|point| point.curve == curve);
     let first = points.next()?;
     Some([first, points.next_back().unwrap_or(first)].map(knob))
 }
 
-/// Whether several curves of a diagram go from the same to the same: then that is said once, above all diagrams.
+/// Whether several curves of a diagram have the same two ends; the legend then states them once.
 fn is_shared(diagram: &Diagram, ends: [&str; 2]) -> bool {
     let curves = curves(diagram);
     let same = curves.iter().filter(|curve| knobs(diagram, curve) == Some(ends));
@@ -139,7 +139,7 @@ fn curves(diagram: &Diagram) -> Vec<&str> {
     curves
 }
 
-/// What errors are against, and what several curves go from and to.
+/// Legend texts: the errors' reference, and the ends that several curves share.
 fn words(diagrams: &[Diagram]) -> Vec<Entry> {
     let mut said: Vec<String> = Vec::new();
     for diagram in diagrams {
@@ -167,7 +167,7 @@ fn chart(diagram: &Diagram, named: &[NamedColour]) -> Chart {
     let errors = diagram.points.iter();
     let errors = errors.flat_map(|point| {
         let [low, high] = point.error_95.unwrap_or([point.error; 2]);
-        // An interval without a lower end is cut at the edge.
+        // The edge cuts off an interval without a lower end.
         let low = low.max(point.error / 10.0);
         [point.error, point.rms.unwrap_or(point.error), low, high]
     });
@@ -185,15 +185,14 @@ fn chart(diagram: &Diagram, named: &[NamedColour]) -> Chart {
     }
 }
 
-/// A band along the points that no other beats: whatever costs as much as one of them may err as much.
+/// A band along the Pareto front: at each cost, the smallest error.
 fn front(points: &[Point]) -> Series {
     let mut points: Vec<&Point> = points.iter().filter(|point| point.on_front).collect();
     points.sort_by(|a, b| a.cost.median.total_cmp(&b.cost.median));
     Series::new("the front", FRONT, Line::Steps, points.into_iter().map(drawn).collect())
 }
 
-/// The points of a curve, or the one variant of that name that stands alone; the ends of a curve bear what it leads from and to, unless
-/// that is said of all.
+/// The points of a curve, or the single variant of that name. The ends of a curve bear their names unless the legend states them.
 fn series_of(diagram: &Diagram, name: &str, colour: RGBColor) -> Series {
     let points = diagram.points.iter().filter(|point| called(point) == name);
     let last = points.clone().count().saturating_sub(1);
@@ -228,7 +227,7 @@ fn drawn(point: &Point) -> ChartPoint {
     }
 }
 
-/// What the horizontal axis shows: multiples of the baseline's cost.
+/// Label of the horizontal axis: multiples of the baseline's cost.
 fn cost_label(diagram: &Diagram) -> String {
     let baseline = diagram.points.iter().find(|point| point.is_baseline);
     let Some(baseline) = baseline else {

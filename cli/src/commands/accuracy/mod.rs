@@ -1,4 +1,4 @@
-//! `vocc accuracy`: what accuracy costs in time, as work-precision diagrams.
+//! `vocc accuracy`: accuracy against run time, as work-precision diagrams.
 
 mod checkpoint;
 mod diagram;
@@ -41,9 +41,9 @@ pub struct Arguments {
     resume: bool,
 }
 
-/// The folder of plots and numbers beside the page.
+/// The folder of plots and numbers, next to the page.
 const FOLDER: &str = "accuracy";
-/// The file of what is finished.
+/// The checkpoint file.
 const CHECKPOINT: &str = "points.json";
 
 fn part_name(name: &str) -> Result<String, String> {
@@ -55,7 +55,7 @@ fn part_name(name: &str) -> Result<String, String> {
     Err(format!("no part {name:?}: choose one of {}", names.join(", ")))
 }
 
-/// Measures, draws and writes.
+/// Measures, draws and writes the report.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     ensure!(
         shared.set.is_empty(),
@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let asked = checkpoint.missing.clone();
     let stop = stop();
     let finished = measure(&mut checkpoint, &path, stop)?;
-    // If the user interrupts it, the points are there, and --resume does the rest.
+    // If the run is interrupted, the points are kept, and --resume does the rest.
     if finished {
         write(&checkpoint, arguments, &folder)?;
     }
@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(if finished { Verdict::Yes } else { interrupted(&path) })
 }
 
-/// What need not be measured again.
+/// The checkpoint to start from: parts that need not be measured again.
 fn begin(arguments: &Arguments, run: Run, path: &Path) -> anyhow::Result<Checkpoint> {
     let goes_on = arguments.resume || !arguments.parts.is_empty();
     if !goes_on || !path.exists() {
@@ -109,9 +109,9 @@ fn begin(arguments: &Arguments, run: Run, path: &Path) -> anyhow::Result<Checkpo
     Ok(checkpoint)
 }
 
-/// Measures what is missing; false if it was asked to stop.
+/// Measures the missing parts; false if interrupted.
 fn measure(checkpoint: &mut Checkpoint, path: &Path, stop: Stop) -> anyhow::Result<bool> {
-    // What cannot be written should not be measured first.
+    // Fail before measuring if the file cannot be written.
     checkpoint.write(path)?;
     let missing = std::mem::take(&mut checkpoint.missing);
     let mut progress = Progress::new(missing.len() as u64, "parts");
@@ -134,7 +134,7 @@ fn measure(checkpoint: &mut Checkpoint, path: &Path, stop: Stop) -> anyhow::Resu
     Ok(true)
 }
 
-/// Measures a part, and writes each of its steps.
+/// Measures a part, and writes the checkpoint after each of its steps.
 fn measure_part(part: &Measurable, checkpoint: &mut Checkpoint, path: &Path) -> anyhow::Result<Part> {
     let (scale, name) = (checkpoint.run.scale, part.name);
     let finished = checkpoint.begun.get(name).cloned().unwrap_or_default();
@@ -150,7 +150,7 @@ fn measure_part(part: &Measurable, checkpoint: &mut Checkpoint, path: &Path) -> 
     Ok(measured)
 }
 
-/// The page, its plots and its numbers.
+/// Writes the page, its plots and its numbers.
 fn write(checkpoint: &Checkpoint, arguments: &Arguments, folder: &Path) -> anyhow::Result<()> {
     let mut figures = Vec::new();
     for part in &checkpoint.parts {
@@ -179,7 +179,7 @@ fn write(checkpoint: &Checkpoint, arguments: &Arguments, folder: &Path) -> anyho
     files::write(&arguments.out.join("accuracy.md"), page.markdown())
 }
 
-/// The options that make the same.
+/// The command-line options that reproduce this run.
 fn options(arguments: &Arguments, scale: &Scale) -> String {
     let quick = if arguments.quick { " --quick" } else { "" };
     match scale.seed {
@@ -188,7 +188,7 @@ fn options(arguments: &Arguments, scale: &Scale) -> String {
     }
 }
 
-/// A column of a part's numbers: its heading, and the cell of a point.
+/// A column of a part's numbers: heading, and the cell of a point.
 type Column = (&'static str, fn(&Diagram, &Point) -> String);
 
 /// The columns of a part's numbers.
@@ -236,7 +236,7 @@ fn unit(unit: CostUnit) -> &'static str {
     }
 }
 
-/// A point on standard output.
+/// A point as JSON on standard output.
 #[derive(Serialize)]
 struct Line<'a> {
     part: &'a str,

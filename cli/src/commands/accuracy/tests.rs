@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use super::*;
 use clap::Parser;
 
-/// Errors of a few frames; times mean nothing.
+/// Errors of a few frames; the times are meaningless.
 fn tiny() -> Checkpoint {
     Checkpoint::new(Run::new(Scale::TINY))
 }

@@ -1,4 +1,4 @@
-//! What is finished, so that an interrupted run can go on.
+//! The checkpoint, from which an interrupted run resumes.
 
 use std::collections::BTreeMap;
 
@@ -9,19 +9,19 @@ use studies::reproduction::{Findings, Pieces, Task};
 /// The version of the file's format.
 const FORMAT: u32 = 2;
 
-/// What is finished, and of which run.
+/// Finished work, and the run that it belongs to.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Checkpoint {
     run: Run,
-    /// The findings by reading; those of the scene itself under no name.
+    /// Findings by reading; the scene itself has an empty name.
     pub findings: BTreeMap<String, Findings>,
-    /// The task in work.
+    /// The current task.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     begun: Option<TaskInWork>,
 }
 
-/// A task in work.
+/// The current task and its finished pieces.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TaskInWork {
@@ -30,7 +30,7 @@ struct TaskInWork {
     pieces: Pieces,
 }
 
-/// All that findings depend on.
+/// All inputs of the findings.
 #[derive(Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
@@ -57,7 +57,7 @@ impl Run {
 }
 
 impl Checkpoint {
-    /// Nothing yet.
+    /// An empty checkpoint.
     pub fn new(run: Run) -> Self {
         Self {
             run,
@@ -66,14 +66,14 @@ impl Checkpoint {
         }
     }
 
-    /// Takes what is finished of a task under a reading.
+    /// Takes the finished pieces of a task under a reading.
     pub fn take_pieces(&mut self, reading: &str, task: &Task) -> Pieces {
         let begun = self.begun.take();
         let own = begun.filter(|begun| begun.reading == reading && begun.task == *task);
         own.map(|begun| begun.pieces).unwrap_or_default()
     }
 
-    /// Keeps what is finished of a task under a reading.
+    /// Stores the finished pieces of a task under a reading.
     pub fn keep_pieces(&mut self, reading: &str, task: &Task, pieces: &Pieces) {
         self.begun = Some(TaskInWork {
             reading: reading.into(),

@@ -1,4 +1,4 @@
-//! Figure 22: bit error rates over the distance, with the best L2A and with a random one.
+//! Figure 22: bit error rate over distance, with the best L2A and with a random one.
 
 use studies::reproduction::{Dimming, Findings, PAPERS_DETECTOR, Study};
 use studies::statistics::FrameErrors;
@@ -34,7 +34,7 @@ pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figur
     }))
 }
 
-/// The same for all detectors.
+/// The same figure with all detectors.
 pub fn detectors(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figure>> {
     let charts = [(Dimming::Best, BEST), (Dimming::Random, RANDOM)].map(|(dimming, title)| {
         let detectors = &study.axes.detectors;
@@ -64,7 +64,7 @@ pub fn detectors(study: &Study, findings: &Findings) -> anyhow::Result<Option<Fi
     }))
 }
 
-/// Rates down to somewhat below the bound that the frames of a point can give.
+/// A chart of rates, down to slightly below the bound that the frames of a point allow.
 fn chart(study: &Study, title: &str, series: Vec<Series>) -> Chart {
     let frames = study.error_frames(PAPERS_DETECTOR) as f64;
     let floor = 10f64.powf((1.0 / (64.0 * frames)).log10().floor());
@@ -75,13 +75,13 @@ fn chart(study: &Study, title: &str, series: Vec<Series>) -> Chart {
     Chart {
         title: title.into(),
         x: Axis::around("distance (m)", distances),
-        // A decade of room for the legend.
+        // One decade of space for the legend.
         y: Axis::logarithmic("bit error rate", [floor, (10.0 * top).min(1.0)]),
         series,
     }
 }
 
-/// A detector's rates over the distance, if all are known.
+/// A detector's rates over distance; `None` if one is missing.
 fn points(study: &Study, findings: &Findings, detector: &str, dimming: Dimming) -> Option<Vec<Point>> {
     let point = |&x: &f64| Some(point(x, findings.errors(x, dimming, detector)?));
     study.axes.error_distance_m.iter().map(point).collect()

@@ -49,18 +49,18 @@ pub struct Arguments {
     resume: bool,
 }
 
-/// The fewest and the most frames of a figure: of more, one batch of a point would take a minute.
+/// Minimum and maximum frames of a figure. Beyond, one batch of a point takes a minute.
 const FRAMES: std::ops::RangeInclusive<u64> = 1000..=100_000_000;
-/// Frames of a figure, as many as the paper's whole set had.
+/// Frames of a figure, as in the paper's whole set.
 const FULL_FRAMES: u64 = 100_000;
-/// The same in a quick run.
+/// Frames of a figure in a quick run.
 const QUICK_FRAMES: u64 = 4000;
-/// By how much the other readings have fewer frames.
+/// Divisor of the frames for the other readings.
 const READING_SHARE: u64 = 10;
-/// The file of what is finished.
+/// The checkpoint file.
 const CHECKPOINT: &str = "findings.json";
 
-/// One scene under one reading, and how its findings are filed.
+/// A scene under one reading, and the key of its findings.
 struct Part {
     name: &'static str,
     study: Study,
@@ -114,7 +114,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(Verdict::Yes)
 }
 
-/// A study that Ctrl-C ends.
+/// A study that Ctrl-C stops.
 fn study(scene: Scene, extent: Extent, frames: u64, seed: u64) -> Study {
     Study {
         stop: stop(),
@@ -122,7 +122,7 @@ fn study(scene: Scene, extent: Extent, frames: u64, seed: u64) -> Study {
     }
 }
 
-/// The scene itself, and the scene under each other reading.
+/// The scene itself, and under each other reading.
 fn parts(arguments: &Arguments, shared: &Shared, frames: u64) -> anyhow::Result<Vec<Part>> {
     let extent = if arguments.quick { Extent::Quick } else { Extent::Figures };
     let scene = shared.scene(&arguments.scene)?;
@@ -130,7 +130,7 @@ fn parts(arguments: &Arguments, shared: &Shared, frames: u64) -> anyhow::Result<
         name: "",
         study: study(scene, extent, frames, shared.seed),
     };
-    // A first look is at the scene alone.
+    // A quick run has the scene alone.
     let others: &[Interpretation] = if arguments.quick { &[] } else { &INTERPRETATIONS };
     let others = others.iter().map(|reading| {
         let own = reading.overrides.iter().map(|text| text.to_string());
@@ -145,9 +145,9 @@ fn parts(arguments: &Arguments, shared: &Shared, frames: u64) -> anyhow::Result<
     std::iter::once(Ok(main)).chain(others).collect()
 }
 
-/// Does what is not done yet; false if it was asked to stop.
+/// Computes the missing tasks; false if interrupted.
 fn compute(parts: &[Part], checkpoint: &mut Checkpoint, path: &Path) -> anyhow::Result<bool> {
-    // What cannot be written should not be worked on first.
+    // Fail before computing if the file cannot be written.
     checkpoint.write(path)?;
     let tasks: Vec<_> = parts
         .iter()
@@ -183,7 +183,7 @@ fn compute(parts: &[Part], checkpoint: &mut Checkpoint, path: &Path) -> anyhow::
     Ok(true)
 }
 
-/// All figures whose data are there.
+/// All figures with complete data.
 fn figures(study: &Study, findings: &Findings) -> anyhow::Result<Vec<Figure>> {
     let panels = |name, caption, variation, values: &[f64]| panels::figure(study, name, caption, variation, values).map(Some);
     let scatters = |name, caption, variation, values: &[f64]| scatters::figure(study, name, caption, variation, values).map(Some);
@@ -257,7 +257,7 @@ fn figures(study: &Study, findings: &Findings) -> anyhow::Result<Vec<Figure>> {
     figures.into_iter().filter_map(Result::transpose).collect()
 }
 
-/// The command that makes the same.
+/// The command that reproduces this run.
 fn command(arguments: &Arguments, shared: &Shared, frames: u64) -> String {
     let mut words = vec![format!(
         "vocc figures {} --out DIR --frames {frames} --seed {}",

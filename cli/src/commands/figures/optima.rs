@@ -7,10 +7,10 @@ use studies::statistics::Estimate;
 use crate::plot::{Axis, Chart, Line, Mark, Page, Point, Series, colours};
 use crate::report::figure::{Figure, csv};
 
-/// The charts' upper end, above the range that is searched: room for the legend.
+/// The charts' upper end, above the searched range to leave space for the legend.
 const TOP: f64 = RANGE[1] + 1.6;
 
-/// Draws it, if all best ratios are known.
+/// Draws the figure, if all best ratios are known.
 pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figure>> {
     let (intervals, distances) = (&study.axes.optimum_interval, &study.axes.optimum_distance_m);
     let rows: Option<Vec<Vec<&BestRatio>>> = intervals

@@ -6,14 +6,14 @@ use super::variation::Variation;
 use crate::plot;
 use crate::report::figure::{Figure, csv};
 
-/// A picture with what is written under it, and what tells it from the others in the numbers.
+/// A picture with its caption and its key in the numbers.
 struct Panel {
     picture: Picture,
     words: Vec<String>,
     key: f64,
 }
 
-/// Panels at some values of what is varied.
+/// Panels at some values of the varied quantity.
 pub fn figure(study: &Study, name: &'static str, caption: &str, variation: &Variation, values: &[f64]) -> anyhow::Result<Figure> {
     let panel = |&key: &f64| {
         Ok(Panel {
@@ -42,7 +42,7 @@ pub fn daylight(study: &Study) -> anyhow::Result<Figure> {
     row("figure-08", &caption, "illuminance_lx", &panels, 190)
 }
 
-/// A number to two significant digits.
+/// Formats a number to two significant digits.
 fn two_digits(number: f64) -> String {
     let digits = (1 - number.abs().log10().floor() as i32).max(0) as usize;
     format!("{number:.digits$}")

@@ -1,4 +1,4 @@
-//! Figures 13, 16 and 19: where On and Off LEDs lie in the plane of AGR and GRI.
+//! Figures 13, 16 and 19: On and Off LEDs in the plane of AGR and GRI.
 
 use studies::reproduction::{Feature, Study, scatter};
 
@@ -6,10 +6,10 @@ use super::variation::Variation;
 use crate::plot::{Axis, Chart, Line, Mark, OFF, ON, Page, Point, RGBColor, Series};
 use crate::report::figure::{Figure, csv};
 
-/// Frames of a cloud, as in the paper.
+/// Frames per cloud, as in the paper.
 const FRAMES: u64 = 10;
 
-/// Clouds at some values of what is varied.
+/// Clouds at some values of the varied quantity.
 pub fn figure(study: &Study, name: &'static str, caption: &str, variation: &Variation, values: &[f64]) -> anyhow::Result<Figure> {
     let cloud = |&value: &f64| Ok(scatter(&(variation.at)(value).scene(&study.scene), FRAMES, study.seed)?);
     let clouds: Vec<Vec<Feature>> = values.iter().map(cloud).collect::<anyhow::Result<_>>()?;

@@ -1,4 +1,4 @@
-//! A whole run of few points, interrupted and finished, and what it draws.
+//! A whole run of few points, interrupted, finished and drawn.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -58,7 +58,7 @@ fn an_interrupted_run_keeps_what_is_finished_and_goes_on() {
     let mut interruptions = 0;
     let again = loop {
         let mut checkpoint = Checkpoint::read(&path, &run(1)).expect("what was written");
-        // Ever later, so that some task is finished at last.
+        // Each attempt runs longer, so that some task finishes.
         let after = Duration::from_millis(1 << interruptions);
         if compute(&parts(stopped_after(after)), &mut checkpoint, &path).expect("work") {
             break checkpoint;
@@ -77,7 +77,7 @@ fn an_interrupted_run_keeps_what_is_finished_and_goes_on() {
     std::fs::remove_dir_all(&folder).expect("cleared");
 }
 
-/// Every figure, with as many rows of numbers as it has points.
+/// Checks every figure: as many rows of numbers as points.
 fn drawn(study: &Study, findings: &Findings, folder: &Path) {
     let figures = figures(study, findings).expect("figures");
     let rows = |name: &str| {

@@ -7,7 +7,7 @@ use super::variation::Variation;
 use crate::plot::{Axis, Chart, Line, OFF, ON, Page, Point, RGBColor, Series, colours};
 use crate::report::figure::{Figure, csv};
 
-/// A quantity of the sums of a point.
+/// A quantity from the sums of a point.
 type Quantity = fn(&Sums) -> f64;
 
 const QUANTITIES: [(&str, Quantity); 9] = [
@@ -22,7 +22,7 @@ const QUANTITIES: [(&str, Quantity); 9] = [
     ("grey_off", |s| s.off_grey.mean()[0]),
 ];
 
-/// The variances at the settings of an axis, if all are known; with the grey levels that explain them, where these are asked for.
+/// The variances along an axis, if all are known; optionally with the grey levels that explain them.
 pub fn figure(
     findings: &Findings,
     (name, caption): (&'static str, &str),

@@ -1,16 +1,16 @@
-//! What the figures vary, one at a time: L2A, interval and distance.
+//! The variables of the figures: L2A, interval and distance.
 
 use studies::reproduction::OperatingPoint;
 
-/// One of the three.
+/// One of the three variables.
 pub struct Variation {
-    /// Its column in tables of numbers.
+    /// Its column in the numbers.
     pub key: &'static str,
-    /// Its axis.
+    /// Its axis label.
     pub label: &'static str,
-    /// The point at one of its values.
+    /// The operating point at a value.
     pub at: fn(f64) -> OperatingPoint,
-    /// What is written at one of its values.
+    /// The caption of a value.
     pub words: fn(f64) -> String,
 }
 

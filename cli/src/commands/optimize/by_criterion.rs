@@ -1,4 +1,4 @@
-//! The best ratio at each distance by variances or bit errors, and what of it a transmitter carries.
+//! The best ratio at each distance by variances or bit errors, and the transmitter's table from it.
 
 use anyhow::ensure;
 use sim::scene::Scene;
@@ -12,11 +12,11 @@ use crate::options::Shared;
 use crate::output::Verdict;
 use crate::stop::stop;
 
-/// Distances where none are given, m.
+/// Default distances, m.
 const DISTANCES_M: [f64; 5] = [30.0, 40.0, 50.0, 60.0, 70.0];
-/// The most frames at one ratio, as they are and of a first look.
+/// Maximum frames per ratio: by default, and with `--quick`.
 const FRAMES: [u64; 2] = [100_000, 2048];
-/// Half the width of an interval that ends a search, as it is and of a first look.
+/// Half-width of the interval that ends a search: by default, and with `--quick`.
 const TOLERANCE: [f64; 2] = [0.01, 0.05];
 
 impl Arguments {

@@ -1,4 +1,4 @@
-//! The best ratio by how far away messages are read.
+//! The best ratio by the reach of messages.
 
 use anyhow::ensure;
 use sim::scene::Scene;
@@ -13,9 +13,9 @@ use crate::output::Verdict;
 use crate::report;
 use crate::stop::stop;
 
-/// The most frames at one ratio and distance, as they are and of a first look.
+/// Maximum frames per ratio and distance: by default, and with `--quick`.
 const FRAMES: [u64; 2] = [4096, 512];
-/// The share of the ratio by which an interval that ends a search is wider than it, as it is and of a first look.
+/// Relative width of the interval that ends a search: by default, and with `--quick`.
 const TOLERANCE: [f64; 2] = [0.05, 0.2];
 
 /// Options of a search by reach.
@@ -62,7 +62,7 @@ fn candela(text: &str) -> Result<f64, String> {
 }
 
 impl Options {
-    /// Whether any of them is given.
+    /// Whether any of these options is given.
     pub fn is_given(&self) -> bool {
         self.message_bytes.is_some()
             || self.within.is_some()

@@ -1,14 +1,14 @@
-//! The plot beside a table.
+//! The plot of a table.
 
 use studies::table::{CriterionSurvey, Entry, TableFile};
 
 use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, Series, colours};
 use crate::report::table;
 
-/// Pixels of a chart across and down.
+/// Size of a chart in pixels: width, height.
 const SIZE_PX: (i32, i32) = (500, 460);
 
-/// The best ratios of the settings on the left, those that the table could hold on the right.
+/// The best ratios of the settings on the left, the candidates for the table on the right.
 pub fn draw(file: &TableFile, survey: &CriterionSurvey) -> anyhow::Result<Drawing> {
     let right = if survey.illuminance_lx.len() > 1 {
         table::over_light(file)
@@ -18,7 +18,7 @@ pub fn draw(file: &TableFile, survey: &CriterionSurvey) -> anyhow::Result<Drawin
     Page::new(vec![over_distance(file, survey), right], 2, SIZE_PX).draw()
 }
 
-/// The best ratio over the distance, in the table's first light and first yaw.
+/// The best ratio over distance, at the table's first illuminance and first yaw.
 fn over_distance(file: &TableFile, survey: &CriterionSurvey) -> Chart {
     let of_interval = |interval: f64| {
         let cells = file.search.details.iter().filter(move |cell| {
@@ -56,7 +56,7 @@ fn over_interval(file: &TableFile, survey: &CriterionSurvey) -> Chart {
     }
 }
 
-/// From 0 to somewhat above all ratios that were looked among.
+/// An axis from 0 to slightly above the searched ratios.
 fn ratios(survey: &CriterionSurvey) -> Axis {
     Axis::from_zero("best L2A (1/sr)", survey.search.range.into_iter())
 }

@@ -1,4 +1,4 @@
-//! `vocc optimize`: the best LED-to-ambient ratio at many settings, and the table a transmitter carries.
+//! `vocc optimize`: the best LED-to-ambient ratio at many settings, and the transmitter's table.
 
 mod by_criterion;
 mod by_reach;
@@ -21,7 +21,7 @@ use crate::options::Shared;
 use crate::output::{Verdict, tell};
 use crate::{files, outputs, results};
 
-/// How long it takes, and how it is done in parts.
+/// Help text on run time and sharding.
 const DURATION: &str = "\
 Each setting (an illuminance, an interval, a distance and a yaw) takes some ten seconds on two cores, less if the search reaches \
 --tolerance early or --frames is small. With --criterion reach, an illuminance and an interval take a second with k-means, and some \
@@ -101,12 +101,12 @@ pub struct Arguments {
     reach: by_reach::Options,
 }
 
-/// What is maximised.
+/// The objective.
 #[derive(Clone, Copy)]
 enum Aim {
-    /// At each distance.
+    /// A criterion at each distance.
     Criterion(Criterion),
-    /// Over all distances.
+    /// Reach over all distances.
     Reach,
 }
 
@@ -118,7 +118,7 @@ fn aim(text: &str) -> Result<Aim, String> {
     }
 }
 
-/// How a table is made of the distances.
+/// Parses the rule that combines the distances.
 fn rule(text: &str) -> Result<Rule, String> {
     match text {
         "mean" => Ok(Rule::Mean),
@@ -141,15 +141,14 @@ impl Arguments {
         self.illuminances.clone().unwrap_or_else(own)
     }
 
-    /// Looks at what is to be written before work begins.
+    /// Checks the output files before the search.
     fn check_out(&self, scene: &Scene) -> anyhow::Result<()> {
         let Some(path) = &self.out else { return Ok(()) };
         let read = outputs::files_of(&self.scene, scene);
         results::check(path, "toml", &["svg", "png"], read)
     }
 
-    /// The table to go on from: an empty one, or what an earlier run has left. It is written at once: what cannot be written should not be
-    /// searched first.
+    /// The table to continue: empty, or of an earlier run. Written at once, so that an unwritable file fails before the search.
     fn begun(&self, empty: TableFile) -> anyhow::Result<TableFile> {
         let Some(path) = &self.out else {
             return Ok(empty);
@@ -182,7 +181,7 @@ impl Arguments {
     }
 }
 
-/// Whether something is known of every ratio found; the others are reported.
+/// [`Verdict::Yes`] if every ratio is determined; reports the others.
 pub fn verdict(file: &TableFile) -> Verdict {
     let mut answer = Verdict::Yes;
     for unknown in file.unknown() {
@@ -202,7 +201,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     }
 }
 
-/// A table as its file says it; of an empty one, what its search depends on.
+/// A table as TOML; an empty one lists the inputs of its search.
 pub fn as_toml(file: &TableFile) -> anyhow::Result<String> {
     file.to_toml().context("the table cannot be written as TOML")
 }

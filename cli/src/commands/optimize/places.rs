@@ -1,4 +1,4 @@
-//! Place by place through a table: what was found is skipped, what is found is written at once.
+//! Walks through a table's places: skips finished ones, and writes each result at once.
 
 use sim::scene::Scene;
 use studies::sweep::Shard;
@@ -11,7 +11,7 @@ use crate::plot::{self, Drawing};
 use crate::report::optimum::{Presentation, Report, interrupted};
 use crate::{report, results};
 
-/// Searches what is missing of a shard's places, prints it, and writes the table and its plot.
+/// Searches the missing places of a shard, prints them, and writes the table and its plot.
 pub fn search<S: Presentation>(
     arguments: &Arguments,
     survey: &S,
@@ -31,7 +31,7 @@ pub fn search<S: Presentation>(
     let mut report = Report::new(survey, S::Entry::of(&file), missing.len(), as_json)?;
     let out = arguments.out.as_deref();
     for place @ [illuminance_lx, interval] in missing {
-        // What is written may be read later.
+        // A written file is of use later.
         if out.is_none() && output::is_unread() {
             return Ok(verdict(&file));
         }

@@ -1,7 +1,7 @@
-//! What is finished of the entry in work, kept beside the table piece by piece, so that an interrupted search goes on from there.
+//! Finished pieces of the current entry, in a file beside the table, so that an interrupted search resumes.
 //!
-//! A line each, behind a checksum of it and all before, after one that says of what they are pieces. It is the one file that grows and is
-//! not replaced: a piece more costs what it is long. A line that is cut or damaged is no piece, nor are those after it.
+//! The first line names the entry; each further line is a piece after a checksum of it and all before. The file only grows, so a piece
+//! costs its own length. A truncated or damaged line ends the pieces.
 
 use std::fs::File;
 use std::io::Write;
@@ -16,26 +16,26 @@ use studies::checksum;
 
 use crate::{files, output};
 
-/// What the file's name has more than the table's.
+/// Suffix of the file's name after the table's.
 const EXTENSION: &str = "rounds";
-/// Between two times that the rounds are made safe against a power cut.
+/// Interval between two syncs to disk.
 const SYNC_EVERY: Duration = Duration::from_secs(10);
 
 /// The pieces of one entry.
 pub struct Rounds {
-    /// None where nothing is kept.
+    /// `None` if nothing is kept.
     path: Option<PathBuf>,
-    /// None where nothing is or can be kept.
+    /// `None` if nothing is or can be kept.
     file: Option<File>,
     /// The checksum of the last line.
     sum: String,
     synced: Instant,
 }
 
-/// Of what they are pieces.
+/// The entry that the pieces belong to.
 #[derive(Serialize)]
 pub struct About<'a> {
-    /// The table without entries, which says all settings.
+    /// The table without entries, with all settings.
     pub table: &'a str,
     /// Ambient illuminance, lx.
     pub illuminance_lx: f64,
@@ -44,7 +44,7 @@ pub struct About<'a> {
 }
 
 impl Rounds {
-    /// Those beside a table, if there is to be one; with the pieces that an earlier run has finished.
+    /// Opens the file beside a table, if there is one, with the finished pieces of an earlier run.
     pub fn begin<Piece: DeserializeOwned>(table: Option<&Path>, about: &About) -> anyhow::Result<(Self, Vec<Piece>)> {
         let Some(table) = table else {
             return Ok((Self::of(None, None, String::new()), Vec::new()));
@@ -66,7 +66,7 @@ impl Rounds {
         Self { path, file, sum, synced }
     }
 
-    /// Adds a piece. An error does not end the work: a resumed run then does the piece again.
+    /// Adds a piece. On an error the run continues; a resumed run repeats the piece.
     pub fn add(&mut self, piece: &impl Serialize) {
         let (Some(path), Some(file)) = (&self.path, &mut self.file) else {
             return;
@@ -85,14 +85,14 @@ impl Rounds {
         }
     }
 
-    /// They are in the table now.
+    /// Removes the file once the pieces are in the table.
     pub fn finish(self) -> anyhow::Result<()> {
         let Some(path) = self.path else { return Ok(()) };
         std::fs::remove_file(&path).with_context(|| format!("cannot remove {}", path.display()))
     }
 }
 
-/// Adds a line, whose checksum it gives, after one of the checksum `last`.
+/// Appends a line after one with the checksum `last`; returns its own.
 fn append(file: &mut File, piece: &impl Serialize, last: &str) -> std::io::Result<String> {
     let piece = serde_json::to_string(piece)?;
     let sum = sum(last, &piece);
@@ -100,12 +100,12 @@ fn append(file: &mut File, piece: &impl Serialize, last: &str) -> std::io::Resul
     Ok(sum)
 }
 
-/// The checksum of a piece after others: a line that is not where it was written has another.
+/// The checksum of a piece chained to `last`, which detects moved lines.
 fn sum(last: &str, piece: &str) -> String {
     checksum::of(format!("{last}{piece}").as_bytes())
 }
 
-/// The part of a file that is whole and begins with `head`, its pieces, and the last one's checksum.
+/// The intact part of a file that begins with `head`, its pieces, and the last checksum.
 fn whole<Piece: DeserializeOwned>(text: &str, head: &str) -> (String, Vec<Piece>, String) {
     let mut kept = format!("{head}\n");
     let (mut known, mut sum) = (Vec::new(), String::new());
@@ -121,7 +121,7 @@ fn whole<Piece: DeserializeOwned>(text: &str, head: &str) -> (String, Vec<Piece>
     (kept, known, sum)
 }
 
-/// The piece of a line after one of the checksum `last`, and its own; none if it is damaged.
+/// The piece of a line after one with the checksum `last`, and its own checksum; `None` if damaged.
 fn piece<Piece: DeserializeOwned>(line: &str, last: &str) -> Option<(Piece, String)> {
     let (found, piece) = line.strip_suffix('\n')?.split_once(' ')?;
     let whole = serde_json::from_str(piece).ok()?;

@@ -1,4 +1,4 @@
-//! `vocc plan`: which effects a scene calls for, and what each costs; or what a transmitter should show a camera.
+//! `vocc plan`: the effects that a scene requires and their cost; or what a transmitter should show a camera.
 
 mod signalling;
 
@@ -21,14 +21,14 @@ pub struct Arguments {
     signalling: signalling::Options,
 }
 
-/// A decision with what including the effect costs, measured.
+/// A decision with the measured cost of including the effect.
 #[derive(Serialize)]
 struct Row<'a> {
     #[serde(flatten)]
     decision: &'a Decision,
-    /// Nanoseconds a frame.
+    /// Nanoseconds per frame.
     cost_ns: f64,
-    /// The same in frames as they are planned.
+    /// The cost relative to a planned frame.
     cost_frames: f64,
 }
 
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(Verdict::Yes)
 }
 
-/// Rounded to a part of one, and no zero below zero.
+/// Rounds to a fraction of one, and turns −0 into 0.
 fn rounded(value: f64, parts: f64) -> f64 {
     (value * parts).round() / parts + 0.0
 }

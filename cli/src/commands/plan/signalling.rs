@@ -13,7 +13,7 @@ use crate::output::{self, Verdict, line};
 use crate::progress::Progress;
 use crate::stop::stop;
 
-/// Where a camera is tried where no scene is named.
+/// Default scene for a camera.
 const SCENE: &str = "day";
 const HEAD: &str = "symbols/s  code    delivered  net bit/s  s a message  raw errors";
 
@@ -39,12 +39,12 @@ struct Row {
     runs: u64,
     delivered: u64,
     net_bit_s: f64,
-    /// None where none arrived.
+    /// `None` if no message arrived.
     seconds_a_message: Option<f64>,
     ber: f64,
 }
 
-/// The last line.
+/// The final line.
 #[derive(Serialize)]
 struct Best {
     best: Row,
@@ -62,17 +62,17 @@ struct Beat {
 }
 
 impl Options {
-    /// The camera to advise on, if one is named.
+    /// The camera to advise on, if given.
     pub fn camera(&self) -> Option<&str> {
         self.camera.as_deref()
     }
 
-    /// Tries and prints.
+    /// Tries the settings and prints the advice.
     pub fn run(&self, scene: Option<&str>, camera: &str, shared: &Shared) -> anyhow::Result<Verdict> {
         let mut scene = Scene::load(scene.unwrap_or(SCENE), &[])?;
         let of_camera = Scene::load(camera, &[]).context("--camera names a preset or a scene file with a [camera]")?;
         scene.camera = of_camera.camera;
-        // All rates that are tried are below that of the frames.
+        // All tried rates are below the frame rate.
         scene.link.symbol_rate_hz = 0.5 * scene.camera.frame_rate_hz;
         let scene = scene.with("--set", &shared.set)?;
         let search = Search {

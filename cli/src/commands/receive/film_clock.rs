@@ -1,4 +1,4 @@
-//! The frames of a film by their own times: films have gaps, and phones do not keep their rate.
+//! Numbers a film's frames by their time stamps: films have gaps, and phones do not keep their rate.
 
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Instant;
@@ -13,31 +13,31 @@ use crate::frames::stamps::numbered;
 use crate::frames::waiting::{LiveFrame, Moment};
 use crate::stop::stop;
 
-/// Frames that tell the usual time from one to the next, and how many bytes of them may be held for it.
+/// Frames that determine the usual frame period, and the maximum bytes held for it.
 const FIRST_FRAMES: usize = 16;
 const FIRST_BYTES: usize = 128 << 20;
-/// Containers tell the frames a second, or a multiple of it that all times are whole numbers of. It is the former where the usual step is
-/// shorter than this many of them.
+/// Containers state the frame rate, or a multiple of it that all times fit. It is the frame rate if the usual step is shorter than this
+/// many periods.
 const STEP_MAX: f64 = 1.5;
-/// A live source's clock that goes on by so much more than time does was set forward.
+/// A live source's clock that advances this much more than real time was set forward.
 const JUMP_S: f64 = 1.0;
 
-/// Gives a session the frames of a film, each with its stamp.
+/// Passes a film's frames to a session, each with its stamp.
 pub struct FilmClock {
-    /// None once ffmpeg tells no times any more, and of live sources, whose frames come with their times.
+    /// `None` once ffmpeg reports no more times, and for live sources, whose frames carry their times.
     times: Option<FrameTimes>,
-    /// Whether frames have no times.
+    /// Whether frames lack times.
     is_untimed: bool,
     size: (usize, usize),
-    /// Frames a second, by the film's header.
+    /// Frames per second from the film's header.
     rate_hz: f64,
-    /// The first frames, until their rate is known.
+    /// The first frames, held until their rate is known.
     held: Vec<(Vec<u8>, Moment)>,
     pace: Option<Pace>,
 }
 
 impl FilmClock {
-    /// For frames of a size, with the times of a film; `rate_hz` is that of its header.
+    /// A clock for frames of this size and the times of a film; `rate_hz` is from its header.
     pub fn new(times: Option<FrameTimes>, size: (usize, usize), rate_hz: f32) -> Self {
         Self {
             times,
@@ -49,7 +49,7 @@ impl FilmClock {
         }
     }
 
-    /// Takes the next frame of a film.
+    /// Processes the next frame of a film.
     pub fn frame(&mut self, session: &mut Session, grey: &[u8]) -> Result<()> {
         let time = match self.times.as_mut().map_or(Ok(None), |times| times.next(stop())) {
             Ok(time) => time,
@@ -66,7 +66,7 @@ impl FilmClock {
         self.take(session, grey, moment)
     }
 
-    /// Takes the next frame of a live source.
+    /// Processes the next frame of a live source.
     pub fn live(&mut self, session: &mut Session, frame: &LiveFrame) -> Result<()> {
         self.is_untimed |= frame.moment.time.is_none();
         self.take(session, &frame.grey, frame.moment)
@@ -84,13 +84,13 @@ impl FilmClock {
         Ok(())
     }
 
-    /// Looks whether frames are of the size of those before.
+    /// Checks that a frame has the size of those before.
     pub fn check_size(&self, size: (usize, usize)) -> Result<()> {
         let film = self.size;
         Ok((size == film).then_some(()).ok_or(ReceptionError::Size { size, film })?)
     }
 
-    /// The source is another one from here on, of the same camera: what follows is counted by when it came.
+    /// Continues with a new source of the same camera: the next frame's number follows from its arrival.
     pub fn resume(&mut self, session: &mut Session) -> Result<()> {
         if self.pace.is_none() {
             self.begin(session)?;
@@ -101,7 +101,7 @@ impl FilmClock {
         Ok(())
     }
 
-    /// Gives what is held where a film ends before its rate is known, and says how many frames were left out.
+    /// Flushes the held frames if the film ended before its rate was known, and reports how many frames were skipped.
     pub fn finish(&mut self, session: &mut Session) -> Result<()> {
         if self.pace.is_none() {
             self.begin(session)?;
@@ -127,24 +127,24 @@ impl FilmClock {
     }
 }
 
-/// What stamps are made by.
+/// Converts times to stamps.
 #[derive(Debug)]
 struct Pace {
     rate_hz: f64,
-    /// The time of number 0.
+    /// The time of frame number 0.
     from_s: f64,
     /// The time and the number of the last frame.
     last: Option<(f64, u64)>,
-    /// When it came, of a live source.
+    /// When the last frame of a live source arrived.
     last_came: Option<Instant>,
-    /// Whether the next frame's time goes on from no other.
+    /// Whether the next frame starts a new time base.
     resumes: bool,
-    /// Frames that have the time of the frame before (count).
+    /// Frames with the time of the frame before (count).
     doubled: usize,
 }
 
 impl Pace {
-    /// By the first frames' times, and the rate that the film's header tells.
+    /// A pace from the first frames' times and the rate in the film's header.
     fn of(told: &[FrameTime], header_hz: f64) -> Self {
         let mut steps_s: Vec<f64> = told.windows(2).map(|pair| pair[1].time_s - pair[0].time_s).collect();
         steps_s.retain(|&step_s| step_s > 0.0);
@@ -168,7 +168,7 @@ impl Pace {
         }
     }
 
-    /// A frame's stamp; none of one that has the time of the frame before.
+    /// A frame's stamp; `None` if it repeats the time of the frame before.
     fn stamp(&mut self, moment: &Moment) -> Option<Stamp> {
         let time = moment.time;
         let came = moment.arrival.map(|arrival| arrival.at);
@@ -190,13 +190,13 @@ impl Pace {
             .map(|(came, last)| came.saturating_duration_since(last).as_secs_f64());
         let is_ahead = waited_s.is_some_and(|waited_s| time.is_some() && time_s - last_s > waited_s + JUMP_S);
         if std::mem::take(&mut self.resumes) || is_ahead || time_s < last_s {
-            // A clock that was set, or another one: what was filmed then follows, after the time that went by.
+            // The clock was set or replaced: number the next frame by the real time that passed.
             next = next.max(last.saturating_add((waited_s.unwrap_or_default() * self.rate_hz).round() as u64));
             self.from_s = time_s - next as f64 / self.rate_hz;
         }
         let (number, late) = numbered((time_s - self.from_s) * self.rate_hz, next);
         self.last = Some((time_s, number));
-        // Times that are rounded tell no less.
+        // A deviation within one tick is rounding.
         let is_on_time = late.abs() <= tick_s * self.rate_hz;
         Some(Stamp {
             number,
@@ -211,7 +211,7 @@ mod tests {
     use crate::frames::waiting::Arrival;
     use std::time::Duration;
 
-    /// Frames at multiples of a tick, of a film that tells a rate.
+    /// Frames at multiples of a tick, of a film that states a rate.
     fn times(ticks: &[i32], tick_s: f64, rate_hz: f64) -> Vec<FrameTime> {
         let time = |&tick: &i32| FrameTime {
             time_s: f64::from(tick) * tick_s,
@@ -257,7 +257,7 @@ mod tests {
             (15_006, 0.0),
         ];
         assert_eq!(found, expected);
-        // What a container says of its times is no rate.
+        // A container's time base is no frame rate.
         let (rate_hz, found) = stamps(&times(&ticks, 1e-3, 1000.0));
         assert_eq!((rate_hz, found), (25.0, expected.to_vec()));
     }
@@ -295,14 +295,14 @@ mod tests {
         for (came_ms, tick, after_dropped, number) in [
             (0, Some(0), 0, 0),
             (45, Some(40), 0, 1),
-            // A gap, and then frames that come at once.
+            // A gap, and then a burst of frames.
             (2045, Some(2040), 0, 51),
             (2045, Some(2080), 0, 52),
-            // Set forward by an hour, and back.
+            // The clock set forward by an hour, and back.
             (2125, Some(3_602_160), 0, 54),
             (2160, Some(3_602_200), 0, 55),
             (2200, Some(2240), 0, 56),
-            // Another source after ten seconds, whose clock begins anew, or goes on.
+            // Another source after ten seconds: its clock restarts, or continues.
             (12_200, Some(7), 0, 306),
             (12_240, Some(47), 0, 307),
             // Without times, dropped frames count.

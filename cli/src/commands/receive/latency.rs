@@ -1,4 +1,4 @@
-//! Latency from a frame to its output, in parts.
+//! Latency from a frame to its output, by stage.
 
 use std::time::{Duration, Instant};
 
@@ -6,15 +6,15 @@ use serde_json::{Value, json};
 
 use crate::frames::waiting::Moment;
 
-/// Bins of a factor of two. A median is off by a 32nd of that at the most.
+/// Bins per factor of two. A median is off by at most a 32nd of that.
 const BINS_AN_OCTAVE: f64 = 16.0;
-/// By which factor a median may be off.
+/// Maximum error factor of a median.
 #[cfg(test)]
 const MEDIAN_FACTOR: f64 = 1.022;
-/// Bins in all: up to 2⁴⁴ ns, nearly five hours.
+/// Number of bins: up to 2⁴⁴ ns, nearly five hours.
 const BINS: usize = 44 * 16;
 
-/// Median and greatest of any number of durations, in memory that does not grow.
+/// Median and maximum of any number of durations, in constant memory.
 #[derive(Clone, Debug)]
 struct Durations {
     bins: Vec<u64>,
@@ -62,15 +62,15 @@ impl Durations {
     }
 }
 
-/// The latency of a live source's frames. The parts of each frame add up to what it took to its text.
+/// Latency of a live source's frames. The stages of each frame add up to its time to text.
 #[derive(Clone, Debug, Default)]
 pub struct Latency {
     to_text: Durations,
-    /// From the source's stamp to the arrival here, where its clock is the wall clock: camera, network and ffmpeg.
+    /// From the source's stamp to the arrival here, if the source's clock is the wall clock: camera, network and ffmpeg.
     source: Durations,
-    /// From the arrival until somebody reads it.
+    /// From the arrival until the frame is taken from the queue.
     queue: Durations,
-    /// The panel and its bits, and what is written of the frame.
+    /// Finding the panel, reading its bits, and output.
     reading: Durations,
     /// Symbols to messages.
     decoding: Durations,
@@ -78,7 +78,7 @@ pub struct Latency {
 }
 
 impl Latency {
-    /// Adds a frame: when its processing began, how long it took to decode; its output is complete now.
+    /// Adds a frame whose output is complete now: when its processing began, and the decoding time.
     pub fn add(&mut self, moment: &Moment, begun: Instant, decoding: Duration) {
         self.dropped += moment.after_dropped;
         let Some(arrival) = moment.arrival else {
@@ -94,17 +94,17 @@ impl Latency {
         self.to_text.add(source.unwrap_or_default() + queue + here);
     }
 
-    /// How long it is since a frame was taken, or came where that is not known; none of a film.
+    /// Time since a frame was taken, or since its arrival if that is unknown; `None` for a film.
     pub fn since(moment: &Moment) -> Option<Duration> {
         Some(moment.arrival?.at.elapsed() + moment.on_the_way().unwrap_or_default())
     }
 
-    /// Whether there was a frame of a live source.
+    /// Whether any frame of a live source was added.
     pub fn is_known(&self) -> bool {
         self.to_text.count > 0
     }
 
-    /// Frames that were dropped (count).
+    /// Dropped frames (count).
     pub fn dropped(&self) -> u64 {
         self.dropped
     }

@@ -1,4 +1,4 @@
-//! Frames of a live source, as they come.
+//! Receives a live source.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -20,16 +20,16 @@ use crate::frames::waiting::{Format, Next, Waiting};
 use crate::output::{self, Verdict};
 use crate::stop::stop;
 
-/// Between two looks at whether the program is to stop.
+/// Interval between two checks of the stop flag.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// A source that gives nothing for so long is gone.
+/// A source that is silent for this long is gone.
 const SILENCE: Duration = Duration::from_secs(10);
-/// Between two tries to have it back.
+/// Interval between two attempts to reconnect.
 const TRY_EVERY: Duration = Duration::from_secs(1);
-/// Read at once.
+/// Bytes per read.
 const PIECE: usize = 1 << 18;
 
-/// Receives a live source until it ends or somebody has had enough; with `--live` it is waited for where it can come back.
+/// Receives a live source until it ends or the user stops it; with `--live`, waits for a source that can come back.
 pub fn receive(mut session: Session, live: &Live, arguments: &Arguments, channel: Channel) -> anyhow::Result<Verdict> {
     live.check()?;
     let stop = stop();
@@ -66,12 +66,12 @@ pub fn receive(mut session: Session, live: &Live, arguments: &Arguments, channel
             }
             Next::End(end) => incoming.ended(end),
         };
-        // An interrupt ends ffmpeg, too.
+        // An interrupt also ends ffmpeg.
         if stop.is_asked() {
             break Ok(());
         }
         if clock.is_none() {
-            // What was never there is not waited for: it may be named wrongly.
+            // Do not wait for a source that never existed: its name may be wrong.
             return end.and_then(|()| session.finish());
         }
         if !waits {
@@ -98,7 +98,7 @@ pub fn receive(mut session: Session, live: &Live, arguments: &Arguments, channel
     Ok(answer)
 }
 
-/// What a source gives from here on.
+/// Sets the format of the following frames.
 fn begin(session: &mut Session, clock: &mut Option<FilmClock>, Format { size, rate_hz }: Format) -> anyhow::Result<()> {
     match clock {
         Some(clock) => {
@@ -112,7 +112,7 @@ fn begin(session: &mut Session, clock: &mut Option<FilmClock>, Format { size, ra
     }
 }
 
-/// The source once more, as soon as it may be there; none where the program is to stop before.
+/// Reopens the source as soon as it may exist; `None` if the program stops first.
 fn again<'a>(live: &'a Live, arguments: &Arguments, channel: Channel, session: &mut Session) -> anyhow::Result<Option<Incoming<'a>>> {
     loop {
         let begun = Instant::now();
@@ -129,10 +129,10 @@ fn again<'a>(live: &'a Live, arguments: &Arguments, channel: Channel, session: &
     }
 }
 
-/// A source while another thread reads it.
+/// A source that another thread reads.
 struct Incoming<'a> {
     live: &'a Live,
-    /// Where ffmpeg decodes it.
+    /// The decoder, if ffmpeg decodes it.
     film: Option<Film>,
     waiting: Arc<Waiting>,
 }
@@ -149,11 +149,11 @@ impl<'a> Incoming<'a> {
         }
         .unzip();
         let times = film.as_mut().and_then(Film::take_times);
-        // What ffmpeg gives is no raw video.
+        // ffmpeg's output is not raw video.
         let (raw, open) = (arguments.raw.filter(|_| film.is_none()), arguments.open());
         let (filled, source) = (Arc::clone(&waiting), live.clone());
         let read = move || {
-            // A pipe opens once somebody writes into it.
+            // Opening a pipe blocks until it has a writer.
             let input: std::io::Result<Box<dyn Read>> = match (decoded, source) {
                 (Some(frames), _) => Ok(frames as Box<dyn Read>),
                 (None, Live::Pipe(path)) => File::open(path).map(|pipe| Box::new(pipe) as Box<dyn Read>),
@@ -168,7 +168,7 @@ impl<'a> Incoming<'a> {
         Ok(Self { live, film, waiting })
     }
 
-    /// Why the source has ended.
+    /// The reason why the source ended.
     fn ended(&mut self, end: Result<(), StreamError>) -> anyhow::Result<()> {
         // The decoder's error states the reason for missing frames better.
         let is_short = end.as_ref().err().is_none_or(StreamError::is_short);
@@ -181,7 +181,7 @@ impl<'a> Incoming<'a> {
         decoded.and(end.map_err(explained))
     }
 
-    /// Wants no more of it.
+    /// Stops reading the source.
     fn close(&mut self) {
         self.film = None;
         self.waiting.leave();
@@ -194,7 +194,7 @@ impl Drop for Incoming<'_> {
     }
 }
 
-/// What can be received with `--live`.
+/// The source for `--live`.
 pub fn of(sources: &[std::path::PathBuf]) -> anyhow::Result<Live> {
     let [source] = sources else {
         anyhow::bail!("--live is for one source: name a camera, an address, a named pipe, a film or -");

@@ -113,13 +113,13 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Whether anything is kept of what is received, beside what is printed.
+    /// Whether any option writes a file.
     fn keeps(&self) -> bool {
         let kept = [&self.show, &self.mcap, &self.save_camera, &self.out];
         kept.iter().any(|path| path.is_some()) || self.trusting.counters().is_some()
     }
 
-    /// How a stream is opened.
+    /// How to open a stream.
     fn open<R: BufRead>(&self) -> Open<R> {
         match self.progressive {
             true => Stream::open_progressive,
@@ -142,7 +142,7 @@ fn size(text: &str) -> Result<(usize, usize), String> {
     }
 }
 
-/// Where frames come from.
+/// The origin of the frames.
 enum Source<'a> {
     Input,
     Film(&'a Path),
@@ -171,7 +171,7 @@ impl<'a> Source<'a> {
         })
     }
 
-    /// The files that are read.
+    /// The files to read.
     fn files(&self) -> Vec<PathBuf> {
         match self {
             Self::Input | Self::Live(Live::Input | Live::Address(_)) => Vec::new(),
@@ -181,7 +181,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// How many frames there are, if that is known.
+    /// The number of frames, if known.
     fn frames(&self) -> Option<u64> {
         match self {
             Self::Input | Self::Film(_) | Self::Live(_) => None,
@@ -190,7 +190,7 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Reads all frames and prints the messages; exit status 1 where there was none.
+/// Reads all frames and prints the messages; exit status 1 if there was none.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let source = Source::of(arguments)?;
     let read = source.files();
@@ -224,7 +224,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         Source::Input => {
             let input = Input::new(std::io::stdin(), stop()).context("cannot read the stream")?;
             let stream = open(input, arguments.raw, channel).map_err(explained)?;
-            // It may never end: who has left it, and keeps nothing, has had enough once there is an answer.
+            // The stream may be endless: if nobody reads the output and no file is written, one message is enough.
             let enough = |session: &Session| !arguments.keeps() && output::is_unread() && session.has_message();
             receive_stream(session, stream, None, enough, || Ok(()))
         }
@@ -248,7 +248,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     }
 }
 
-/// What is wrong with a stream, with the option that helps.
+/// Explains a stream error, with the option that helps.
 fn explained(error: StreamError) -> anyhow::Error {
     match error {
         StreamError::Interlaced => anyhow::anyhow!(
@@ -258,8 +258,8 @@ fn explained(error: StreamError) -> anyhow::Error {
     }
 }
 
-/// Receives a stream to its end or until there is `enough`, its frames by `times` where it has some, and then looks whether what gave it
-/// has `ended` well.
+/// Receives a stream to its end or until there is `enough`, its frames by `times` if available, and then checks with `ended` that the
+/// source ended without error.
 fn receive_stream(
     mut session: Session,
     mut stream: Stream<impl BufRead>,
@@ -284,12 +284,12 @@ fn receive_stream(
                 None => session.next_frame(&Frame::new(grey, width, height)?)?,
             },
             Ok(None) => break Ok(()),
-            // A request to stop cut off its end.
+            // A stop request truncated the stream.
             Err(_) if stop.is_asked() => break Ok(()),
             Err(error) => break Err(error),
         }
     };
-    // What came before an error is not lost.
+    // Frames before an error are kept.
     if let (Some(mut clock), false) = (clock, stop.is_asked()) {
         clock.finish(&mut session)?;
     }
@@ -298,7 +298,7 @@ fn receive_stream(
     Ok(answer)
 }
 
-/// Receives a file after the other.
+/// Receives one file after another.
 fn receive_files(mut session: Session, frames: &Frames, hints: CameraHints) -> anyhow::Result<Verdict> {
     let stop = stop();
     if let Some(rate) = frames.rate {

@@ -1,20 +1,20 @@
-//! The place of each frame among all, by the number that the camera gave it.
+//! Converts a frame's number from the camera into its index among all received frames.
 
-/// The most runs that are kept, 16 bytes each.
+/// Maximum number of runs kept, 16 bytes each.
 const RUNS_MAX: usize = 1 << 16;
 
-/// Numbers of frames, each greater than the one before, as runs without a gap: what is kept grows with the frames that were lost, not
-/// with those that were seen, and no further than [`RUNS_MAX`]. The place of what is older is that of the first frame that is not.
+/// Ascending frame numbers as runs without a gap, so that memory grows with lost frames, not with received ones, up to [`RUNS_MAX`] runs.
+/// The index of a discarded number is that of the first one kept.
 #[derive(Debug, Default)]
 pub struct Places {
-    /// The first number of each run, and its place.
+    /// The first number of each run, and its index.
     runs: Vec<(u64, u64)>,
     next: u64,
     count: u64,
 }
 
 impl Places {
-    /// Takes in the number of the next frame.
+    /// Adds the next frame's number.
     pub fn push(&mut self, number: u64) {
         if self.runs.is_empty() || number != self.next {
             if self.runs.len() == RUNS_MAX {
@@ -26,12 +26,12 @@ impl Places {
         self.count += 1;
     }
 
-    /// How many frames there have been.
+    /// The number of frames.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// How many of them have a smaller number.
+    /// The number of frames with a smaller number.
     pub fn of(&self, number: u64) -> u64 {
         let begun = self.runs.partition_point(|&(first, _)| first <= number);
         let end = self.runs.get(begun).map_or(self.count, |&(_, place)| place);
@@ -48,7 +48,7 @@ mod tests {
 
     #[test]
     fn a_place_is_the_count_of_smaller_numbers() {
-        // Every set of frames that can be lost of the first ten.
+        // All subsets of the first ten frames as losses.
         for lost in 0u32..1 << 10 {
             let numbers: Vec<u64> = (0..12).filter(|number| lost >> number & 1 == 0).collect();
             let mut places = Places::default();

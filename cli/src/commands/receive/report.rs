@@ -23,44 +23,44 @@ use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::show;
 
-/// What becomes known of a panel's messages with a frame.
+/// News about a panel's messages from a frame.
 enum News {
-    /// A message, and who says so, where that is checked.
+    /// A message, and its proof if signatures are checked.
     Message(Message, Option<Proof>),
-    /// The signer of a message that was reported before.
+    /// The proof of a message that was reported before.
     Proof(Vec<u8>, Proof),
 }
 
-/// What has been told, and how it is to be.
+/// The state and the settings of the report.
 pub struct Report<'a> {
     arguments: &'a Arguments,
     as_json: bool,
-    /// Whether where panels are is printed for people.
+    /// Whether to print poses as text.
     with_pose: bool,
     messages: u64,
-    /// A frame is named by its place among all so far.
+    /// Maps frame numbers to indices, which name the frames.
     places: Places,
-    /// What has become known in the frame at hand, with the numbers of the panels.
+    /// News of the current frame, with panel numbers.
     news: Vec<(usize, News)>,
-    /// Who is trusted, if signatures are checked.
+    /// Trusted keys, if signatures are checked.
     trust: Option<Trust>,
     /// The last message of each panel, if signatures are checked; with --only-trusted, until it is reported as proven.
     latest: Vec<Option<Message>>,
-    /// Messages that were not told, as they were not proven.
+    /// Messages not reported because they were not proven.
     withheld: u64,
     progress: Progress,
-    /// Where it is kept, too, if that is asked for.
+    /// The recording, if requested.
     recording: Option<Recording>,
-    /// Where the bytes of messages go, if that is asked for.
+    /// The file of message bytes, if requested.
     bytes: Option<Growing>,
-    /// Why there are no more pictures, no more is recorded, or no more bytes are written.
+    /// Why drawing, recording or writing bytes stopped.
     undrawn: Option<anyhow::Error>,
     unrecorded: Option<anyhow::Error>,
     unwritten: Option<anyhow::Error>,
 }
 
 impl<'a> Report<'a> {
-    /// Of `total` frames, if that is known, of a source that may be live.
+    /// A report on `total` frames, if known, of a file or a live source.
     pub fn new(arguments: &'a Arguments, as_json: bool, with_pose: bool, total: Option<u64>, is_live: bool) -> anyhow::Result<Self> {
         let progress = total.map_or_else(|| Progress::endless("frames"), |total| Progress::new(total, "frames"));
         let recording = arguments.mcap.as_deref();
@@ -86,20 +86,20 @@ impl<'a> Report<'a> {
         })
     }
 
-    /// Records something of the frame at hand, if that is asked for.
+    /// Records something of the current frame, if requested.
     pub fn record(&mut self, write: impl FnOnce(&mut Recording) -> anyhow::Result<()>) {
         let Some(recording) = &mut self.recording else {
             return;
         };
         if let Err(error) = write(recording).with_context(|| recording.about()) {
-            // Messages are worth more than what is kept of them.
+            // Messages matter more than their recording.
             self.say(&format!("vocc: {error:#}; going on without a recording"));
             self.recording = None;
             self.unrecorded = Some(error);
         }
     }
 
-    /// Writes a message's bytes, if that is asked for.
+    /// Writes a message's bytes, if requested.
     fn write(&mut self, message: &[u8]) {
         let Some(file) = &mut self.bytes else {
             return;
@@ -112,30 +112,30 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Whether a message has come.
+    /// Whether a message has arrived.
     pub fn has_message(&self) -> bool {
         self.messages > 0
     }
 
-    /// Begins a frame that the camera took as its `number`th.
+    /// Begins the frame with the camera's number `number`.
     pub fn begin(&mut self, number: u64) {
         self.places.push(number);
     }
 
-    /// Shows that it is done.
+    /// Marks the current frame as done.
     pub fn done(&mut self) {
         self.progress.done(self.places.count());
     }
 
-    /// Says why it cannot be used.
+    /// Reports why the current frame is unusable.
     pub fn skip(&mut self, why: &str) {
         self.say(&format!("frame {}: {why}", self.place()));
         self.done();
     }
 
-    /// Says why there was no message, if there was none, and what would help.
+    /// Finishes the outputs; without a message, reports why and what would help.
     pub fn end(mut self, advice: &[String]) -> anyhow::Result<Verdict> {
-        // One that cannot be finished is no reason to lose the other.
+        // An error in one output must not lose the other.
         let recorded = self.recording.take().map_or(Ok(()), |recording| {
             let about = recording.about();
             recording.finish().context(about)
@@ -165,12 +165,12 @@ impl<'a> Report<'a> {
         Ok(Verdict::No)
     }
 
-    /// The place of the frame at hand among all.
+    /// The index of the current frame.
     fn place(&self) -> u64 {
         self.places.count().saturating_sub(1)
     }
 
-    /// Says what was learnt of the camera by a panel in all frames; in JSON it is the panel's last object.
+    /// Reports a panel's camera estimates from all frames; in JSON the panel's last object.
     pub fn learnt(&mut self, panel: usize, learnt: &Learnt) -> anyhow::Result<()> {
         if self.as_json {
             return output::json(&serde_json::json!({ "panel": panel, "camera": learnt::as_json(learnt) }));
@@ -179,7 +179,7 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    /// Says how long it took from frames to text, and how many were dropped, where the source was live; in JSON it is the last object.
+    /// Reports the latency and the dropped frames of a live source; in JSON the last object.
     pub fn latency(&self, latency: &Latency) -> anyhow::Result<()> {
         let (frames, dropped) = (self.places.count(), latency.dropped());
         if !latency.is_known() {
@@ -198,7 +198,7 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    /// Says something on standard error.
+    /// Prints a line on standard error.
     pub fn say(&self, what: &str) {
         self.progress.aside(|| output::tell(what));
     }
@@ -208,7 +208,7 @@ impl<'a> Report<'a> {
             .aside(|| if self.as_json { output::json(as_json) } else { line(as_text) })
     }
 
-    /// Prints and draws what a frame shows of a panel, and says why it shows nothing.
+    /// Prints and draws a panel's reading in a frame, or the reason why there is none.
     pub fn panel(&mut self, report: &PanelReport, frame: &Frame, whereabouts: &Whereabouts) -> anyhow::Result<()> {
         let panel = report.panel;
         for event in &report.events {
@@ -230,7 +230,7 @@ impl<'a> Report<'a> {
         if let (Some(folder), None) = (&self.arguments.show, &self.undrawn) {
             let path = folder.join(format!("frame-{number:06}-panel-{panel}.png"));
             if let Err(error) = show::reading(&path, frame, reading, whereabouts) {
-                // Messages are worth more than pictures of them.
+                // Messages matter more than their pictures.
                 self.say(&format!("vocc: {error:#}; going on without pictures"));
                 self.undrawn = Some(error);
             }
@@ -290,7 +290,7 @@ impl<'a> Report<'a> {
         self.take_proof(panel, Some(&signed.data), proof);
     }
 
-    /// Takes who says so, of a message or of the panel's last one.
+    /// Stores the proof of a message, or of the panel's last one.
     fn take_proof(&mut self, panel: usize, message: Option<&[u8]>, proof: Proof) {
         let latest = &mut self.latest[panel];
         let Some(data) = message.or(latest.as_ref().map(|latest| &latest.data[..])) else {
@@ -307,12 +307,12 @@ impl<'a> Report<'a> {
             self.messages += 1;
             self.news.push((panel, News::Message(message, Some(proof))));
         } else {
-            // It was reported before, and is signed anew.
+            // A message reported before, signed again.
             self.news.push((panel, News::Proof(data, proof)));
         }
     }
 
-    /// Who says so, with the name of a trusted key.
+    /// The proof as text, with the name of a trusted key.
     fn proof_text(&self, proof: &Proof) -> String {
         let signer = proof.claim().map(|(signer, _)| signer);
         match signer.and_then(|signer| Some((signer.to_string(), self.trust.as_ref()?.name(signer)?))) {
@@ -330,7 +330,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Keeps a message for [`Report::deliver`], and tells the rest of what a panel's symbols brought.
+    /// Stores a message for [`Report::deliver`], and reports other events of a panel at once.
     pub fn event(&mut self, panel: usize, event: &PanelEvent) {
         match event {
             PanelEvent::Message(message) => self.take_message(panel, message),
@@ -356,8 +356,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// Prints the messages that have become whole with a frame of that moment, with what is learnt of each panel's camera, and where the panel
-    /// is.
+    /// Prints the messages completed by a frame of that moment, with the camera estimates and the pose of each panel.
     pub fn deliver(&mut self, reception: &Reception, moment: &Moment) -> anyhow::Result<()> {
         for (panel, news) in std::mem::take(&mut self.news) {
             let (data, proof) = match &news {
@@ -380,7 +379,7 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    /// What a line begins with where several panels are followed.
+    /// Prefix of a line if several panels are followed.
     fn of_panel(&self, panel: usize) -> String {
         if self.arguments.panels > 1 {
             format!("panel {panel}: ")
@@ -438,7 +437,7 @@ impl<'a> Report<'a> {
     }
 }
 
-/// By how many degrees a panel is turned clockwise in the picture, and whether in a mirror image; as far as that is known.
+/// The panel's clockwise rotation in the image in degrees, and whether it is mirrored, if known.
 fn turned(orientation: Option<Orientation>) -> (Option<u32>, Option<bool>) {
     let degrees = orientation.map(|orientation| 90 * u32::from(orientation.quarter_turns()));
     (degrees, orientation.map(Orientation::is_mirrored))

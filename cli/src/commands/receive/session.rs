@@ -1,4 +1,4 @@
-//! The frames of one source, and the reports on them.
+//! The frames of one source, and their reports.
 
 use std::time::Instant;
 
@@ -22,16 +22,16 @@ pub struct Session<'a> {
     hints: CameraHints,
     arguments: &'a Arguments,
     report: Report<'a>,
-    /// The next frame's number, if it follows the last one.
+    /// The number of the next consecutive frame.
     next: u64,
-    /// Whether frames have been brought to 8 bits from more; not known before the first.
+    /// Whether frames were reduced to 8 bits from more; `None` before the first.
     is_deep: Option<bool>,
     times: StageTimes,
     latency: Latency,
 }
 
 impl<'a> Session<'a> {
-    /// For `total` frames, if that is known, of a source that may be live.
+    /// A session for `total` frames, if known, of a file or a live source.
     pub fn new(arguments: &'a Arguments, hints: CameraHints, shared: &Shared, total: Option<u64>, is_live: bool) -> anyhow::Result<Self> {
         let settings = ReceptionSettings {
             camera: hints.camera,
@@ -55,7 +55,7 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Sets the frames a second that a stream tells, unless others were told.
+    /// Sets the stream's frame rate unless the user gave one.
     pub fn set_usual_fps(&mut self, fps: f32) -> anyhow::Result<()> {
         if self.arguments.fps.is_none() {
             self.reception.set_fps(fps)?;
@@ -63,25 +63,25 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Sets the usual rate of frames with time stamps, of which `doubled` were there twice.
+    /// Sets the usual rate of frames with time stamps; `doubled` frames were duplicates.
     pub fn set_stamped_fps(&mut self, fps: f32, doubled: usize) -> anyhow::Result<()> {
         self.say_doubled(doubled);
         Ok(self.reception.set_fps(fps)?)
     }
 
-    /// Says how many frames have the time of the frame before, if any have.
+    /// Reports how many frames repeat the time of the frame before, if any.
     pub fn say_doubled(&self, doubled: usize) {
         if doubled > 0 {
             self.say(&format!("{doubled} frames have the time of the frame before, and are left out"));
         }
     }
 
-    /// Whether a message has come.
+    /// Whether a message has arrived.
     pub fn has_message(&self) -> bool {
         self.report.has_message()
     }
 
-    /// Checks that a frame is as large as those before, and was brought to 8 bits from more if they were.
+    /// Checks that a frame has the size and the depth of those before.
     pub fn check(&mut self, size: (usize, usize), is_deep: bool) -> anyhow::Result<()> {
         self.reception.check_size(size)?;
         match self.is_deep {
@@ -98,17 +98,17 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Says something on standard error.
+    /// Prints a line on standard error.
     pub fn say(&self, what: &str) {
         self.report.say(what);
     }
 
-    /// Receives a frame that follows the one before.
+    /// Receives the next consecutive frame.
     pub fn next_frame(&mut self, frame: &Frame) -> anyhow::Result<()> {
         self.frame(Stamp::of(self.next), frame, &Moment::default())
     }
 
-    /// Receives a frame of that moment.
+    /// Receives a frame of that stamp and moment.
     pub fn frame(&mut self, stamp: Stamp, frame: &Frame, moment: &Moment) -> anyhow::Result<()> {
         let (begun, decoded) = (Instant::now(), self.times.decoding());
         self.next = stamp.number.saturating_add(1);
@@ -126,19 +126,19 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Keeps what is recorded while no frame comes.
+    /// Flushes the recording while no frame arrives.
     pub fn idle(&mut self) {
         self.report.record(Recording::keep_up);
     }
 
-    /// Counts a frame that cannot be used.
+    /// Counts an unusable frame.
     pub fn skip(&mut self, number: u64, why: &str) {
         self.next = number.saturating_add(1);
         self.report.begin(number);
         self.report.skip(why);
     }
 
-    /// Tells what is left, and whether there was a message.
+    /// Reports the remaining news, and whether there was a message.
     pub fn finish(mut self) -> anyhow::Result<Verdict> {
         for (panel, event) in self.reception.finish() {
             self.report.event(panel, &event);
@@ -158,7 +158,7 @@ impl<'a> Session<'a> {
         saved.and(verdict)
     }
 
-    /// Writes what was learnt of the camera, if that is asked for.
+    /// Writes the camera estimates, if requested.
     fn save_camera(&self) -> anyhow::Result<()> {
         let Some(path) = &self.arguments.save_camera else {
             return Ok(());
@@ -176,7 +176,7 @@ impl<'a> Session<'a> {
     }
 }
 
-/// How many bits a sample has, in words.
+/// The sample depth in words.
 fn bits(is_deep: bool) -> &'static str {
     if is_deep { "more than 8 bits" } else { "8 bits" }
 }

@@ -1,4 +1,4 @@
-//! How long the receiver's stages take.
+//! Run times of the receiver's stages.
 
 use std::time::{Duration, Instant};
 
@@ -6,7 +6,7 @@ use rx_pipeline::profile::{Profile, STAGES, Stage};
 
 use crate::output::tell;
 
-/// How long a stage took in all, how often it was run, and how long at most.
+/// A stage's total time, number of runs, and maximum.
 #[derive(Clone, Copy, Default)]
 struct StageTime {
     total: Duration,
@@ -31,7 +31,7 @@ impl StageTime {
     }
 }
 
-/// How long each stage took.
+/// Run times of all stages.
 #[derive(Default)]
 pub struct StageTimes {
     begun: Vec<Instant>,
@@ -54,7 +54,7 @@ impl Profile for StageTimes {
 }
 
 impl StageTimes {
-    /// How long the symbols took in all that became messages.
+    /// Total time from symbols to messages.
     pub fn decoding(&self) -> Duration {
         let decode = STAGES.iter().position(|&stage| stage == Stage::Decode);
         decode.map_or(Duration::ZERO, |index| self.receiver[index].total)

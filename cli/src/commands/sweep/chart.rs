@@ -1,20 +1,20 @@
-//! The plot beside a sweep: bit error rates over the key that has the most numbers.
+//! The plot of a sweep: bit error rate over the key with the most numeric values.
 
 use studies::detectors::DetectorChoice;
 use studies::sweep::{Results, Summary, Sweep};
 
 use crate::plot::{Axis, Chart, Drawing, Entry, Line, Mark, Page, Point, Series, colours};
 
-/// Pixels of one chart across and down.
+/// Size of one chart in pixels: width, height.
 const SIZE_PX: (i32, i32) = (560, 420);
-/// The most charts and the most curves in each; the table has all cells.
+/// Maximum number of charts, and of curves in each; the table has all cells.
 const MOST_CHARTS: usize = 4;
 const MOST_CURVES: usize = 7;
-/// The least rate that is drawn.
+/// Minimum rate drawn.
 const LEAST: f64 = 1e-12;
 
-/// One chart a detector, one curve for each setting of the other keys; where no other key varies, one chart with a curve a detector.
-/// Nothing where no key has numbers.
+/// One chart per detector, one curve per setting of the other keys; without other varying keys, one chart with a curve per detector. `None`
+/// if no key has numbers.
 pub fn draw(results: &Results) -> anyhow::Result<Option<Drawing>> {
     let sweep = results.sweep();
     let Some((key, places)) = abscissa(sweep) else {
@@ -57,7 +57,7 @@ pub fn draw(results: &Results) -> anyhow::Result<Option<Drawing>> {
     page.draw().map(Some)
 }
 
-/// The axis of rates, down to the lowest that is drawn.
+/// The axis of rates, down to the lowest one drawn.
 fn rate_axis(cells: &[Summary]) -> Axis {
     let known = cells.iter().filter(|cell| cell.frames > 0);
     let least = known.map(|cell| lowest(cell).max(LEAST)).fold(1e-1, f64::min);
@@ -69,7 +69,7 @@ fn rate_axis(cells: &[Summary]) -> Axis {
     Axis::logarithmic(name, [10f64.powf(least.log10().floor()), 1.0])
 }
 
-/// What all charts show, as far as it has names, and what an arrow means where there is one.
+/// The legend common to all charts, with the arrow's meaning if there is one.
 fn legend(charts: &[Chart]) -> Vec<Entry> {
     let series = charts.iter().flat_map(|chart| &chart.series);
     let bounds = |series: &Series| series.points.iter().any(|point| point.mark == Mark::AtMost);
@@ -84,7 +84,7 @@ fn legend(charts: &[Chart]) -> Vec<Entry> {
     shown.into_iter().map(Entry::of).chain(bound).collect()
 }
 
-/// The axis with the most values that are all numbers, and these.
+/// The axis with the most values that are all numbers, and its values.
 fn abscissa(sweep: &Sweep) -> Option<(usize, Vec<f64>)> {
     let numbers = |axis: &studies::sweep::Axis| {
         let values = axis.values.iter().map(|value| value.parse().ok());
@@ -95,7 +95,7 @@ fn abscissa(sweep: &Sweep) -> Option<(usize, Vec<f64>)> {
         .max_by_key(|(place, values)| (values.len(), std::cmp::Reverse(*place)))
 }
 
-/// The lowest rate that a cell is drawn at.
+/// The lowest rate drawn for a cell.
 fn lowest(cell: &Summary) -> f64 {
     let (rate, [low, high], errors) = cell.comparable();
     if errors == 0 { high } else { low.max(rate / 10.0) }
@@ -104,7 +104,7 @@ fn lowest(cell: &Summary) -> f64 {
 /// A curve's name and its cells.
 type Curve<'a> = (String, Vec<&'a Summary>);
 
-/// Cells by their settings of the other keys.
+/// Groups cells by their settings of the other keys.
 fn by_setting<'a>(sweep: &Sweep, key: usize, cells: Vec<&'a Summary>) -> Vec<Curve<'a>> {
     let mut curves: Vec<Curve> = Vec::new();
     for cell in cells {
@@ -135,7 +135,7 @@ fn series(sweep: &Sweep, key: usize, places: &[f64], mut curves: Vec<Curve>) -> 
     curves.collect()
 }
 
-/// A curve's settings: the other keys that vary.
+/// A curve's name: its settings of the other varying keys.
 fn name(sweep: &Sweep, key: usize, cell: &Summary) -> String {
     let axes = sweep.grid.iter().zip(&cell.values).enumerate();
     let others = axes.filter(|(place, (axis, _))| *place != key && axis.values.len() > 1);

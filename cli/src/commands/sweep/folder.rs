@@ -1,4 +1,4 @@
-//! The folder of a sweep: its plan, its shards and their sum, by name.
+//! Paths in a sweep's folder: the plan, the shards and their merged results.
 
 use std::path::{Path, PathBuf};
 
@@ -8,27 +8,27 @@ use studies::sweep::{Division, PlanFile, Shard, Sweep};
 
 use crate::files;
 
-/// The sum of all shards, or what one run has done.
+/// The merged results, or those of a single run.
 pub fn whole(folder: &Path) -> PathBuf {
     folder.join("sweep.json")
 }
 
-/// The plan, its scene written out and its division fixed.
+/// The plan, with its scene and its number of shards.
 pub fn plan(folder: &Path) -> PathBuf {
     folder.join("plan.toml")
 }
 
-/// What a shard has done.
+/// A shard's results.
 pub fn shard(folder: &Path, shard: Shard) -> PathBuf {
     folder.join(format!("shard-{:06}-of-{:06}.json", shard.index(), shard.count()))
 }
 
-/// Why a shard failed.
+/// A shard's failure.
 pub fn failure(folder: &Path, of: Shard) -> PathBuf {
     shard(folder, of).with_extension("failed")
 }
 
-/// The files of all shards in a folder, in their order.
+/// All shards' files in a folder, in order.
 pub fn shards(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let unreadable = || format!("cannot read the folder {}", folder.display());
     let mut found = Vec::new();
@@ -43,8 +43,7 @@ pub fn shards(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-/// Makes the folder of a sweep with its number of shards, if it is not there, and puts the plan into it. Returns the plan that is there,
-/// with its division.
+/// Creates the folder of a sweep with this number of shards if it does not exist, and writes the plan into it. Returns the folder's plan.
 pub fn begin(folder: &Path, plan: &PlanFile, shards: u64) -> anyhow::Result<PlanFile> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let path = self::plan(folder);
@@ -75,7 +74,7 @@ pub fn begin(folder: &Path, plan: &PlanFile, shards: u64) -> anyhow::Result<Plan
     Ok(fixed)
 }
 
-/// The plan that a folder holds.
+/// The folder's plan.
 pub fn kept_plan(folder: &Path) -> anyhow::Result<PlanFile> {
     let path = plan(folder);
     let text = input::read_text(&path, input::TABLE_MAX).with_context(|| {
@@ -88,11 +87,11 @@ pub fn kept_plan(folder: &Path) -> anyhow::Result<PlanFile> {
     Ok(Sweep::from_toml(&path.display().to_string(), &text, &[])?)
 }
 
-/// Leaves word of why a shard failed, or takes it away where it did not.
+/// Records why a shard failed, or deletes the record if it did not.
 pub fn note_failure(folder: &Path, shard: Shard, failed: Option<&anyhow::Error>) -> anyhow::Result<()> {
     let path = failure(folder, shard);
     match failed {
-        // Where there is no room even for this, the shard is shown as missing.
+        // If this fails too, the shard counts as missing.
         Some(error) => {
             let text = crate::output::explain(error);
             let _ = files::write(&path, text);

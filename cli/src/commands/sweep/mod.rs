@@ -19,7 +19,7 @@ use crate::report::sweep::Report;
 use crate::stop::stop;
 use crate::{plot, results};
 
-/// What a plan looks like, and how sweeps are done in parts.
+/// Help text: an example plan, and sharding.
 fn help() -> String {
     format!(
         "\
@@ -63,7 +63,7 @@ pub struct Arguments {
     slurm: slurm::Options,
 }
 
-/// Does what was asked for.
+/// Runs the requested action.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     if let Some(folder) = &arguments.status {
         return status::run(folder, shared.json);
@@ -85,13 +85,13 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     }
 }
 
-/// The plan in a file, with what the command line says over it.
+/// Reads the plan from a file; the command line takes precedence.
 fn read(path: &Path, shared: &Shared) -> anyhow::Result<PlanFile> {
     let text = input::read_text(path, input::TABLE_MAX).with_context(|| format!("cannot read the plan {}", path.display()))?;
     let mut plan = Sweep::from_toml(&path.display().to_string(), &text, &shared.set)?;
     let (asked, planned) = (shared.seed, plan.sweep.seed);
     if plan.names_seed {
-        // Without the option the seed is 1.
+        // 1 is the option's default.
         ensure!(
             asked == planned || asked == 1,
             "the plan says seed = {planned}: leave --seed away, or take the key out of the plan"
@@ -102,7 +102,7 @@ fn read(path: &Path, shared: &Shared) -> anyhow::Result<PlanFile> {
     Ok(plan)
 }
 
-/// Makes the folder of a whole sweep, if it is not there, and looks whether it can be written to.
+/// Creates the folder of a whole sweep if it does not exist, and checks that it is writable.
 fn check(folder: &Path, plan: &Path, sweep: &Sweep) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let read = outputs::files_of(&plan.to_string_lossy(), &sweep.scene);
@@ -113,13 +113,13 @@ fn part(arguments: &Arguments, plan: &PlanFile, shard: Shard, folder: &Path) -> 
     let plan = &folder::begin(folder, plan, shard.count())?;
     let path = folder::shard(folder, shard);
     let results = begun(&plan.sweep, &path, arguments.resume)?;
-    // What was refused before was no work on this shard, which may be well or someone else's.
+    // Earlier errors do not belong to this shard, which may be fine or another run's.
     let done = work_off(plan, shard, &path, results);
     folder::note_failure(folder, shard, done.as_ref().err())?;
     done
 }
 
-/// What is left of a shard.
+/// Completes a shard.
 fn work_off(plan: &PlanFile, shard: Shard, path: &Path, mut results: Results) -> anyhow::Result<Verdict> {
     let run = Run::new(&plan.sweep, shard, plan.expected_frames())?.until(stop());
     let mut report = Report::silent();
@@ -153,17 +153,17 @@ fn whole(arguments: &Arguments, plan: &PlanFile, folder: Option<&Path>, as_json:
         },
         |news| {
             report.heard(news)?;
-            // What is kept may be read later.
+            // A written file is of use later.
             Ok(path.is_some() || !output::is_unread())
         },
     )?;
-    // A reader who has left has had enough.
+    // If the reader has left, the run ends normally.
     let enough = done || path.is_none() && output::is_unread();
     report.end(&results)?;
     Ok(if enough { Verdict::Yes } else { Verdict::No })
 }
 
-/// Writes results, with a table and a plot beside them.
+/// Writes results with a table and a plot.
 pub fn keep(results: &Results, path: &Path) -> anyhow::Result<()> {
     results::write_with_table(results, path)?;
     match chart::draw(results)? {
@@ -172,7 +172,7 @@ pub fn keep(results: &Results, path: &Path) -> anyhow::Result<()> {
     }
 }
 
-/// What to go on from: nothing, or what an earlier run has left.
+/// The results to continue: empty, or of an earlier run.
 fn begun(sweep: &Sweep, path: &Path, resume: bool) -> anyhow::Result<Results> {
     let mut results = Results::new(sweep.clone());
     if path.exists() {
@@ -181,7 +181,7 @@ fn begun(sweep: &Sweep, path: &Path, resume: bool) -> anyhow::Result<Results> {
         }
         results::merge(&mut results, path)?;
     }
-    // What cannot be kept should not be worked on first.
+    // Fail before the work if the file cannot be written.
     results::write(&results, path)?;
     Ok(results)
 }

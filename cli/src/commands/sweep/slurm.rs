@@ -1,4 +1,4 @@
-//! `vocc sweep --slurm`: a sweep as an array job and a merge that waits for it.
+//! `vocc sweep --slurm`: a sweep as an array job and a dependent merge.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -48,10 +48,10 @@ pub struct Options {
     sbatch: Vec<String>,
 }
 
-/// Slurm tells a task so much earlier than asked, at most.
+/// Maximum time by which Slurm signals earlier than requested.
 const EARLIER_S: u64 = 60;
 
-/// A word that needs no quotes.
+/// Parses a word that needs no quotes.
 fn word(text: &str) -> Result<String, String> {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-.:,+".contains(c);
     if !text.is_empty() && text.chars().all(plain) {
@@ -70,12 +70,12 @@ fn line_of_text(text: &str) -> Result<String, String> {
 }
 
 impl Options {
-    /// The folder, where one was asked for.
+    /// The folder, if requested.
     pub fn folder(&self) -> Option<&Path> {
         self.folder.as_deref()
     }
 
-    /// Checks that a task has time to work before its signal to end.
+    /// Checks that a task has time to work before its end signal.
     fn check(&self) -> anyhow::Result<()> {
         let least = u64::from(self.notice) + EARLIER_S;
         ensure!(
@@ -89,7 +89,7 @@ impl Options {
     }
 }
 
-/// Writes the scripts, and submits them if asked to.
+/// Writes the scripts, and submits them on request.
 pub fn run(options: &Options, path: &Path, plan: PlanFile) -> anyhow::Result<Verdict> {
     options.check()?;
     plan.sweep.check()?;
@@ -116,7 +116,7 @@ pub fn run(options: &Options, path: &Path, plan: PlanFile) -> anyhow::Result<Ver
     Ok(Verdict::Yes)
 }
 
-/// Hands a script to sbatch and returns the job's number.
+/// Submits a script with sbatch and returns the job number.
 fn submit(options: &[&str], script: &Path) -> anyhow::Result<String> {
     let output = Command::new("sbatch")
         .arg("--parsable")
@@ -142,7 +142,7 @@ fn submit(options: &[&str], script: &Path) -> anyhow::Result<String> {
     Ok(job.to_string())
 }
 
-/// A path for a shell.
+/// Quotes a path for a shell.
 fn quoted(path: &Path) -> anyhow::Result<String> {
     let text = path
         .to_str()
@@ -151,12 +151,12 @@ fn quoted(path: &Path) -> anyhow::Result<String> {
     Ok(format!("'{}'", text.replace('\'', r"'\''")))
 }
 
-/// What the scripts are made of.
+/// Values for the scripts.
 struct Job<'a> {
     options: &'a Options,
     vocc: String,
     folder: String,
-    /// The folder in a directive, where % begins a pattern.
+    /// The folder in a directive, with % escaped.
     log: String,
 }
 

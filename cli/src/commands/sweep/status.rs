@@ -1,4 +1,4 @@
-//! What is there of a sweep's shards, what is missing and what failed.
+//! The state of a sweep's shards.
 
 use std::path::Path;
 
@@ -12,17 +12,17 @@ use crate::output::{Verdict, json, line};
 use crate::report;
 use crate::results;
 
-/// How a shard is.
+/// State of a shard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum State {
-    /// All of its work is done.
+    /// All chunks are done.
     Done,
-    /// Some of it.
+    /// Some chunks are done.
     Unfinished,
-    /// It ended with an error.
+    /// The run ended with an error.
     Failed,
-    /// There is nothing of it.
+    /// No results exist.
     Missing,
 }
 
@@ -30,12 +30,12 @@ enum State {
 struct Status {
     shard: u64,
     state: State,
-    /// The part of its chunks that is there.
+    /// The fraction of finished chunks.
     done: f64,
     why: Option<String>,
 }
 
-/// Prints how each shard is, and what to do about those that are not done; of a sweep that was not divided, how each cell is.
+/// Prints each shard's state and how to complete it; of an undivided sweep, each cell's state.
 pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Verdict> {
     if !folder::plan(path).exists() && folder::whole(path).exists() {
         return undivided(&folder::whole(path), as_json);

@@ -1,13 +1,13 @@
-//! Time limits as `sbatch` takes them.
+//! Time limits in the format of `sbatch`.
 
 use std::str::FromStr;
 
-/// How long a task may take.
+/// Time limit of a task.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TimeLimit {
-    /// As it was written.
+    /// The original text.
     pub text: String,
-    /// In seconds; none without a limit.
+    /// In seconds; `None` if unlimited.
     pub seconds: Option<u64>,
 }
 

@@ -1,4 +1,4 @@
-//! `vocc table diff`: what another table says otherwise, and what it costs.
+//! `vocc table diff`: differences between two tables, and their cost.
 
 use std::path::Path;
 
@@ -9,20 +9,20 @@ use studies::table::TableFile;
 use super::regret;
 use crate::output::{Verdict, json, line};
 
-/// Two tables at one light and interval.
+/// Two tables at one illuminance and interval.
 #[derive(Serialize)]
 struct Difference {
     illuminance_lx: f64,
     interval: f64,
-    /// As a transmitter looks them up.
+    /// As looked up by a transmitter.
     old_l2a: f64,
     new_l2a: f64,
-    /// The reach of each, m, where one of the tables knows it.
+    /// The reach of each, m, if a table has it.
     old_reach_m: Option<f64>,
     new_reach_m: Option<f64>,
 }
 
-/// Compares them where either has an entry.
+/// Compares the tables at each illuminance and interval of either.
 pub fn run(old: &Path, new: &Path, scene: Option<&Path>, as_json: bool) -> anyhow::Result<Verdict> {
     let scene = scene.map(regret::by_reach).transpose()?;
     let (old, old_table) = TableFile::read_with_table(old)?;
@@ -35,7 +35,7 @@ pub fn run(old: &Path, new: &Path, scene: Option<&Path>, as_json: bool) -> anyho
         axis
     };
     let (lights, intervals) = (axis(|file| &file.ratios.illuminance_lx), axis(|file| &file.ratios.interval));
-    // The newer one's curve, where both have one.
+    // Prefer the newer table's curve.
     let known: Vec<&TableFile> = scene.iter().chain(files.iter().rev()).collect();
     if !as_json {
         line("illuminance  interval     old      new   change       reach")?;

@@ -1,4 +1,4 @@
-//! `vocc table`: what a table holds, whether a transmitter can use it, what another one would change, and the way there and back.
+//! `vocc table`: shows, validates, compares and transfers tables.
 
 mod diff;
 mod regret;
@@ -66,7 +66,7 @@ enum Action {
     Verify(Transfer),
 }
 
-/// A table as a transmitter carries it: its ratios rounded to 1/8192.
+/// A table as carried by a transmitter: ratios rounded to 1/8192.
 #[derive(Serialize)]
 struct CarriedTable {
     illuminance_lx: Vec<f64>,
@@ -74,7 +74,7 @@ struct CarriedTable {
     l2a: Vec<Vec<f64>>,
 }
 
-/// Shows, checks or transfers.
+/// Runs the requested action.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     match &arguments.action {
         Action::Show {
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
             rust: true,
             ..
         } => {
-            // A table that no transmitter takes is not shipped.
+            // Reject a table that transmitters do not accept.
             let (file, _) = TableFile::read_with_table(path)?;
             output::lines(&source(&file))?;
         }
@@ -115,7 +115,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(Verdict::Yes)
 }
 
-/// Prints a table, the one that the firmware ships with where there is no file, and draws it where that is asked for.
+/// Prints a table, by default the firmware's, and optionally draws it.
 fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Result<()> {
     let plots = plot.map(plot::files_of).into_iter().flatten();
     outputs::check(plots, file.map(Path::to_owned))?;
@@ -158,7 +158,7 @@ fn print_under(head: &str, lines: impl Iterator<Item = String>) -> anyhow::Resul
 }
 
 impl CarriedTable {
-    /// The same as a file has it.
+    /// The table in the file format.
     fn ratios(&self) -> RatioFile {
         RatioFile {
             l2a: self.l2a.clone(),
@@ -193,7 +193,7 @@ fn carried(table: &L2aTable, [illuminance_lx, interval]: [f64; 2]) -> f64 {
     table.l2a(light, Interval::saturating_from_num(interval)).to_num()
 }
 
-/// The Rust source of a table: what `link` is built with.
+/// Rust source of a table, compiled into `link`.
 fn source(file: &TableFile) -> String {
     let of = |name: &str, about: &str, values: &[f64]| {
         let count = values.len();

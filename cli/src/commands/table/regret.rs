@@ -1,4 +1,4 @@
-//! `vocc table regret`: what it costs in reach that a transmitter does not know what is before it.
+//! `vocc table regret`: the reach lost because a transmitter does not know its scene.
 
 use std::path::{Path, PathBuf};
 
@@ -28,15 +28,15 @@ pub struct Regret {
     out: Option<PathBuf>,
 }
 
-/// What a ratio costs at one light and interval.
+/// The loss of a ratio at one illuminance and interval.
 #[derive(Serialize)]
 struct Loss {
     illuminance_lx: f64,
     interval: f64,
-    /// The table's ratio times this.
+    /// Factor on the table's ratio.
     times: f64,
     l2a: f64,
-    /// Its reach, m; none where it is beyond the ratios looked among.
+    /// Its reach, m; `None` outside the searched ratios.
     reach_m: Option<f64>,
     best_reach_m: f64,
 }
@@ -49,7 +49,7 @@ fn factor(text: &str) -> Result<f64, String> {
 }
 
 impl Regret {
-    /// Prints the reach lost at each light and interval, scene by scene, and the ratios that lose least over all of them.
+    /// Prints the reach lost at each illuminance and interval per scene, and the ratios with the least loss over all scenes.
     pub fn run(&self, as_json: bool) -> anyhow::Result<Verdict> {
         outputs::check(self.out.clone(), self.scenes.iter().chain([&self.table]).cloned())?;
         if let Some(path) = &self.out {
@@ -77,7 +77,7 @@ impl Regret {
                 }
             }
         }
-        // Of one scene that is what it says itself.
+        // For a single scene it repeats the scene's own table.
         if scenes.len() > 1 || self.out.is_some() {
             let names = paths.iter().map(|path| path.display().to_string());
             let named: Vec<(String, TableFile)> = names.zip(scenes).collect();
@@ -91,7 +91,7 @@ impl Regret {
         Ok(Verdict::Yes)
     }
 
-    /// What the table's ratio times each factor loses of an entry.
+    /// The loss of an entry at each factor on the table's ratio.
     fn losses(&self, table: &L2aTable, scene: &TableFile, entry: &ReachEntry) -> Vec<Loss> {
         let (illuminance_lx, interval) = (entry.illuminance_lx, entry.interval);
         let regret = scene.regret_at([illuminance_lx, interval]);
@@ -108,7 +108,7 @@ impl Regret {
     }
 }
 
-/// A table that says how far each ratio reaches.
+/// Reads a table with the reach of each ratio.
 pub fn by_reach(path: &Path) -> anyhow::Result<TableFile> {
     let scene = TableFile::read(path)?;
     ensure!(
@@ -119,7 +119,7 @@ pub fn by_reach(path: &Path) -> anyhow::Result<TableFile> {
     Ok(scene)
 }
 
-/// Prints the ratios that lose least in the scene where they lose most.
+/// Prints the ratios with the smallest loss in their worst scene.
 fn print(robust: &TableFile, as_json: bool) -> anyhow::Result<()> {
     if as_json {
         return robust.regret.entries.iter().try_for_each(json);
@@ -130,7 +130,7 @@ fn print(robust: &TableFile, as_json: bool) -> anyhow::Result<()> {
     entries.try_for_each(|entry| line(&report::table::regret_line(entry)))
 }
 
-/// An entry as people read it: what is lost of the best ratio's reach.
+/// An entry as text: the loss of the best ratio's reach.
 fn row(entry: &ReachEntry, carried: f64, losses: &[Loss]) -> String {
     let lost = losses.iter().map(|loss| match loss.reach_m {
         Some(reach_m) => format!("{:>+7.1} %", 100.0 * (reach_m / loss.best_reach_m - 1.0)),

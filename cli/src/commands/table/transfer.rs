@@ -38,7 +38,7 @@ impl Transfer {
         self.report(&table, shared, "is stored and in use")
     }
 
-    /// Reads the table that the transmitter uses.
+    /// Reads the transmitter's current table.
     pub fn pull(&self, shared: &Shared) -> anyhow::Result<Verdict> {
         if let Some(path) = &self.file {
             ensure!(
@@ -64,7 +64,7 @@ impl Transfer {
         }
     }
 
-    /// Whether the transmitter uses this table.
+    /// Checks that the transmitter uses this table.
     pub fn verify(&self, shared: &Shared) -> anyhow::Result<Verdict> {
         let wanted = self.table()?;
         let mut client = self.port.greet_transmitter()?;
@@ -93,7 +93,7 @@ impl Transfer {
         Ok(if same { Verdict::Yes } else { Verdict::No })
     }
 
-    /// The table of the file, or the one that a transmitter ships with.
+    /// The file's table, or the firmware's default.
     fn table(&self) -> anyhow::Result<L2aTable> {
         self.file.as_deref().map_or_else(|| Ok(L2aTable::default()), read)
     }
@@ -118,7 +118,7 @@ impl Transfer {
     }
 }
 
-/// In what a transmitter's own light and LED interval are none that the table was made for: it then takes the nearest that are.
+/// Warnings if the transmitter's illuminance or LED interval is outside the table; it then uses the nearest entry.
 fn outside(table: &L2aTable, client: &mut Connection) -> Vec<String> {
     let light = client.ask(&Request::Status, |answer| match answer {
         Answer::Status(status) => Some(status.illuminance_lx.map(|lux| lux.to_num())),
@@ -130,13 +130,13 @@ fn outside(table: &L2aTable, client: &mut Connection) -> Vec<String> {
     });
     let lights: Vec<f64> = table.illuminances_lx().iter().map(|lux| lux.to_num()).collect();
     let intervals: Vec<f64> = table.intervals().iter().map(|interval| interval.to_num()).collect();
-    // A transmitter that does not tell is not judged.
+    // Skip values that the transmitter does not report.
     let light = light.ok().flatten().and_then(|lux| beyond("light, in lx,", lux, &lights));
     let interval = interval.ok().and_then(|own| beyond("LED interval", own, &intervals));
     light.into_iter().chain(interval).collect()
 }
 
-/// Says that a value is beyond an axis of a table, if it is.
+/// A warning if a value is outside a table's axis.
 fn beyond(what: &str, own: f64, axis: &[f64]) -> Option<String> {
     let (first, last) = (*axis.first()?, *axis.last()?);
     let made_for = if first == last {
@@ -153,7 +153,7 @@ fn read(path: &Path) -> anyhow::Result<L2aTable> {
     Ok(read_table(path)?)
 }
 
-/// Whether a file is empty, or holds what a pull writes: a search's findings are hours of work.
+/// Whether a file is empty or a pulled table, so that overwriting it loses no search results.
 fn is_pulled(path: &Path) -> bool {
     let text = input::read_text(path, input::TABLE_MAX);
     let again = || Some(table_file(&read_table(path).ok()?));
@@ -164,7 +164,7 @@ fn crc(table: &L2aTable) -> String {
     format!("{:08x}", table.crc())
 }
 
-/// Where two tables differ, in words.
+/// Describes the differences between two tables.
 fn differences(wanted: &L2aTable, found: &L2aTable) -> Vec<String> {
     let mut differences = Vec::new();
     if wanted.illuminances_lx() != found.illuminances_lx() {

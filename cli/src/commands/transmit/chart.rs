@@ -4,16 +4,16 @@ use studies::flicker::{Flicker, Practice, Spectrum};
 
 use crate::plot::{Axis, Chart, Drawing, Entry, Line, Mark, Page, Point, RGBColor, Series, colours};
 
-/// Pixels of a chart across and down.
+/// Size of a chart in pixels: width, height.
 const SIZE_PX: (i32, i32) = (420, 380);
-/// Charts in a row.
+/// Charts per row.
 const COLUMNS: usize = 3;
-/// The frequencies that are shown, Hz: to beyond the last that is limited.
+/// Range of frequencies, Hz: to beyond the last limit.
 const SHOWN_HZ: [f64; 2] = [0.5, 4000.0];
-/// The modulations that are shown, %.
+/// Range of modulations, %.
 const SHOWN_PERCENT: [f64; 2] = [0.01, 130.0];
 
-/// The modulation of one LED and of the panel over the frequency, a chart for each symbol rate.
+/// Modulation of one LED and of the panel over frequency, one chart per symbol rate.
 pub fn draw(flicker: &Flicker, rates_hz: &[f64]) -> anyhow::Result<Drawing> {
     let names = ["the worst LED", "all LEDs together"];
     let limits = [Practice::LowRisk, Practice::NoEffect];
@@ -53,7 +53,7 @@ pub fn draw(flicker: &Flicker, rates_hz: &[f64]) -> anyhow::Result<Drawing> {
     .draw()
 }
 
-/// The modulation at each frequency, as far as it is shown.
+/// The modulation at each frequency in range.
 fn points(light: &Spectrum, rate_hz: f64) -> Vec<Point> {
     let points = light.lines().map(|line| Point {
         x: line.cycles * rate_hz,
@@ -66,7 +66,7 @@ fn points(light: &Spectrum, rate_hz: f64) -> Vec<Point> {
     points.filter(is_shown).collect()
 }
 
-/// The most modulation that a practice allows, as far as it is shown: straight but for the step at 90 Hz.
+/// A practice's limit of the modulation, in range: straight except for the step at 90 Hz.
 fn limit(practice: Practice) -> Vec<Point> {
     let first_hz = SHOWN_HZ[0].max(practice.lowest_hz(SHOWN_PERCENT[0]));
     let last_hz = practice.lowest_hz(100.0);

@@ -1,4 +1,4 @@
-//! `vocc transmit --flicker`: how much the panel flickers, what people see of it, and what would have to change.
+//! `vocc transmit --flicker`: the panel's flicker, its visibility, and the symbol rates that avoid it.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -14,9 +14,9 @@ use crate::options::Shared;
 use crate::output::{self, Verdict, line};
 use crate::{outputs, plot};
 
-/// Symbol rates that are looked at where none is given: those of usual cameras, the highest of a transmitter, and beyond.
+/// Default symbol rates: those of common cameras, a transmitter's highest, and beyond.
 const RATES_HZ: [f64; 8] = [5.0, 10.0, 27.0, 45.0, 90.0, 300.0, 1250.0, 10_000.0];
-/// Symbol rates that may be asked for.
+/// Valid symbol rates.
 const RANGE_HZ: RangeInclusive<f64> = 0.1..=1e6;
 
 /// Whether and how the flicker is looked at.
@@ -41,7 +41,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// The one rate of a transmitter.
+    /// The single rate of a transmitter.
     pub fn one_rate(&self) -> anyhow::Result<SymbolRate> {
         match self.symbol_rate[..] {
             [] => Ok(SymbolRate::DEFAULT),
@@ -50,7 +50,7 @@ impl Options {
         }
     }
 
-    /// The rates looked at: those asked for, or usual ones at which a transmitter shows the waveform.
+    /// The requested rates, or the default ones at which a transmitter can show the waveform.
     fn rates_hz(&self, waveform: Waveform) -> Result<Vec<f64>, WaveformError> {
         if !self.symbol_rate.is_empty() {
             self.symbol_rate.iter().try_for_each(|&hz| waveform.carrier_hz(hz).map(drop))?;
@@ -73,28 +73,28 @@ fn rate_hz(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What is found.
+/// The results.
 #[derive(Serialize)]
 struct Report {
-    /// Bytes of the message; none for beacons.
+    /// Bytes of the message; `None` for beacons.
     message_bytes: Option<usize>,
-    /// Symbols after which the light comes again.
+    /// Period of the light in symbols.
     period_symbols: usize,
-    /// Cycles of the carrier a symbol; none where nothing was said of one.
+    /// Carrier cycles per symbol; `None` if not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     carrier_cycles: Option<u16>,
     rates: Vec<Rate>,
     lowest: Vec<LowestRates>,
 }
 
-/// At one symbol rate.
+/// Results at one symbol rate.
 #[derive(Serialize)]
 struct Rate {
     symbols_hz: f64,
     worst_led: Sight,
     usual_led: Sight,
     panel: Sight,
-    /// Where something was said of a carrier: by all standards, the worst LED and all LEDs together.
+    /// If carrier cycles are given: the worst LED and all LEDs together, by all standards.
     #[serde(skip_serializing_if = "Option::is_none")]
     by_standards: Option<[Standards; 2]>,
 }
@@ -103,11 +103,11 @@ struct Rate {
 #[derive(Serialize)]
 struct Standards {
     light: &'static str,
-    /// Modulation over what IEEE Std 1789-2015 allows, where it is greatest, by its practices 1 to 3.
+    /// Maximum modulation relative to the limit of IEEE Std 1789-2015, by practices 1 to 3.
     low_risk_times: f64,
     no_effect_times: f64,
     no_seizures_times: f64,
-    /// IEEE Std 802.15.7, whose limit is 5 ms.
+    /// IEEE Std 802.15.7; limit 5 ms.
     longest_period_s: f64,
     /// IEC TR 61547-1; half of all people see a flicker of 1.
     pst_lm: f64,
@@ -115,7 +115,7 @@ struct Standards {
     svm: f64,
 }
 
-/// What people see of a light, and where it is farthest above or nearest to the low-risk practice.
+/// Visibility of a light's flicker, and its largest modulation relative to the low-risk practice.
 #[derive(Serialize)]
 struct Sight {
     seen: String,
@@ -131,7 +131,7 @@ struct ModulationLimit {
     times_limit: f64,
 }
 
-/// The symbol rates from which on the practices are met.
+/// Lowest symbol rates that meet the practices.
 #[derive(Serialize)]
 struct LowestRates {
     light: &'static str,
@@ -140,8 +140,8 @@ struct LowestRates {
     no_seizures_hz: f64,
 }
 
-/// Prints what is seen of a message, or of beacons where there is none, with `carrier_cycles` cycles of a carrier a symbol; `file` is the one
-/// that the message comes from.
+/// Prints the flicker of a message, or of beacons if there is none, with `carrier_cycles` carrier cycles per symbol; `file` is the
+/// message's file.
 pub fn run(
     options: &Options,
     carrier_cycles: Option<u32>,
@@ -222,7 +222,7 @@ impl Sight {
         }
     }
 
-    /// As columns of a table.
+    /// The values as table columns.
     fn columns(&self) -> String {
         let Self { seen, worst } = self;
         let Some(worst) = worst else {
@@ -248,7 +248,7 @@ impl Standards {
         }
     }
 
-    /// The last columns of a table.
+    /// The last table columns.
     fn columns(&self) -> [String; 6] {
         [
             self.low_risk_times,
@@ -319,7 +319,7 @@ fn print(report: &Report) -> anyhow::Result<()> {
     ))
 }
 
-/// The table of all standards.
+/// Prints the table of all standards.
 fn print_standards(report: &Report, cycles: u16) -> anyhow::Result<()> {
     let row = |first: [&str; 3], [low_risk, no_effect, no_seizures, period, pst_lm, svm]: [&str; 6]| {
         let [rate, carrier, light] = first;
