@@ -1,9 +1,9 @@
-//! How many panels from 3 m on are found, and how many messages arrive, before cameras drawn at random that the receiver is told nothing
-//! of; and how many panels it sees in photographs without one.
+//! Counts the panels found from 3 m on and the messages received with random cameras unknown to the receiver, and false detections in
+//! photographs.
 //!
 //! `cargo run --release -p vocc-tests --example any_camera -- FILMS [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED] [told]`
 //!
-//! With `told`, it is told what the simulator knows of each camera. `RAYON_NUM_THREADS` sets the number of threads.
+//! `told` gives the receiver the simulator's parameters of each camera. `RAYON_NUM_THREADS` sets the number of threads.
 
 use link::camera::Camera;
 use rayon::prelude::*;
@@ -58,7 +58,7 @@ fn is_found_in_time(fate: &Fate) -> bool {
     matches!(fate.found, Some((frame, _)) if frame < IN_TIME) && !fate.misplaced
 }
 
-/// Tells of a film that is not as it should be.
+/// Prints a film that failed.
 fn tell(film: &RandomFilm, fate: &Fate) {
     let mut faults = Vec::new();
     if fate.misplaced {

@@ -1,4 +1,4 @@
-//! Draws what an offset costs a variance: `cargo run -p vocc-tests --example offset_sweep` writes `docs/numerics/offset_sweep.svg`.
+//! Plots the error of a variance over the offset: `cargo run -p vocc-tests --example offset_sweep` writes `docs/numerics/offset_sweep.svg`.
 
 mod plot;
 
@@ -13,12 +13,12 @@ use vocc_tests::offset::{values_about, variance};
 use plot::{FONT, key, legend, svg, titled};
 
 const SIZE: (u32, u32) = (900, 460);
-/// An error of nothing is drawn as this.
+/// Value at which zero error is drawn.
 const LEAST: f64 = 1e-17;
-/// Errors beyond this look all the same.
+/// Maximum error drawn.
 const MOST: f64 = 1e12;
 
-/// A way to a variance: its name, its colour (Okabe & Ito 2008), and its error at an offset.
+/// A variance algorithm: name, colour (Okabe & Ito 2008), and error at an offset.
 struct Way {
     name: &'static str,
     colour: RGBColor,

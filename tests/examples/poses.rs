@@ -1,4 +1,4 @@
-//! How far measured poses are from the truth, and whether their covariances say so.
+//! Measures the error of estimated poses, and whether their covariances are correct.
 //!
 //! `cargo run --release -p vocc-tests --example poses -- COUNT NEAREST_M FARTHEST_M [TURNED_DEG] [PRESET] [LEAST_YAW_DEG]`
 

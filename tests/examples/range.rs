@@ -1,4 +1,4 @@
-//! How many panels of the locator's whole range are found within three frames, and how many are seen where there are none.
+//! Counts the panels found within three frames over the locator's whole range, and false detections without panels.
 //!
 //! `cargo run --release -p vocc-tests --example range -- SCENES [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED] [TURNED BY, °]`
 

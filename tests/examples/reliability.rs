@@ -1,9 +1,9 @@
-//! Whether bits are as sure as they say, and the picture of it.
+//! Measures and plots the calibration of bit probabilities.
 //!
 //! `cargo run --release -p vocc-tests --example reliability -- FILMS [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]` writes
-//! `docs/detectors/reliability.svg`, and prints what it shows. Films are those of `any_camera`, without broken LEDs, of which only frames
-//! of one symbol count: followed from their beginning on, those of them in which the panel is where it is seen, and one frame of each as
-//! if it stood alone. The detectors are shown panels whose corners are known, at the points of `detector_errors`.
+//! `docs/detectors/reliability.svg`, and prints its data. Films are those of `any_camera` without broken LEDs, and only frames with a
+//! single symbol count: all frames of followed films, those of them with a correctly located panel, and one frame per film read on its own.
+//! The detectors read panels with known corners, at the points of `detector_errors`.
 
 mod plot;
 
@@ -24,14 +24,14 @@ use vocc_tests::arguments::Arguments;
 use plot::{FONT, key, legend, svg, titled};
 
 const SIZE: (u32, u32) = (900, 620);
-/// Shares below are drawn as this.
+/// Minimum share drawn.
 const LEAST: f64 = 1e-6;
-/// Fewer bits say nothing.
+/// Minimum number of bits for a point.
 const BITS_LEAST: u64 = 100;
-/// Frames at each point of [`POINTS`].
+/// Frames per point of [`POINTS`].
 const FRAMES: u64 = 100;
 
-/// Distance in m, interval, ISO, L2A: where the detectors err.
+/// Distance in m, interval, ISO and L2A at which detectors err.
 const POINTS: [(f64, f64, f64, f64); 12] = [
     (70.0, 0.5, 100.0, 0.2),
     (70.0, 0.5, 1600.0, 1.0),
@@ -47,7 +47,7 @@ const POINTS: [(f64, f64, f64, f64); 12] = [
     (70.0, 0.5, 32_000.0, 0.6),
 ];
 
-/// What is read, and in which colour it is drawn (Okabe & Ito 2008).
+/// A data set and its colour (Okabe & Ito 2008).
 struct Series {
     name: &'static str,
     colour: RGBColor,
@@ -80,7 +80,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Frames of films that are followed, those of them in which the panel is seen where it is, and one frame of each film that stands alone.
+/// All frames of followed films, those with a correctly located panel, and one frame per film on its own.
 fn films(arguments: &Arguments) -> [Reliability; 3] {
     let read: Vec<_> = arguments.seeds.clone().into_par_iter().map(|seed| film(seed, arguments)).collect();
     let mut sums = <[Reliability; 3]>::default();
@@ -103,7 +103,7 @@ fn film(seed: u64, arguments: &Arguments) -> [Reliability; 3] {
     [followed.reliability, followed.reliability_in_place, alone]
 }
 
-/// Frames of a detector that is told the corners, at all points.
+/// Frames of a detector with known corners, at all points.
 fn detected(choice: DetectorChoice) -> Result<Reliability, Box<dyn Error>> {
     let mut sum = Reliability::default();
     for point in POINTS {

@@ -1,4 +1,4 @@
-//! Draws full-HD frames into a folder and times the cold search in each: `tests/tools/beside-apriltag` holds another detector against it.
+//! Renders full-HD frames into a folder and times the cold search in each; `tests/tools/beside-apriltag` compares another detector.
 //!
 //! `cargo run --release -p vocc-tests --example search_time -- FOLDER`
 

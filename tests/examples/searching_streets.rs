@@ -1,19 +1,19 @@
-//! What it costs to look for a panel in streets where there is none, and when one is found that appears.
+//! Measures the cost of searching streets without a panel, and the delay until one that appears is found.
 //!
 //! `cargo run --release -p vocc-tests --example searching_streets -- [FILMS] [FIRST SEED] [FRAMES] [WIDTHxHEIGHT] [PITCH PX] [APPEARS]`
 //!
-//! Without a pitch there is no panel; with one it appears in frame APPEARS. Times are of a thread's processor, as Linux
-//! counts it, means of a frame: of all and from the 33rd on.
+//! Without a pitch there is no panel; with one it appears in frame APPEARS. Times are Linux CPU times of the thread, as means per frame:
+//! over all frames and from the 33rd on.
 
 use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
 use rx_pipeline::frame::Frame;
 use vocc_tests::streets::{Drawing, MESSAGE, MOTIONS, SYMBOLS_PER_FRAME, Street};
 
 const FPS: f32 = 100.0;
-/// Frames after which a receiver that has found nothing looks at less.
+/// Frames after which a receiver without a detection reduces its effort.
 const LATE: usize = 32;
 
-/// The processor time that this thread has had, in ms.
+/// CPU time of this thread, in ms.
 fn processor_ms() -> f64 {
     let times = std::fs::read_to_string("/proc/thread-self/schedstat").expect("Linux");
     let nanoseconds = times.split(' ').next().and_then(|time| time.parse::<f64>().ok());

@@ -1,9 +1,9 @@
-//! How a panel is followed before a camera that shakes, by how far it moves from frame to frame.
+//! Measures how well a panel is followed by a shaking camera, by its displacement between frames.
 //!
 //! `cargo run --release -p vocc-tests --example shaking_camera -- [FILMS] [FIRST SEED] [random|smooth|turn] [PITCH PX] [STEP]`
 //!
-//! Of each cell: films whose message came, frames read, frames read at least 0.6 pitches off, and those of them said to be more than 90 %
-//! sure. Steps are in pitches, and in degrees of a turn. With a pitch and a step it tells of each film.
+//! For each cell: films whose message arrived, frames read, readings off by at least 0.6 pitches, and those of them with a confidence above
+//! 90 %. Steps are in pitches, or in degrees for a turn. With a pitch and a step it prints each film.
 
 use rayon::prelude::*;
 use std::ops::Add;

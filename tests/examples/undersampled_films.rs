@@ -1,10 +1,10 @@
-//! Films of a panel with a carrier, drawn without the simulator, by cameras drawn at random: how many of their messages arrive.
+//! Counts the messages received from films of a panel with a carrier, drawn without the simulator, by random cameras.
 //!
 //! `cargo run --release -p vocc-tests --example undersampled_films -- [FILMS] [FIRST SEED] [rolling|global|still|blind] [verbose]`
 //!
-//! `rolling`: lines are exposed one after another in three of four; LEDs 6 to 30 px apart. `global`: all at once, 5.5 px. `still`: the first,
-//! before a panel without a carrier. `blind`: the first, each exposure a whole cycle long. `verbose` prints for each frame
-//! where the panel was read, and which rows of LEDs were read as the panel (`+`), as its complement (`-`), or as neither (`?`).
+//! `rolling`: rolling shutter in three films of four; LEDs 6 to 30 px apart. `global`: global shutter, 5.5 px. `still`: `rolling` with a
+//! panel without a carrier. `blind`: `rolling` with exposures of a whole cycle. `verbose` prints for each frame where the panel was read,
+//! and which rows of LEDs were read as the panel (`+`), as its complement (`-`), or as neither (`?`).
 
 use rayon::prelude::*;
 use reception::PanelReport;
@@ -67,7 +67,7 @@ fn main() {
     println!("{delivered} of {films} delivered, {wrong} wrong messages");
 }
 
-/// What became of a frame that shows `bits`.
+/// Describes the result of a frame that shows `bits`.
 fn told(bits: u64, report: &PanelReport) -> String {
     match &report.reading {
         Ok(reading) => {

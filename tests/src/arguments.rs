@@ -1,4 +1,4 @@
-//! Arguments of the examples that search panels in many pictures.
+//! Arguments of the examples that search for panels in many pictures.
 
 use std::ops::Range;
 use std::path::Path;
@@ -6,20 +6,20 @@ use std::path::Path;
 use image::GrayImage;
 use studies::random_scenes::photographs;
 
-/// `COUNT [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]`: by default 100 of full HD from seed 0 on before the studies' photographs.
+/// `COUNT [FOLDER OF PHOTOGRAPHS] [WIDTHxHEIGHT] [FIRST SEED]`; default: 100 in full HD from seed 0, with the studies' photographs.
 pub struct Arguments {
-    /// The seeds of what is drawn.
+    /// Random seeds.
     pub seeds: Range<u64>,
-    /// Columns and rows of a frame.
+    /// Frame width and height in pixels.
     pub size: [usize; 2],
-    /// What is behind the panels.
+    /// Backgrounds of the panels.
     pub photographs: Vec<GrayImage>,
-    /// The words after those.
+    /// The remaining arguments.
     pub rest: Vec<String>,
 }
 
 impl Arguments {
-    /// Those of this program.
+    /// Reads this program's arguments.
     pub fn read() -> Self {
         let mut arguments = std::env::args().skip(1);
         let count: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(100);

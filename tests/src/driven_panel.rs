@@ -1,35 +1,35 @@
-//! The light of a board's LEDs, from what its pins do.
+//! The light of a board's LEDs, from the signals on its pins.
 
 use serde::Deserialize;
 
-/// Cycles of the transmitter's system clock in a second.
+/// Frequency of the transmitter's system clock, Hz.
 pub const CLOCK_HZ: f64 = 125e6;
-/// Light at the low current over that at the full one, of the board's typical panel.
+/// Ratio of the light at low current to that at full current, for the board's typical panel.
 pub const LOW_CURRENT_SHARE: f64 = 0.125;
-/// Luminance of an On LED at full duty of the board's typical panel, cd/m².
+/// Luminance of an On LED of the typical panel at full duty, cd/m².
 pub const FULL_CD_M2: f64 = 26_000.0;
-/// Reflectance of its LEDs' surface.
+/// Reflectance of the LEDs' surface.
 pub const REFLECTANCE: f64 = 0.4;
 
-/// The pulses that dim the LEDs.
+/// The PWM pulses that dim the LEDs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pulses {
-    /// Seconds of a pulse.
+    /// Pulse width in seconds.
     pub lit_s: f64,
-    /// Seconds of a period.
+    /// Period in seconds.
     pub period_s: f64,
-    /// Whether they are at the low current.
+    /// Whether the pulses are at low current.
     pub low_current: bool,
 }
 
-/// The pulses as an emulator tells them.
+/// The pulses in an emulator's clock cycles.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct Cycles {
-    /// Cycles of a pulse.
+    /// Pulse width in cycles.
     pub lit_cycles: u32,
-    /// Cycles of a period.
+    /// Period in cycles.
     pub period_cycles: u32,
-    /// Whether they are at the low current.
+    /// Whether the pulses are at low current.
     pub low_current: bool,
 }
 
@@ -44,7 +44,7 @@ impl From<Cycles> for Pulses {
 }
 
 impl Pulses {
-    /// The share of the full light.
+    /// Fraction of the full light.
     pub fn duty(&self) -> f64 {
         let current = if self.low_current { LOW_CURRENT_SHARE } else { 1.0 };
         if self.lit_s == 0.0 {

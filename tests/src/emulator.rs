@@ -1,4 +1,4 @@
-//! The emulator of the RP2040 in `tests/boards/emulator`, which takes Node.
+//! Runs the RP2040 emulator in `tests/boards/emulator`, which requires Node.
 
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Write};
@@ -13,14 +13,14 @@ use crate::programs::{output, root};
 use crate::trials::Unready;
 
 const FOLDER: &str = "tests/boards/emulator";
-/// Longer than any command takes on a busy computer.
+/// Timeout for an event; exceeds the time of any command on a busy computer.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// How often, in which steps, it is looked whether the emulator has ended.
+/// Number of polls for the emulator's exit.
 const LOOKS: usize = 50;
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// Sees to it that the emulator can be run.
+/// Ensures that the emulator is installed.
 pub fn provide() -> Result<(), Unready> {
     output(Command::new("node").arg("--version"))?;
     let folder = root().join(FOLDER);
@@ -30,7 +30,7 @@ pub fn provide() -> Result<(), Unready> {
     output(Command::new("npm").arg("ci").arg("--no-audit").arg("--prefix").arg(folder)).map(drop)
 }
 
-/// Emulated boards: commands go in, events come out.
+/// Emulated boards, driven by commands and observed by events.
 pub struct Emulation<E> {
     process: Child,
     commands: ChildStdin,
@@ -38,7 +38,7 @@ pub struct Emulation<E> {
 }
 
 impl<E: DeserializeOwned + Send + 'static> Emulation<E> {
-    /// Starts one of the emulator's scripts.
+    /// Starts an emulator script.
     pub fn start<A: AsRef<OsStr>>(script: &str, arguments: impl IntoIterator<Item = A>) -> Self {
         let mut process = Command::new("node")
             .arg(root().join(FOLDER).join(script))
@@ -61,7 +61,7 @@ impl<E: DeserializeOwned + Send + 'static> Emulation<E> {
         Self { process, commands, events }
     }
 
-    /// Gives a command: the script has their list.
+    /// Sends a command; the script lists them.
     pub fn command(&mut self, command: &Value) {
         writeln!(self.commands, "{command}").expect("the emulator runs");
     }
@@ -71,7 +71,7 @@ impl<E: DeserializeOwned + Send + 'static> Emulation<E> {
         self.events.recv_timeout(PATIENCE).expect("the emulator goes on")
     }
 
-    /// Whether the emulator has ended, or ends within a second: its sockets are closed before that.
+    /// Whether the emulator exits within a second; its sockets are closed before that.
     pub fn is_over(&mut self) -> bool {
         let looks = std::iter::repeat_with(|| {
             std::thread::sleep(LOOK_EVERY);
@@ -81,7 +81,7 @@ impl<E: DeserializeOwned + Send + 'static> Emulation<E> {
     }
 }
 
-/// Cuts the power.
+/// Kills the emulator.
 impl<E> Drop for Emulation<E> {
     fn drop(&mut self) {
         let _ = self.process.kill();

@@ -1,4 +1,4 @@
-//! Programs for microcontrollers: built, and measured.
+//! Builds and measures programs for microcontrollers.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use object::{LittleEndian, Object, ObjectSegment};
 use crate::programs::output;
 use crate::trials::Unready;
 
-/// Builds the program in the folder `board` as a user would, with these arguments for Cargo; the folder that it then lies in.
+/// Builds the program in the folder `board` as a user would, with these Cargo arguments; returns its output folder.
 pub fn build(target: &str, board: &str, arguments: &[&str]) -> Result<PathBuf, Unready> {
     let built = output(
         Command::new("bash")
@@ -22,16 +22,16 @@ pub fn build(target: &str, board: &str, arguments: &[&str]) -> Result<PathBuf, U
     Ok(built.lines().last().unwrap_or_default().into())
 }
 
-/// What a program takes.
+/// Memory use of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
     /// Bytes of flash.
     pub flash: u32,
-    /// Bytes of RAM before its stack.
+    /// Bytes of static RAM, without the stack.
     pub ram: u32,
 }
 
-/// What an image takes of the flash, its boot loader included, and of the RAM before its stack.
+/// Flash use of an image, including its boot loader, and static RAM without the stack.
 pub fn size(elf: &[u8]) -> Size {
     let file = ElfFile32::<LittleEndian>::parse(elf).expect("an ELF file of 32 bits");
     let mut size = Size { flash: 0, ram: 0 };
@@ -45,14 +45,14 @@ pub fn size(elf: &[u8]) -> Size {
     size
 }
 
-/// The middle one of some counts; 0 of none.
+/// The median; 0 if `values` is empty.
 pub fn median(values: &[u64]) -> u64 {
     let mut sorted = values.to_vec();
     sorted.sort_unstable();
     sorted.get(sorted.len() / 2).copied().unwrap_or_default()
 }
 
-/// Tells a measurement, past the test's own output.
+/// Prints a measurement past the test's captured output.
 pub fn say(what: &str) {
     let _ = writeln!(std::io::stderr(), "measured: {what}");
 }

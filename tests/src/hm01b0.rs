@@ -1,7 +1,7 @@
-//! What a Himax HM01B0 sees of a transmitter's LEDs: the simulator's camera, set by the registers that a receiver wrote.
+//! A Himax HM01B0's view of a transmitter's LEDs: the simulator's camera with the register values that a receiver wrote.
 //!
-//! Its lens and its sensor are those of the scene, as a rule [`hm01b0`](sim::scene::PRESETS); exposure, gain and the part of the sensor
-//! that is read are the registers'. Each line is exposed before it is read, line after line.
+//! Lens and sensor are the scene's, usually [`hm01b0`](sim::scene::PRESETS); the registers set exposure, gain and readout window. The
+//! shutter is rolling.
 
 use link::panel::PanelFrame;
 use serde::Deserialize;
@@ -14,65 +14,65 @@ use sim::view::ViewError;
 
 use crate::driven_panel::{Cycles, FULL_CD_M2, Pulses};
 
-/// ISO speed at a gain of 1. Assumed, since the datasheet does not give it: a pixel of 3.6 µm that makes an electron of every other photon
-/// of white light is full, with 6000 of them, after 0.09 lx·s.
+/// ISO speed at a gain of 1. Assumed, as the datasheet omits it: a pixel of 3.6 µm with a quantum efficiency of 50 % for white light
+/// saturates at 6000 electrons after 0.09 lx·s.
 pub const ISO_AT_GAIN_1: f64 = 200.0;
 
-/// By how much symbols may differ in length that one frame sees, as a part.
+/// Maximum relative difference in length between symbols within one frame.
 const LENGTH_ERROR_MAX: f64 = 0.01;
 
-/// The camera's settings, line by line.
+/// Requests to the camera, one per line.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Request {
-    /// Changes of the scene, `key=value`, from now on.
+    /// Changes the scene permanently by `key=value`.
     Scene(Vec<String>),
-    /// A frame, to be answered by its pixels.
+    /// Renders a frame; the answer is its pixels.
     Frame(Box<FrameRequest>),
 }
 
-/// A frame, and what the LEDs do meanwhile.
+/// A frame, and the LEDs' state during it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct FrameRequest {
-    /// Its number.
+    /// The frame number.
     pub number: u64,
-    /// When its first line is read, ns.
+    /// Readout time of its first line, ns.
     pub ns: f64,
-    /// Columns that come out.
+    /// Output columns.
     pub width: usize,
-    /// Lines that come out.
+    /// Output lines.
     pub height: usize,
-    /// Whether a pixel is the mean of four of the sensor's.
+    /// Whether a pixel is the mean of 2 × 2 sensor pixels.
     pub binned: bool,
-    /// From one line to the next, ns.
+    /// Line period, ns.
     pub line_nanos: f64,
-    /// From one frame to the next, ns.
+    /// Frame period, ns.
     pub frame_nanos: f64,
-    /// How long a line is exposed before it is read, in lines.
+    /// Exposure before the readout, in lines.
     pub exposure_lines: f64,
-    /// The gain, 1 or more.
+    /// The gain, at least 1.
     pub gain: f64,
-    /// The grey level of no light.
+    /// The black level in grey levels.
     pub black: f64,
-    /// Since when, ns, which LEDs are On: 16 hexadecimal digits.
+    /// Start time in ns of each symbol, and the LEDs that are On: 16 hexadecimal digits.
     pub symbols: Vec<(f64, String)>,
-    /// The pulses that dim them.
+    /// The dimming pulses.
     pub pulse: Cycles,
 }
 
-/// Why a frame cannot be drawn.
+/// Why a frame cannot be rendered.
 #[derive(Debug)]
 pub enum EyeError {
-    /// The scene is none.
+    /// The scene is invalid.
     Scene(SceneError),
-    /// What is asked for makes no scene.
+    /// The request results in an invalid scene.
     Range(sim::scene::RangeError),
-    /// The panel cannot be seen so.
+    /// The panel is not in view.
     View(ViewError),
-    /// No LEDs: so the digits.
+    /// The digits are no LED states.
     Digits(String),
-    /// The frame sees more symbols than are simulated in one, or some of unequal length.
+    /// The frame spans more symbols than one exposure can simulate, or symbols of unequal length.
     Symbols(Vec<f64>),
 }
 
@@ -94,7 +94,7 @@ impl std::fmt::Display for EyeError {
 
 impl std::error::Error for EyeError {}
 
-/// The camera before the panel.
+/// The camera and its scene.
 pub struct Eye {
     name: String,
     changes: Vec<String>,
@@ -104,7 +104,7 @@ pub struct Eye {
 }
 
 impl Eye {
-    /// A camera in a scene, by its name or file, with these changes.
+    /// A camera in a scene, by name or file, with these changes.
     pub fn new(name: &str, changes: &[String]) -> Result<Self, EyeError> {
         Ok(Self {
             name: name.into(),
@@ -115,7 +115,7 @@ impl Eye {
         })
     }
 
-    /// Changes the scene from now on.
+    /// Changes the scene permanently.
     pub fn change(&mut self, changes: &[String]) -> Result<(), EyeError> {
         let all = [&self.changes, changes].concat();
         self.scene = Scene::load(&self.name, &all).map_err(EyeError::Scene)?;
@@ -123,7 +123,7 @@ impl Eye {
         Ok(())
     }
 
-    /// The pixels of a frame, `width` × `height`, line by line.
+    /// Renders a frame of `width` × `height` pixels, row by row.
     pub fn see(&mut self, request: &FrameRequest) -> Result<Vec<u8>, EyeError> {
         let (moment, symbols) = moment(request)?;
         let pulses = Pulses::from(request.pulse);
@@ -153,7 +153,7 @@ impl Eye {
         })
     }
 
-    /// The scene with the camera as its registers set it, and the light as the pins dim it.
+    /// The scene with the registers' camera settings and the dimmed light.
     fn set_up(&self, request: &FrameRequest, pulses: &Pulses) -> Scene {
         let mut scene = self.scene.clone();
         let lines_a_row = if request.binned { 2 } else { 1 };
@@ -163,7 +163,7 @@ impl Eye {
         camera.frame_rate_hz = 1e9 / request.frame_nanos;
         camera.black_grey = request.black;
         camera.exposure_max_s = exposure_ns(request) / 1e9;
-        // The meter asks for so much that time and gain stand at what they are set to.
+        // A large bias keeps time and gain at their set limits.
         camera.exposure_bias_ev = 8.0;
         camera.iso_min = ISO_AT_GAIN_1 * request.gain;
         camera.iso_max = camera.iso_min;
@@ -182,7 +182,7 @@ fn exposure_ns(request: &FrameRequest) -> f64 {
     request.exposure_lines * request.line_nanos
 }
 
-/// When the frame's first line is exposed, in symbols of one length, and the symbols from there on.
+/// When the first line's exposure starts, in symbols of equal length, and the symbols from there on.
 fn moment(request: &FrameRequest) -> Result<(Moment, [PanelFrame; WINDOW]), EyeError> {
     let start_ns = request.ns - exposure_ns(request);
     let end_ns = request.ns + request.height as f64 * request.line_nanos;
@@ -201,7 +201,7 @@ fn moment(request: &FrameRequest) -> Result<(Moment, [PanelFrame; WINDOW]), EyeE
     let symbol_s = spaced.clone().reduce(f64::max).unwrap_or((end_ns - start_ns) / 1e9);
     let uneven = spaced.clone().any(|length_s| length_s < symbol_s * (1.0 - LENGTH_ERROR_MAX));
     let first_s = changes.first().map_or(symbol_s, |&(after_s, _)| after_s);
-    // The first one may have been there for longer than one symbol.
+    // The first symbol may have been shown for longer than one period.
     let repeats = (first_s / symbol_s).ceil().max(1.0);
     if uneven || repeats as usize + changes.len() > WINDOW {
         return Err(EyeError::Symbols(changes.iter().map(|change| change.0).collect()));
@@ -224,7 +224,7 @@ fn moment(request: &FrameRequest) -> Result<(Moment, [PanelFrame; WINDOW]), EyeE
     Ok((moment, symbols))
 }
 
-/// The means of 2 × 2 pixels, rounded.
+/// The rounded means of 2 × 2 pixels.
 fn binned(sensor: &[u8], width: usize) -> Vec<u8> {
     let pairs = sensor.chunks_exact(2 * width).flat_map(|two| {
         let (upper, lower) = two.split_at(width);
@@ -294,7 +294,7 @@ mod tests {
 
     #[test]
     fn lines_see_the_symbol_of_their_own_time() {
-        // Half the frame is read before the change, half behind it.
+        // Half the frame is read before the change, half after it.
         let half_ns = 1e9 + 61.0 * 125_333.0;
         let asked = request(&[(0.0, "ffffffffffffffff"), (half_ns, "0000000000000000")], 2.0);
         let (moment, symbols) = moment(&asked).unwrap();
@@ -306,7 +306,7 @@ mod tests {
     fn symbols_keep_their_times() {
         let lit = |digit: &str| digit.repeat(16);
         let [a, b, c] = ["1", "2", "3"].map(lit);
-        // The first has been there for long, the others come every 5 ms.
+        // The first has been shown for long, the others follow every 5 ms.
         let asked = request(&[(0.0, &a), (1.007e9, &b), (1.012e9, &c)], 8.0);
         let (moment, symbols) = moment(&asked).unwrap();
         let at = |ns: f64| {

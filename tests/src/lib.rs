@@ -1,4 +1,4 @@
-//! What the tests across crates share: the reference frames in `frames/` and their truth.
+//! Shared test code: the reference frames in `frames/` and their ground truth.
 
 pub mod arguments;
 pub mod driven_panel;
@@ -28,11 +28,11 @@ use serde::Deserialize;
 /// One reference frame.
 #[derive(Debug)]
 pub struct ReferenceFrame {
-    /// Folder and number, such as `parallel/frame-0003`.
+    /// Folder and number, for example `parallel/frame-0003`.
     pub name: String,
-    /// What is known of it.
+    /// Its ground truth.
     pub truth: Truth,
-    /// The 8-bit picture.
+    /// The 8-bit image.
     pub png: PathBuf,
     /// Columns.
     pub width: usize,
@@ -42,12 +42,12 @@ pub struct ReferenceFrame {
     pub linear: Vec<f32>,
 }
 
-/// The truth of a reference frame.
+/// Ground truth of a reference frame.
 #[derive(Debug, Deserialize)]
 pub struct Truth {
     /// Eight rows of eight characters, `1` for On.
     pub bits: Vec<String>,
-    /// What it was drawn from.
+    /// Its parameters.
     pub params: Params,
     /// Linear value of an Off LED.
     pub lin_off: f64,
@@ -55,31 +55,31 @@ pub struct Truth {
     pub lin_on: f64,
     /// Pixel positions of the corner LEDs: top left, top right, bottom right, bottom left.
     pub led_corner_centres_px: [[f64; 2]; 4],
-    /// Where the crop begins on the sensor.
+    /// Position of the crop on the sensor.
     pub image_origin_in_sensor_px: [f64; 2],
 }
 
-/// What a reference frame was drawn from.
+/// Parameters of a reference frame.
 #[derive(Debug, Deserialize)]
 pub struct Params {
     /// Distance in metres.
     pub distance: f64,
-    /// Gap over diameter.
+    /// Gap between LEDs over their diameter.
     pub interval: f64,
     /// LED-to-ambient ratio.
     pub l2a: f64,
     /// Blur in px.
     pub sigma: f64,
-    /// Turns, in degrees.
+    /// Rotation about the optical axis, in degrees.
     pub roll: f64,
-    /// About the vertical.
+    /// Rotation about the vertical axis, in degrees.
     pub yaw: f64,
-    /// About the horizontal.
+    /// Rotation about the horizontal axis, in degrees.
     pub tilt: f64,
 }
 
 impl Truth {
-    /// The 64 bits, LED 8·row + column at that bit.
+    /// The 64 bits, with LED (row, column) at bit 8·row + column.
     pub fn bits(&self) -> u64 {
         let cells = self.bits.iter().flat_map(|row| row.bytes());
         cells.enumerate().fold(0, |bits, (led, cell)| bits | u64::from(cell == b'1') << led)
@@ -122,7 +122,7 @@ struct Matrix {
     values: Vec<f32>,
 }
 
-/// What a NumPy file of version 1.0 holds, where that is a matrix of single precision.
+/// Parses a NumPy file of version 1.0 that holds a single-precision matrix.
 fn npy(bytes: &[u8]) -> Option<Matrix> {
     let (length, rest) = bytes.strip_prefix(b"\x93NUMPY\x01\x00")?.split_first_chunk()?;
     let (about, numbers) = rest.split_at_checked(u16::from_le_bytes(*length).into())?;

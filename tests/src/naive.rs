@@ -1,4 +1,4 @@
-//! The formulas that come to mind first, to be shown wrong where they are.
+//! Textbook formulas, to show where they fail.
 
 /// Mean and variance (over n) from the sums of values and of squares, E x² − (E x)².
 pub fn variance_by_squares(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
@@ -12,7 +12,7 @@ pub fn variance_by_squares(values: impl IntoIterator<Item = f64>) -> (f64, f64) 
     (mean, squares / count - mean * mean)
 }
 
-/// The same by Welford's updates (Welford 1962) of the values as they are, not shifted.
+/// Mean and variance by Welford's updates (Welford 1962) of the unshifted values.
 pub fn variance_unshifted(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let (mut count, mut mean, mut scatter) = (0.0, 0.0, 0.0);
     for x in values {

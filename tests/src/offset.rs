@@ -1,11 +1,11 @@
-//! Values of a small spread about a large offset, whose variance is known exactly.
+//! Values with a small spread about a large offset and an exactly known variance.
 
-/// 1000 values of 12 bits behind the point about `offset`: exact in a double for offsets up to 2⁴⁰.
+/// 1000 values with 12 fractional bits above `offset`: exact in a double for offsets up to 2⁴⁰.
 pub fn values_about(offset: f64) -> impl Iterator<Item = f64> + Clone {
     fractions().map(move |fraction| offset + f64::from(fraction) / 4096.0)
 }
 
-/// Their variance (over n), whatever the offset, from whole numbers.
+/// Their variance (over n), independent of the offset, in integers.
 pub fn variance() -> f64 {
     let (sum, squares) = fractions().fold((0u64, 0u64), |(sum, squares), x| {
         let x = u64::from(x);

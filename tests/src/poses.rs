@@ -1,4 +1,4 @@
-//! Panels in random poses: how far what is measured of them is from the truth, in metres and in standard deviations.
+//! Panels in random poses, and the error of their measured poses in metres and in standard deviations.
 
 use std::time::Instant;
 
@@ -16,47 +16,46 @@ use sim::renderer::canvas::Canvas;
 use sim::road::camera_of;
 use sim::scene::Scene;
 
-/// The LEDs differ by this share of their light (standard deviation).
+/// Relative standard deviation of the LEDs' light.
 const LED_SPREAD: f64 = 0.03;
 
-/// Which poses are drawn.
+/// The distribution of poses.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
     /// The scene's preset.
     pub preset: &'static str,
-    /// Least and most distance.
+    /// Minimum and maximum distance.
     pub distance_m: [f64; 2],
-    /// The least and the most that a panel is turned about the upright axis, to either side.
+    /// Minimum and maximum rotation about the vertical axis, to either side.
     pub yaw_deg: [f64; 2],
-    /// The most that it is turned about the level axis, to either side.
+    /// Maximum rotation about the horizontal axis, to either side.
     pub pitch_deg: f64,
 }
 
-/// Where a panel is, and how it is turned.
+/// Position and rotation of a panel.
 pub type Truth = (DVec3, DMat3);
 
-/// A panel's true pose and what was measured.
+/// A panel's true and measured pose.
 pub struct Trial {
     /// The true pose.
     pub truth: Truth,
-    /// What was measured.
+    /// The measured pose.
     pub pose: Pose,
-    /// The least standard deviation that any unbiased estimate of the range from these pixels has (Cramér 1946; Rao 1945): at the true
-    /// pose, whichever it is.
+    /// Minimum standard deviation of any unbiased range estimate from these pixels at the true pose (Cramér 1946; Rao 1945).
     pub range_bound_m: f64,
-    /// How long that took, in seconds.
+    /// Run time of the measurement, in seconds.
     pub time_s: f64,
-    /// Rounds of the fit.
+    /// Iterations of the fit.
     pub rounds: usize,
 }
 
-/// Why no pose is known.
+/// Why the pose is unknown.
 pub type PoseError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Pixels that a panel is measured in.
+/// A pose estimator for panels of up to this many pixels.
 type Estimator = PoseEstimator<16384>;
 
-/// What trials are made with.
+/// State for trials.
 pub struct Trials {
     range: Range,
     estimator: Box<Estimator>,
@@ -64,12 +63,12 @@ pub struct Trials {
 }
 
 impl Trials {
-    /// For poses of a range, measured to the usual tolerance.
+    /// Trials of poses in a range, with the default tolerance.
     pub fn new(range: Range) -> Self {
         Self::settling_to(range, Estimator::TOLERANCE)
     }
 
-    /// For fits that settle to a tolerance.
+    /// Trials whose fits converge to a tolerance.
     pub fn settling_to(range: Range, tolerance: f64) -> Self {
         Self {
             range,
@@ -78,7 +77,7 @@ impl Trials {
         }
     }
 
-    /// Draws pose `seed`, films it and measures it, from corners that are up to 0.2 px off.
+    /// Draws pose `seed`, renders it and measures it, from corners with errors of up to 0.2 px.
     pub fn draw(&mut self, seed: u64) -> Result<Trial, PoseError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let Range {
@@ -102,7 +101,7 @@ impl Trials {
         self.measure(&placed, seed, 0, &mut random)
     }
 
-    /// A panel that comes nearer at so many m/s, as it is measured while it is followed, with the time of each frame in seconds.
+    /// A panel that approaches at `speed_m_s`, measured while followed, with the time of each frame in seconds.
     pub fn approach(&mut self, seed: u64, speed_m_s: f64, fps: f64, frames: u64) -> Result<Vec<(f64, Trial)>, PoseError> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut trials = Vec::new();
@@ -120,7 +119,7 @@ impl Trials {
         Ok(trials)
     }
 
-    /// Films a panel and measures it.
+    /// Renders a panel and measures it.
     fn measure(&mut self, placed: &PlacedPanel, seed: u64, frame: u64, random: &mut ChaCha8Rng) -> Result<Trial, PoseError> {
         let PlacedPanel {
             preset,
@@ -184,13 +183,13 @@ impl Trials {
     }
 }
 
-/// A panel before the camera.
+/// A panel's true placement.
 struct PlacedPanel {
     preset: &'static str,
     distance_m: f64,
     /// Yaw, pitch and roll.
     angles_deg: [f64; 3],
-    /// How far from the frame's middle it is seen.
+    /// Offset from the frame's centre.
     off_px: [f64; 2],
 }
 
@@ -205,7 +204,7 @@ impl Trial {
         error(self.truth, &self.pose)
     }
 
-    /// The error in standard deviations, squared.
+    /// The normalised estimation error squared; see [`nees`].
     pub fn nees(&self) -> f64 {
         nees(self.truth, &self.pose)
     }
@@ -224,14 +223,14 @@ pub fn error((place, rotation): Truth, pose: &Pose) -> [f64; 6] {
     [shift.x, shift.y, shift.z, turn.x, turn.y, turn.z]
 }
 
-/// The normalised estimation error squared: error by inverse covariance by error (Bar-Shalom, Li & Kirubarajan 2001, section 5.4). On
-/// average 6 where the covariance is that of the errors.
+/// Normalised estimation error squared: error by inverse covariance by error (Bar-Shalom, Li & Kirubarajan 2001, section 5.4). Its mean is
+/// 6 if the covariance is correct.
 pub fn nees(truth: Truth, pose: &Pose) -> f64 {
     let error = Vector6::from(error(truth, pose));
     error.dot(&solved(Matrix6::from(pose.covariance), &error))
 }
 
-/// The bound of the range at a true pose, from the information of the image.
+/// The bound on the range at a true pose, from the image's Fisher information.
 fn range_bound_m(truth: Truth, information: &[[f64; 8]; 8], half_side_m: f64) -> f64 {
     let (translation, rotation) = truth;
     let steps: [f64; 6] = std::array::from_fn(|i| if i < 3 { 1e-6 * translation.z } else { 1e-6 });
@@ -257,7 +256,7 @@ fn range_bound_m(truth: Truth, information: &[[f64; 8]; 8], half_side_m: f64) ->
     direction.dot(&solved(normal, &direction)).sqrt()
 }
 
-/// The image of a square's plane, by its definition.
+/// The image of a square's plane, from the definition.
 pub fn image_of((translation, rotation): Truth, half_side_m: f64) -> PlaneImage {
     let centre = translation.truncate() / translation.z;
     let side = |axis: DVec3| {
@@ -273,7 +272,7 @@ pub fn image_of((translation, rotation): Truth, half_side_m: f64) -> PlaneImage 
     }
 }
 
-/// Solves symmetric equations in units of the unknowns' own size, so that metres and radians are alike.
+/// Solves symmetric equations, scaled so that metres and radians are commensurate.
 fn solved(matrix: Matrix6<f64>, right: &Vector6<f64>) -> Vector6<f64> {
     let size = matrix.diagonal().map(|c| c.sqrt().recip());
     let scaled = matrix.component_mul(&(size * size.transpose()));

@@ -1,4 +1,4 @@
-//! The programs that tests run, made by the commands that a user would give.
+//! Builds the programs under test with a user's commands.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use crate::trials::Unready;
 
-/// With this status the scripts of this folder report that a program is absent and cannot be installed.
+/// Exit status by which this folder's scripts report that a program is neither installed nor installable.
 const ABSENT: i32 = 77;
 
 /// The repository's root.
@@ -14,10 +14,10 @@ pub fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// Builds `vocc` in the profile that the running test was built with.
+/// Builds `vocc` in the profile of the running test.
 ///
-/// As a part of the workspace's tests: `cargo build` would choose other features of the packages that they share, and so compile most of
-/// them, and all crates here, once more.
+/// Uses `cargo test --workspace`: `cargo build` would select other features of shared packages, and recompile most of them and all crates
+/// here.
 pub fn vocc() -> Result<PathBuf, Unready> {
     let beside = beside_the_tests()?;
     let optimised = beside.ends_with("release").then_some("--release");
@@ -30,7 +30,7 @@ pub fn vocc() -> Result<PathBuf, Unready> {
     Ok(beside.join("vocc"))
 }
 
-/// Where Cargo puts programs of the profile that the running test was built with.
+/// Cargo's output folder for the profile of the running test.
 fn beside_the_tests() -> Result<PathBuf, Unready> {
     let test = std::env::current_exe()?;
     let folder = test.parent().and_then(Path::parent);
@@ -39,7 +39,7 @@ fn beside_the_tests() -> Result<PathBuf, Unready> {
         .ok_or_else(|| Unready::Failed(format!("{} lies in no target folder", test.display())))
 }
 
-/// `vocc link`, which leaves so long a film of the day preset in a folder, in a small picture.
+/// `vocc link` with `frames` small frames of the day preset, saved to a folder.
 pub fn link(vocc: &Path, folder: &Path, message: &str, frames: u64) -> Command {
     let mut link = Command::new(vocc);
     link.args("link day --level fast --set camera.width_px=320 --set camera.height_px=240".split(' '));
@@ -48,12 +48,12 @@ pub fn link(vocc: &Path, folder: &Path, message: &str, frames: u64) -> Command {
     link
 }
 
-/// Sees to it that a program is installed.
+/// Ensures that a program is installed.
 pub fn provide(program: &str) -> Result<(), Unready> {
     output(Command::new("bash").args(["tests/tools/provide", program])).map(drop)
 }
 
-/// Runs a command in the repository's root and returns what it prints.
+/// Runs a command in the repository's root and returns its output.
 pub fn output(command: &mut Command) -> Result<String, Unready> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command

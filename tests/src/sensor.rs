@@ -1,27 +1,27 @@
-//! A camera's sensor: the grey levels of light, and their noise.
+//! A camera sensor: light to grey levels, with noise.
 
 use std::f64::consts::TAU;
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// What makes grey levels of light.
+/// Converts light to grey levels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensor {
-    /// Electrons at white, beside 6 of read noise.
+    /// Electrons at white; the read noise is 6.
     pub white_e: f64,
-    /// The power that grey levels are encoded by.
+    /// Exponent of the encoding.
     pub gamma: f64,
 }
 
 impl Sensor {
-    /// That of these films.
+    /// The sensor of these films.
     pub const USUAL: Self = Self {
         white_e: 8000.0,
         gamma: 2.2,
     };
 
-    /// The grey level of a light, 1 at white, its noise `deviate` standard deviations above the mean.
+    /// The grey level of a light, relative to white, with noise of `deviate` standard deviations.
     pub(crate) fn grey(&self, light: f32, deviate: f64) -> u8 {
         let noise = (f64::from(light).max(0.0) / self.white_e + (6.0 / self.white_e).powi(2)).sqrt();
         let seen = (f64::from(light) + noise * deviate).clamp(0.0, 1.0);

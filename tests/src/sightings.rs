@@ -1,4 +1,4 @@
-//! What a locator finds of many panels, and what it sees where there are none.
+//! Measures a locator's detections and false detections over many scenes.
 
 use std::ops::Range;
 
@@ -9,21 +9,21 @@ use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
 use studies::random_scenes::{FRAMES, RIGHT, ShakenPhotograph, WINDOW_PIXELS};
 pub use studies::random_scenes::{RandomScene, photographs};
 
-/// What came of many searches.
+/// Outcome of many searches.
 #[derive(Debug, Default)]
 pub struct Tally {
-    /// Panels found at the first, second and third frame.
+    /// Panels found in the first, second and third frame.
     pub found_at: [usize; FRAMES],
-    /// Panels seen where none or another one was.
+    /// Detections at a wrong position.
     pub wrong: usize,
     /// Panels not found.
     pub lost: usize,
-    /// The greatest distance of a corner from the truth, for each panel found, in pixels.
+    /// Maximum corner error of each panel found, in pixels.
     pub errors_px: Vec<f64>,
 }
 
-/// Looks for the panel of each scene, turned by so many degrees more, in up to three frames, as a receiver does; tells of each that is not
-/// found.
+/// Searches for the panel of each scene, rotated by `turn_deg` more, in up to three frames, as a receiver does; calls `tell` for each
+/// failure.
 pub fn search_scenes(seeds: Range<u64>, turn_deg: f64, size: [usize; 2], photographs: &[GrayImage], mut tell: impl FnMut(&str)) -> Tally {
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());
@@ -62,8 +62,8 @@ pub fn search_scenes(seeds: Range<u64>, turn_deg: f64, size: [usize; 2], photogr
     tally
 }
 
-/// Looks for panels where there are none: in photographs of any contrast and noise, alone and with one that the camera's shake has moved;
-/// how many were seen.
+/// Searches scenes without panels: photographs of random contrast and noise, alone and with a frame shifted by camera shake; returns the
+/// number of detections.
 pub fn search_empty(seeds: Range<u64>, size: [usize; 2], photographs: &[GrayImage], mut tell: impl FnMut(&str)) -> usize {
     let locator = Locator::new(Camera::default()).expect("the default settings");
     let mut memory = Box::new(LocatorMemory::<WINDOW_PIXELS>::new());

@@ -1,5 +1,5 @@
-//! Films of streets, drawn without the simulator: houses with windows in grids, brickwork, signs, trees and lamps, past which a camera is
-//! led, with a panel ahead or without.
+//! Street films, drawn without the simulator: houses with grids of windows, brickwork, signs, trees and lamps that a camera passes, with or
+//! without a panel.
 
 use link::fec::Code;
 use link::framing::Framer;
@@ -10,27 +10,27 @@ use std::f64::consts::TAU;
 
 use crate::sensor::gauss;
 
-/// What the panel says.
+/// The panel's message.
 pub const MESSAGE: &[u8] = b"Lane closed ahead";
-/// Symbols that the panel shows in each frame.
+/// Symbols per frame.
 pub const SYMBOLS_PER_FRAME: f64 = 0.9;
-/// Samples along a pixel's side, by which discs are drawn.
+/// Samples along a pixel's side, for discs.
 const SAMPLES: usize = 4;
-/// Noise whose samples are drawn again and again.
+/// Number of noise samples, which are reused.
 const NOISE: usize = 1 << 16;
 
-/// How the camera and what it sees move.
+/// Motion of the camera and the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motion {
-    /// Not at all.
+    /// None.
     Still,
-    /// Not at all, but lamps blink.
+    /// A static camera and blinking lamps.
     Blinking,
-    /// The camera is led past the houses.
+    /// The camera passes the houses.
     Panning,
     /// The camera's direction shakes.
     Shaking,
-    /// Rain falls before a camera at rest.
+    /// A static camera in rain.
     Rain,
 }
 
@@ -43,22 +43,22 @@ pub const MOTIONS: [(Motion, &str); 5] = [
     (Motion::Rain, "rain"),
 ];
 
-/// A film of a street.
+/// Parameters of a street film.
 #[derive(Clone, Copy, Debug)]
 pub struct Street {
-    /// The seed of everything that is drawn at random.
+    /// The random seed.
     pub seed: u64,
-    /// Columns and rows of a frame.
+    /// Frame width and height in pixels.
     pub size: [usize; 2],
     /// How the camera moves.
     pub motion: Motion,
-    /// Distance of the panel's neighbouring LEDs (px), if there is a panel. It stays in the picture's middle while the street passes.
+    /// Distance of the panel's neighbouring LEDs (px), if there is a panel. It stays at the image centre while the street passes.
     pub pitch_px: Option<f64>,
-    /// The frame in which it appears.
+    /// The first frame with the panel.
     pub appears: usize,
 }
 
-/// A film being drawn.
+/// State of a film while it is drawn.
 pub struct Drawing {
     street: Street,
     random: ChaCha8Rng,
@@ -70,7 +70,7 @@ pub struct Drawing {
     curve: Vec<u8>,
 }
 
-/// Light of what stands there, row by row.
+/// Light of the street, row by row.
 struct World {
     width: usize,
     light: Vec<f32>,
@@ -84,7 +84,7 @@ struct Panel {
 }
 
 impl Drawing {
-    /// Draws what stands there.
+    /// Draws the street.
     pub fn new(street: Street) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(street.seed);
         let [width, height] = street.size;
@@ -122,12 +122,12 @@ impl Drawing {
         }
     }
 
-    /// Where the panel's centre is (px), if there is a panel.
+    /// Centre of the panel (px), if there is one.
     pub fn centre_px(&self) -> Option<[f64; 2]> {
         self.panel.as_ref().map(|panel| panel.centre)
     }
 
-    /// Takes frame `number`: grey levels, row by row.
+    /// Draws frame `number`: grey levels, row by row.
     pub fn take(&mut self, number: usize) -> Vec<u8> {
         let [width, height] = self.street.size;
         let shift = match self.street.motion {
@@ -188,7 +188,7 @@ impl Panel {
             for x in ends[0].0..=ends[0].1 {
                 let mut sum = 0.0;
                 for sample in 0..SAMPLES * SAMPLES {
-                    // Samples spread over more than a pixel stand for the lens.
+                    // Samples over more than a pixel model the lens.
                     let part = |i: usize| ((i as f64 + 0.5) / SAMPLES as f64 - 0.5) * (1.0 + 2.0 * blur);
                     let at = [
                         x as f64 + part(sample % SAMPLES) - self.centre[0],
@@ -303,7 +303,7 @@ impl World {
         }
     }
 
-    /// The lens: a Gaussian along rows, then along columns.
+    /// Applies the lens blur: a Gaussian along rows, then along columns.
     fn blur(&mut self, sigma_px: f64) {
         let reach = (3.0 * sigma_px).ceil() as isize;
         let weights: Vec<f32> = (-reach..=reach)
@@ -321,7 +321,7 @@ impl World {
         }
     }
 
-    /// A row of the picture that begins at a place, between the world's pixels.
+    /// A row of the image from a start position, interpolated from the world's pixels.
     fn row(&self, [x, y]: [f64; 2], row: &mut [f32]) {
         let rows = self.light.len() / self.width;
         let (left, top) = (x.max(0.0) as usize, (y.max(0.0) as usize).min(rows - 2));

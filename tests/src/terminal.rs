@@ -1,4 +1,4 @@
-//! A pseudo-terminal that is UART 0 of an emulated board.
+//! A pseudo-terminal for UART 0 of an emulated board.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
@@ -12,10 +12,10 @@ use std::time::Duration;
 
 use serialport::{SerialPort, TTYPort};
 
-/// How long either direction sleeps before it looks whether the other is gone.
+/// Interval at which each direction checks whether the other has closed.
 const TURN: Duration = Duration::from_millis(50);
 
-/// A terminal that programs can open by its name, for as long as this lives.
+/// A terminal that programs can open by name while this lives.
 pub struct Terminal {
     name: String,
     socket: UnixStream,
@@ -25,13 +25,13 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// A terminal for the board that listens at `socket`.
+    /// Opens a terminal for the board that listens at `socket`.
     pub fn open(socket: &Path) -> Self {
         let (mut master, slave) = TTYPort::pair().expect("the system has pseudo-terminals");
         master.set_timeout(TURN).expect("any time-out will do");
         let socket = UnixStream::connect(socket).expect("the emulator listens");
         let name = slave.name().expect("it has a name");
-        // Kept open, or the terminal gives errors; but not as a serial port, which would lock it.
+        // An open handle avoids errors of the terminal; opened as a serial port it would be locked.
         let held = File::open(&name).expect("it can be opened");
         drop(slave);
         let (mut to_board, mut from_board) = (clone(&socket), clone(&socket));
@@ -40,7 +40,7 @@ impl Terminal {
         let [here, there] = [open.clone(), open.clone()];
         let threads = vec![
             std::thread::spawn(move || while pass_on(&mut master, &mut to_board, &here) {}),
-            // A program that has the terminal open notices if the board disappears, as if an adapter is pulled out.
+            // Programs with an open terminal notice that the board disappears, as if an adapter were unplugged.
             std::thread::spawn(move || {
                 while pass_on(&mut from_board, &mut screen, &there) {}
                 there.store(false, Ordering::Relaxed);
@@ -55,7 +55,7 @@ impl Terminal {
         }
     }
 
-    /// Its path, to be opened as a serial port.
+    /// The path to open as a serial port.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -76,7 +76,7 @@ fn clone(socket: &UnixStream) -> UnixStream {
     socket.try_clone().expect("the socket can be shared")
 }
 
-/// Whether there may be more.
+/// Forwards bytes; returns whether more may follow.
 fn pass_on(from: &mut impl Read, to: &mut impl Write, open: &AtomicBool) -> bool {
     let mut bytes = [0; 256];
     match from.read(&mut bytes) {

@@ -1,4 +1,4 @@
-//! Tests that need programs which a computer may lack: skipped where one is absent, failed where anything else is wrong.
+//! Tests that require external programs: skipped if one is absent, failed on any other error.
 
 use std::borrow::Borrow;
 use std::fmt;
@@ -9,12 +9,12 @@ use std::sync::Arc;
 
 use libtest_mimic::{Arguments, Trial};
 
-/// Why what a test needs is not there.
+/// Why a test's requirements are not met.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Unready {
-    /// A program is neither installed nor available: the tests are skipped.
+    /// A program is neither installed nor installable: the tests are skipped.
     Absent(String),
-    /// All programs are there, but a build or a start went wrong: the tests fail.
+    /// All programs are available, but a build or a start failed: the tests fail.
     Failed(String),
 }
 
@@ -31,7 +31,7 @@ impl From<std::io::Error> for Unready {
     }
 }
 
-/// Tests of the type `Test` that is in scope, each beside its function's name.
+/// Tests of the type `Test` in scope, each with its function's name.
 #[macro_export]
 macro_rules! tests {
     ($($test:path),* $(,)?) => {
@@ -39,12 +39,12 @@ macro_rules! tests {
     };
 }
 
-/// The name of a function without its modules'.
+/// A function's name without its module path.
 pub fn last_word(path: &'static str) -> &'static str {
     path.rsplit([':', ' ']).next().unwrap_or(path)
 }
 
-/// [`run`] for tests that each need an empty folder, too.
+/// [`run`] for tests that also need an empty folder each.
 pub fn run_in_folders<T: Send + Sync + 'static>(
     subject: &str,
     tests: impl IntoIterator<Item = (&'static str, fn(&T, &Path))>,
@@ -57,9 +57,9 @@ pub fn run_in_folders<T: Send + Sync + 'static>(
     run(subject, None, in_a_folder, provide)
 }
 
-/// Runs tests by name, on that many threads or as many as there are processors, with what `provide` gives, which is asked once.
+/// Runs tests by name with the value of `provide`, which is called once, on `threads` threads or one per processor.
 ///
-/// Where a program is absent, each test is shown as ignored and `SKIPPED subject: why` is printed, for `tests/run` to repeat at its end.
+/// If a program is absent, each test is reported as ignored and `SKIPPED subject: why` is printed, which `tests/run` repeats at its end.
 pub fn run<T, B: ?Sized, F>(
     subject: &str,
     threads: Option<usize>,

@@ -1,4 +1,4 @@
-//! The `vocc` program at a serial port.
+//! Runs `vocc` at a serial port.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
-/// What a run of `vocc` left.
+/// Result of a `vocc` run.
 pub struct Run {
     /// The exit status.
     status: i32,
@@ -17,7 +17,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// The one JSON object that it printed.
+    /// The only JSON object in its output.
     pub fn json(&self) -> Value {
         let Self { status, output, errors } = self;
         assert_eq!(*status, 0, "{errors}");
@@ -25,7 +25,7 @@ impl Run {
     }
 }
 
-/// Runs `vocc`, which is the file `program`, in `folder` with the words of `command` and `--json --port PORT`.
+/// Runs `vocc`, the file `program`, in `folder` with `command` and `--json --port PORT`.
 pub fn vocc(program: &Path, folder: &Path, command: &[&str], port: &str) -> Run {
     let output = at_port(program, folder, command, port).output().expect("vocc runs");
     let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
@@ -36,7 +36,7 @@ pub fn vocc(program: &Path, folder: &Path, command: &[&str], port: &str) -> Run 
     }
 }
 
-/// Runs `vocc` like [`vocc`] until it has printed a JSON object that `is_last` takes, and ends it; all objects.
+/// Runs `vocc` like [`vocc`] until it prints a JSON object that satisfies `is_last`, kills it, and returns all objects.
 pub fn vocc_until(program: &Path, folder: &Path, command: &[&str], port: &str, is_last: impl Fn(&Value) -> bool) -> Vec<Value> {
     let mut process = at_port(program, folder, command, port)
         .stdout(Stdio::piped())
@@ -57,7 +57,7 @@ pub fn vocc_until(program: &Path, folder: &Path, command: &[&str], port: &str, i
     objects
 }
 
-/// It waits longer than any answer takes on a busy computer.
+/// The timeout exceeds any response time on a busy computer.
 fn at_port(program: &Path, folder: &Path, command: &[&str], port: &str) -> Command {
     let mut vocc = Command::new(program);
     vocc.current_dir(folder)

@@ -1,6 +1,6 @@
-//! The variances of a prototype of a few hundred lines (1 000 frames a point, blur on whole pixels), against this project's.
+//! Compares variances with those of a prototype of a few hundred lines (1 000 frames per point, blur on whole pixels).
 //!
-//! Its rows are L2A at interval 1 and 50 m, and intervals and distances at L2A 1. Reflectance 0.3 to 0.5, no noise, no air.
+//! Its rows are L2A at interval 1 and 50 m, and intervals and distances at L2A 1. Reflectance 0.3 to 0.5, no noise, no atmosphere.
 
 use rand::{Rng, SeedableRng};
 use rx_pipeline::cells::CellMap;
@@ -14,7 +14,7 @@ use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
 use studies::statistics::{Distinguishability, Moments};
 
-/// One point of the prototype: L2A, interval, distance in metres, Bvar, Wvar, B2W.
+/// A point of the prototype: L2A, interval, distance in metres, Bvar, Wvar, B2W.
 type Anchor = (f64, f64, f64, [f64; 3]);
 
 const ANCHORS: [Anchor; 13] = [
@@ -33,8 +33,8 @@ const ANCHORS: [Anchor; 13] = [
     (1.0, 1.0, 70.0, [312.0, 36.7, 8.50]),
 ];
 
-/// The points at which blurring whole pixels, as the prototype does, moves Wvar by more than the 5 % that its 1 000 frames and the
-/// aliasing elsewhere stay within: the smallest contrast, and the widest interval.
+/// Points at which the prototype's blur on whole pixels changes Wvar by more than 5 %, the tolerance for its 1 000 frames and its aliasing
+/// elsewhere: the smallest contrast, and the widest interval.
 fn is_aliased(anchor: &Anchor) -> bool {
     anchor.0 == 0.2 || anchor.1 == 2.0
 }
@@ -55,7 +55,7 @@ fn evaluated((l2a, interval, distance_m, _): &Anchor) -> Distinguishability {
         .distinguishability()
 }
 
-/// The prototype's way: the straightforward renderer, with this project's features.
+/// The prototype's method: the straightforward renderer, with this project's features.
 fn straightforward((l2a, interval, distance_m, _): &Anchor, frames: u32) -> Distinguishability {
     let pitch_px = (1.0 + interval) * 0.03 * 25e-3 / 6.875e-6 / distance_m;
     let radius_px = 0.015 * 25e-3 / 6.875e-6 / distance_m;
@@ -108,7 +108,7 @@ fn variances_agree_with_the_prototype_to_5_percent() {
     }
 }
 
-/// Where they do not agree, the prototype's order of blur and pixel is what differs: with it, they do.
+/// The remaining points differ because the prototype blurs after sampling: with the same order they agree.
 #[test]
 fn the_rest_is_aliasing_of_the_prototype() {
     for anchor in ANCHORS.iter().filter(|anchor| is_aliased(anchor)) {

@@ -1,4 +1,4 @@
-//! The renderers that others are timed against draw the same picture, each to its own accuracy.
+//! The renderers used as timing baselines draw the same image, each to its own accuracy.
 
 use glam::{DMat2, DVec2};
 use sim::disc::chords::Chords;
@@ -9,10 +9,10 @@ use studies::baselines::{Panel, straightforward};
 
 const SIDE: usize = 52;
 const SIGMA_PX: f64 = 1.5;
-/// Cells along a pixel's side.
+/// Subpixels along a pixel's side.
 const FINER: usize = 8;
 
-/// Panels of interval 1 at 50 m, L2A 2, at some sub-pixel phases.
+/// Panels of interval 1 at 50 m, L2A 2, at several sub-pixel phases.
 fn panels() -> impl Iterator<Item = Panel> {
     (0..5).map(|k| Panel {
         bits: 0x9d2c_5680_efc6_0b3a,
@@ -40,20 +40,20 @@ fn exact(panel: &Panel, sigma_px: f64) -> Vec<f64> {
     (0..SIDE * SIDE).map(value).collect()
 }
 
-/// The greatest and the root-mean-square difference of linear values, over what an On LED exceeds the background by.
+/// Maximum and RMS difference of linear values, relative to an On LED's excess over the background.
 fn difference(panel: &Panel, ours: &[f64], exact: &[f64]) -> (f64, f64) {
     let differences = || ours.iter().zip(exact).map(|(a, b)| (a - b).abs() / (panel.on - 1.0));
     let squares = differences().map(|d| d * d).sum::<f64>();
     (differences().fold(0.0, f64::max), (squares / ours.len() as f64).sqrt())
 }
 
-/// The worst of both differences over the panels.
+/// Maximum of both differences over the panels.
 fn worst(differences: impl Iterator<Item = (f64, f64)>) -> (f64, f64) {
     differences.fold((0.0, 0.0), |(greatest, rms), (a, b)| (f64::max(greatest, a), f64::max(rms, b)))
 }
 
-/// Blurring what pixels have already averaged misplaces detail finer than pixels: 0.9 % of an LED's light at the worst pixel.
-/// On a raster eight times finer the discs' ragged rims are left: 0.5 %.
+/// Blurring pixel averages misplaces sub-pixel detail: 0.9 % of an LED's light at the worst pixel. On an eight times finer raster the
+/// discs' jagged edges remain: 0.5 %.
 #[test]
 fn the_baselines_draw_the_exact_picture_to_a_hundredth_of_an_led() {
     let differences: Vec<_> = panels()
@@ -69,7 +69,7 @@ fn the_baselines_draw_the_exact_picture_to_a_hundredth_of_an_led() {
     let (straight, fine) = (of(0), of(1));
     assert!(straight.0 < 1e-2 && straight.1 < 2e-3, "straightforward: {straight:?}");
     assert!(fine.0 < 6e-3 && fine.1 < 1e-3, "supersampled: {fine:?}");
-    // A blur of 1.41 px, which is what cutting a Gaussian of 1.5 px too short gives, would not pass.
+    // A blur of 1.41 px, the result of truncating a Gaussian of 1.5 px too early, must fail.
     assert!(of(2).0 > 1e-2 && of(2).1 > 2e-3, "too sharp: {:?}", of(2));
 }
 

@@ -1,4 +1,4 @@
-//! The receiver's cells, features and k-means on frames that another program drew.
+//! The receiver's cells, features and k-means on frames drawn by another program.
 
 use link::camera::Camera;
 use rx_pipeline::cells::CellMap;
@@ -44,7 +44,7 @@ fn k_means_reads_every_frame_of_l2a_1_or_more() {
         }
     }
     assert!(clear >= 16, "{clear} frames are too few to show anything");
-    // Below L2A 1 nothing is promised; whoever runs with --nocapture sees what comes.
+    // Below L2A 1 there is no requirement; --nocapture prints the errors.
     println!("below L2A 1: {dim_errors:?}");
 }
 

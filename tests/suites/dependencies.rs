@@ -1,4 +1,4 @@
-//! Licences and sources of all that the programs are made of, as `deny.toml` allows them.
+//! Checks licences and sources of all dependencies against `deny.toml`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -48,11 +48,11 @@ fn deny() -> Deny {
     toml::from_str(&text).expect("what cargo-deny reads")
 }
 
-/// Whether a licence expression (SPDX) is met by what `is_allowed`. `AND` binds closer than `OR`; an old `/` is an `OR`.
+/// Whether the licences that `is_allowed` accepts satisfy an SPDX expression. `AND` binds tighter than `OR`; the old `/` means `OR`.
 fn is_met(expression: &str, is_allowed: &dyn Fn(&str) -> bool) -> bool {
     let any = |text: &str| text.split(" OR ").any(|all| all.split(" AND ").all(|name| is_allowed(name.trim())));
     let expression = expression.replace(" / ", "/").replace('/', " OR ");
-    // The innermost parentheses stand for a licence that is allowed or none.
+    // Replaces the innermost parentheses by an accepted or a rejected licence.
     match expression.rsplit_once('(') {
         None => any(&expression),
         Some((before, rest)) => {
@@ -108,7 +108,7 @@ fn licences_are_allowed() {
     }
 }
 
-/// Every workspace has a lock file, the boards' too.
+/// The lock files of all workspaces, including the boards'.
 fn lock_files(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).expect("a folder");
     let entries = entries.map(|entry| entry.expect("an entry").path()).flat_map(|path| {

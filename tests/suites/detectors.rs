@@ -1,17 +1,17 @@
-//! Detectors against one another, and against what is possible, on noisy scenes.
+//! Compares detectors with each other and with the optimum, on noisy scenes.
 
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
 
-/// The bit errors of a detector in a number of frames.
+/// A detector's bit errors in a number of frames.
 fn errors(scene: &Scene, detector: DetectorChoice, frames: u64) -> u64 {
     let settings = Settings::fast(frames, 7, detector);
     let evaluator = Evaluator::new(scene, settings).expect("a visible scene");
     evaluator.run(|_| true).expect("measurable frames").errors.errors()
 }
 
-/// Presets, and their L2A: as bright as the paper's, and dimmed until k-means errs often.
+/// Presets and L2A: the paper's brightness, and dimmed until k-means often fails.
 const DIMMED: [(&str, f64); 4] = [("day", 2.0), ("night", 2.0), ("day", 0.1), ("night", 0.3)];
 
 #[test]
@@ -21,7 +21,7 @@ fn fisher_learns_on_a_dimmed_and_noisy_panel_too() {
         let [fisher, with_ngr, kmeans] =
             [DetectorChoice::Fisher, DetectorChoice::FisherNgr, DetectorChoice::KMeans].map(|detector| errors(&scene, detector, 500));
         println!("{preset}, L2A {l2a}: {kmeans}, {fisher}, {with_ngr} (seed 7)");
-        // None of what k-means reads wrongly is no comparison.
+        // Without k-means errors there is nothing to compare.
         assert!(
             fisher < kmeans && with_ngr < kmeans,
             "{preset}, L2A {l2a}: {fisher} and {with_ngr} against {kmeans}"
@@ -29,7 +29,7 @@ fn fisher_learns_on_a_dimmed_and_noisy_panel_too() {
     }
 }
 
-/// At 70 m, noisy: interval, ISO, L2A.
+/// Noisy points at 70 m: interval, ISO, L2A.
 const NOISY: [(f64, f64, f64); 5] = [
     (0.5, 100.0, 0.2),
     (0.5, 1600.0, 1.0),

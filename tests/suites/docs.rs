@@ -1,4 +1,4 @@
-//! What the documentation points to is there: links, headings, files, packages and their tests, examples and benches.
+//! Checks that the documentation's references exist: links, headings, files, packages and their tests, examples and benches.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
@@ -8,13 +8,13 @@ use std::process::Command;
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 use vocc_tests::programs::{output, root};
 
-/// In characters; tables, links and what `vocc accuracy` writes may be wider.
+/// Maximum line width in characters; tables, links and the output of `vocc accuracy` may be wider.
 const WIDEST: usize = 140;
 const WRITTEN_BY_VOCC: &str = "docs/accuracy.md";
 
-/// The style, and the phrases that it bans.
+/// The style guide, with its banned phrases.
 const STYLE: &str = "docs/style.md";
-/// The documents that are free of them. It only grows.
+/// Documents without banned phrases. The list only grows.
 const PLAIN: [&str; 44] = [
     "CONTRIBUTING.md",
     "README.md",
@@ -63,7 +63,7 @@ const PLAIN: [&str; 44] = [
 ];
 
 struct Document {
-    /// From the root of the repository.
+    /// Relative to the repository's root.
     path: PathBuf,
     text: String,
 }
@@ -73,7 +73,7 @@ impl Document {
         Parser::new_ext(&self.text, Options::ENABLE_TABLES)
     }
 
-    /// Where links and pictures lead, as they are written.
+    /// Destinations of links and images, as written.
     fn destinations(&self) -> Vec<String> {
         let links = self.events().filter_map(|event| match event {
             Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => Some(dest_url.into_string()),
@@ -82,7 +82,7 @@ impl Document {
         links.filter(|to| !to.contains("://") && !to.starts_with("mailto:")).collect()
     }
 
-    /// The same, and whether each stands in a block of code.
+    /// The events, and whether each is inside a code block.
     fn events_by_place(&self) -> impl Iterator<Item = (Event<'_>, bool)> {
         self.events().scan(false, |inside, event| {
             match event {
@@ -94,7 +94,7 @@ impl Document {
         })
     }
 
-    /// What stands between backticks and in blocks of code.
+    /// Inline code, and lines of code blocks.
     fn code(&self) -> Vec<String> {
         let mut code = Vec::new();
         for (event, inside) in self.events_by_place() {
@@ -107,7 +107,7 @@ impl Document {
         code
     }
 
-    /// All text outside of code. A word, 0, parts what no sentence spans.
+    /// All text outside code. The word 0 separates what no sentence spans.
     fn prose(&self) -> String {
         let mut prose = String::new();
         for (event, inside) in self.events_by_place() {
@@ -122,7 +122,7 @@ impl Document {
         prose
     }
 
-    /// Its headings, as links name them.
+    /// The anchors of its headings.
     fn anchors(&self) -> BTreeSet<String> {
         let mut anchors = BTreeSet::new();
         let mut heading: Option<String> = None;
@@ -142,7 +142,7 @@ impl Document {
     }
 }
 
-/// As forges make it: lower case, spaces to hyphens, no other punctuation.
+/// A heading's anchor as forges generate it: lower case, spaces to hyphens, no other punctuation.
 fn anchor(heading: &str) -> String {
     let kept = heading.chars().filter_map(|letter| match letter {
         ' ' => Some('-'),
@@ -152,7 +152,7 @@ fn anchor(heading: &str) -> String {
     kept.collect::<String>().to_lowercase()
 }
 
-/// All documents of the repository, in the order of their paths.
+/// All documents of the repository, ordered by path.
 fn documents() -> Vec<Document> {
     let mut documents = Vec::new();
     let mut folders = vec![PathBuf::new()];
@@ -176,7 +176,7 @@ fn documents() -> Vec<Document> {
     documents
 }
 
-/// What Cargo knows of each package: the kind and name of each of its targets.
+/// Cargo's targets of each package, by kind and name.
 fn targets() -> BTreeMap<String, BTreeSet<(String, String)>> {
     let metadata = output(Command::new(env!("CARGO")).args(["metadata", "--no-deps", "--offline", "--format-version=1"]))
         .expect("Cargo describes the workspace");
@@ -303,7 +303,7 @@ fn lines_of_prose_are_no_longer_than_140_characters() {
     assert!(long.is_empty(), "lines to break:\n{}", long.join("\n"));
 }
 
-/// The words of a text, in lower case, with one space about each; a sentence ends in a word of its own.
+/// A text's words in lower case, each between single spaces; the end of a sentence is a word of its own.
 fn spaced(text: &str) -> String {
     let sentences = text.to_lowercase().replace(['.', ':', ';', '?'], " 0 ");
     let letters = sentences.replace(|letter: char| !letter.is_alphanumeric() && letter != '\'', " ");

@@ -1,4 +1,4 @@
-//! Effects keep the bounds that they state: over random scenes, each forced on and off.
+//! Effects keep their declared bounds over random scenes, each forced on and off.
 
 use link::panel::PanelFrame;
 use properties::prelude::prop::sample::select;
@@ -12,7 +12,7 @@ use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::{Encoding, Pose, Scene};
 use vocc_tests::cases;
 
-/// Random scenes in which every effect but the photograph has something to do; [`scene`] adds two more panels.
+/// Random scenes that activate every effect but the photograph; [`scene`] adds two more panels.
 fn scenes() -> impl Strategy<Value = Vec<String>> {
     let geometry = (20.0..70.0f64, 0.4..2.0f64, -15.0..15.0f64, -30.0..30.0f64, -0.2..0.2f64);
     let light = (0.3..0.5f64, 0.2..4.0f64, 0.3..2.5f64, 30.0..20_000.0f64, 0.3..1.0f64);
@@ -73,7 +73,7 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
     })
 }
 
-/// The unrounded grey of a region in frame `frame`, with random bits.
+/// The unrounded grey levels of a region in frame `frame`, with random bits.
 fn draw(scene: &Scene, region: Region, frame: u64) -> Vec<f64> {
     let renderer = Renderer::new(scene, Level::Reference).expect("a visible scene");
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(frame);
@@ -91,19 +91,19 @@ fn greatest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// The scene with the effects of `modes` set.
+/// The scene with the given effect modes.
 fn scene(settings: &[String], modes: impl IntoIterator<Item = (&'static str, &'static str)>) -> Scene {
     let modes = modes.into_iter().map(|(name, mode)| format!("effects.{name}={mode}"));
     let settings: Vec<String> = settings.iter().cloned().chain(modes).collect();
     let mut scene = Scene::load("paper", &settings).expect("a valid scene");
-    // Another vehicle, above the first in the picture and clear of it.
+    // Another vehicle, above the first in the image without overlap.
     let above = Pose {
         distance_m: 70.0,
         x_m: scene.pose.x_m * 70.0 / scene.pose.distance_m,
         y_m: -2.2,
         ..Pose::default()
     };
-    // And one behind the first, partly hidden by it and going the other way.
+    // A third vehicle behind the first, partly hidden and driving the other way.
     let [x, _, z] = scene.pose.velocity_m_s;
     let behind = Pose {
         distance_m: 80.0,
@@ -120,7 +120,7 @@ fn scene(settings: &[String], modes: impl IntoIterator<Item = (&'static str, &'s
     scene
 }
 
-/// The effects that change the mean image: all but the noise, whose bound is a quantile and is tested by itself.
+/// The effects on the mean image: all except noise, whose bound is a quantile with its own test.
 fn deterministic() -> Vec<&'static str> {
     effects::names().into_iter().filter(|&name| name != "noise").collect()
 }
@@ -132,7 +132,7 @@ properties! {
     fn leaving_one_effect_out_changes_no_more_than_its_bound(settings in scenes(), others in any::<bool>(), frame in 0u64..50) {
         let (rest, opposite) = if others { ("on", "off") } else { ("off", "on") };
         let all_alike = scene(&settings, deterministic().into_iter().map(|name| (name, rest)));
-        // One of each effect's two images is that of all effects alike: it is drawn once.
+        // One of each effect's two images is common to all effects, and drawn once.
         let mut drawn: Option<(Region, Vec<f64>)> = None;
         for name in deterministic() {
             let one_apart = scene(&settings, deterministic().into_iter().map(|other| (other, if other == name { opposite } else { rest })));
@@ -180,7 +180,7 @@ properties! {
         };
         let ((with, bound), (without, _)) = (greys("on"), greys("off"));
         let difference = greatest_difference(&with, &without);
-        // Both are as near to the reference as `fine` is.
+        // Both include the error of `fine`.
         prop_assert!(difference <= bound + 0.02, "{difference} > {bound}");
     }
 
@@ -200,7 +200,7 @@ properties! {
 #[test]
 fn an_effect_at_its_neutral_value_changes_no_byte() {
     let neutral = ["atmosphere.transmission_at_70m=1".to_string()];
-    // Other panels are no neutral value.
+    // Other panels have no neutral value.
     let alone = |modes: Vec<(&'static str, &'static str)>| {
         let mut scene = scene(&neutral, modes);
         scene.panels.truncate(1);
@@ -225,7 +225,7 @@ fn clear_air_is_called_for_at_70_m_and_not_at_30() {
     }
 }
 
-/// Grey levels of the panel's surroundings with noise, read out by a renderer and of the part of a whole frame.
+/// Noisy grey levels of the panel's surroundings: from a part, and as the part of a whole frame.
 fn read_out(scene: &Scene, region: Region) -> [Vec<u8>; 2] {
     let renderer = Renderer::new(scene, Level::Fast).expect("a visible scene");
     let shown = [renderer.steady(0, PanelFrame::from_bits(0x0f0f_3333_5555_8001))];
@@ -306,7 +306,7 @@ fn a_camera_s_effects_are_left_out_below_the_tolerance() {
 
 #[test]
 fn pixels_that_read_too_little_break_no_bound() {
-    // So few electrons that unlike pixels read nothing where the light is dim.
+    // So few electrons that pixels with low response read 0 in dim light.
     let settings = [
         "ambient.illuminance_lx=50",
         "camera.dsnu_e=5",

@@ -1,7 +1,7 @@
-//! Films as cameras and recorders keep them: qualities, containers, bare streams, gaps, unsteady frames, covers and interlacing, decoded
+//! Films from cameras and recorders: qualities, containers, bare streams, gaps, irregular frames, cover pictures and interlacing, decoded
 //! with ffmpeg.
 //!
-//! Where ffmpeg is absent (`tests/run` installs it), this is skipped. `cli/tests/films.rs` and `cli/tests/formats.rs` have what needs none.
+//! Skipped if ffmpeg is absent (`tests/run` installs it). `cli/tests/films.rs` and `cli/tests/formats.rs` have the tests without ffmpeg.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output};
@@ -13,12 +13,12 @@ use vocc_tests::trials::{self, Unready};
 
 const MESSAGE: &str = "bend ahead";
 const FRAMES: usize = 48;
-/// Encodes so well that nothing is lost by it.
+/// High-quality encoding without visible loss.
 const X264: [&str; 6] = ["-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p"];
-/// Keeps the times of frames as a filter has set them, in milliseconds.
+/// Keeps a filter's frame times, in milliseconds.
 const UNSTEADY: [&str; 4] = ["-vsync", "passthrough", "-enc_time_base", "1/1000"];
 
-/// `vocc`, and frames of a link at 100 a second.
+/// `vocc`, and frames of a link at 100 frames per second.
 struct Ready {
     vocc: PathBuf,
     frames: TempDir,
@@ -47,7 +47,7 @@ fn provide() -> Result<Ready, Unready> {
 }
 
 impl Ready {
-    /// Makes a film of the frames, at a number a second.
+    /// Encodes the frames as a film with this rate.
     fn film(&self, name: &str, rate: &str, arguments: &[&str]) -> PathBuf {
         let film = self.path(name);
         let mut ffmpeg = Command::new("ffmpeg");
@@ -67,7 +67,7 @@ impl Ready {
         receive.output().expect("vocc runs")
     }
 
-    /// Receives what a file holds, on standard input.
+    /// Receives a file on standard input.
     fn receive_piped(&self, file: &Path, arguments: &[&str]) -> Output {
         let mut receive = Command::new(&self.vocc);
         receive.args(["receive", "-"]).args(arguments);
@@ -77,7 +77,7 @@ impl Ready {
             .expect("vocc runs")
     }
 
-    /// Asserts that a film's message arrives, and returns how many frames are read.
+    /// Asserts that a film's message arrives, and returns the number of frames read.
     fn delivers(&self, film: &Path, arguments: &[&str]) -> usize {
         let received = self.receive(film, &[&["--bits"], arguments].concat());
         let told = text(&received.stdout);
@@ -104,7 +104,7 @@ fn films_of_all_kinds_are_received(ready: &Ready) {
     }
     for (ending, codec) in [("h264", &X264[..]), ("mjpeg", &["-q:v", "2", "-pix_fmt", "yuvj420p"])] {
         let film = ready.film(&format!("film.{ending}"), "100", codec);
-        // A bare stream tells no rate.
+        // A bare stream has no frame rate.
         assert_eq!(ready.delivers(&film, &["--fps", "100"]), FRAMES, "{ending}");
         let untold = ready.receive(&film, &[]);
         assert!(

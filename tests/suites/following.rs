@@ -1,8 +1,8 @@
-//! A panel before a camera that shakes, in films drawn without the simulator.
+//! Following of a panel by a shaking camera, in films drawn without the simulator.
 
 use vocc_tests::shake::{Film, Shake, receive};
 
-/// Messages arrive where a panel jumps by half a pitch or more from frame to frame, rolls, or turns about a far centre.
+/// Messages arrive although a panel jumps by half a pitch or more per frame, rolls, or rotates about a distant centre.
 #[test]
 fn panels_are_followed_before_a_camera_that_shakes() {
     let cases = [

@@ -1,4 +1,4 @@
-//! The levels `fine` and `fast` keep their declared distance from the reference, over random scenes.
+//! The levels `fine` and `fast` stay within their declared error of the reference, over random scenes.
 
 use link::panel::PanelFrame;
 use properties::prelude::prop::sample::select;
@@ -9,17 +9,17 @@ use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::{Encoding, Scene};
 use vocc_tests::cases;
 
-/// Blurs from none to far wider than an LED; the sharp ones are what chords are worst at.
+/// Blurs from zero to far wider than an LED; chords are least accurate for sharp ones.
 fn blurs() -> impl Strategy<Value = f64> {
     prop_oneof![Just(0.0), 0.001..0.05f64, 0.05..0.5f64, 0.5..5.0f64]
 }
 
-/// Panels from a few pixels to the height of the sensor, upright or turned any way, with or without a board.
+/// Panels from a few pixels to the sensor's height, upright or rotated, with or without a board.
 fn scenes() -> impl Strategy<Value = Vec<String>> {
     let geometry = (
         5.0..100.0f64,
         0.5..3.0f64,
-        // The LED's diameter over that of the paper, as far as the panel stays on the sensor.
+        // LED diameter relative to the paper's, as large as the panel fits the sensor.
         0.2..2.0f64,
         prop_oneof![
             Just([0.0; 3]),
@@ -56,7 +56,7 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
     })
 }
 
-/// What the first panel shows, moved by a part of a pixel.
+/// The first panel's exposure, shifted by a fraction of a pixel.
 fn shown(renderer: &Renderer, bits: u64, shift_px: [f64; 2]) -> PanelExposure {
     PanelExposure {
         shift_px,
@@ -85,7 +85,7 @@ properties! {
         settings in scenes(),
         (psf, aspect) in (prop_oneof![Just("gauss"), Just("disc")], 0.5..2.0f64),
         sigma_px in 0.4..4.0f64,
-        // Nearer ones take the reference minutes.
+        // Shorter distances take minutes at the reference level.
         distance_m in 25.0..100.0f64,
         bits in any::<u64>(),
         shift_px in [0.0..1.0f64, 0.0..1.0f64],
@@ -104,7 +104,7 @@ properties! {
 
 fn keeps_its_bound(settings: Vec<String>, bits: u64, shift_px: [f64; 2]) -> Result<(), TestCaseError> {
     let scene = Scene::load("paper", &settings).expect("a valid scene");
-    // Panels too small to be a panel, and those turned off the sensor, are refused.
+    // Panels that are too small or outside the sensor are rejected.
     let Ok(reference) = Renderer::new(&scene, Level::Reference) else {
         return Err(TestCaseError::reject("not visible"));
     };

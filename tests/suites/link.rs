@@ -1,4 +1,4 @@
-//! The whole link: the transmitter's code, a rendered road, the receiver's code.
+//! The whole link: transmitter code, rendered road, receiver code.
 
 use sim::accuracy::Level;
 use sim::road::{LinkSettings, Received, Road};
@@ -16,7 +16,7 @@ fn settings(scene: &Scene, detector: DetectorChoice) -> LinkSettings {
     )
 }
 
-/// What arrives within a number of frames, the bit errors of those frames, and how many of them could not be read.
+/// The message received within some frames, their bit errors, and the number of unreadable ones.
 fn run(overrides: &[String], detector: DetectorChoice, frames: impl IntoIterator<Item = u64>) -> (Option<Received>, u64, u64) {
     let scene = Scene::load("paper", overrides).expect("a valid scene");
     let mut road = Road::new(&scene, &settings(&scene, detector)).expect("a usable link");
@@ -48,14 +48,14 @@ fn a_message_arrives_at_every_distance_and_interval() {
             let case = format!("{distance} m, interval {interval}");
             assert_eq!(message(&received), Some(MESSAGE), "{case}");
             assert_eq!(unread, 0, "{case}");
-            // What can be seen wrongly is the closest LEDs from afar.
+            // Only LEDs with the smallest spacing at the longest distance may be misread.
             assert!(errors == 0 || (distance == 70 && interval == 0.5), "{case}: {errors} errors");
         }
     }
 }
 
-/// Where the fit of a frame answers for more than there is, place and width swing, and higher with every frame: with the curvature of
-/// evenly weighted spots the first of these films was lost after 1.5 s, and the second swung by 0.5 px.
+/// If the fit overcorrects, position and width oscillate with growing amplitude: with the curvature of evenly weighted spots, the first of
+/// these films was lost after 1.5 s, and the second oscillated by 0.5 px.
 #[test]
 fn a_panel_at_rest_is_followed_at_rest() {
     for distance in [50, 30] {
@@ -80,7 +80,7 @@ fn a_panel_at_rest_is_followed_at_rest() {
     }
 }
 
-/// Nothing is known of where the panel is: it is found before clutter, in twilight, and in the noise of the night.
+/// The panel's position is unknown: it is found in front of clutter, at dusk, and in night noise.
 #[test]
 fn by_day_dusk_and_night_every_seed_delivers() {
     for preset in ["day", "dusk", "night"] {
@@ -120,8 +120,8 @@ fn lost_frames_and_a_late_start_cost_time_and_not_the_message() {
     assert_eq!(message(&received), Some(MESSAGE));
 }
 
-/// At 99 symbols and 100 frames a second one frame in ten catches two symbols, ten in a row, and most symbols in them are seen in no other
-/// frame: read as one symbol each, these frames have dozens of wrong bits.
+/// At 99 symbols and 100 frames per second one frame in ten catches two symbols, in runs of ten, and most of their symbols appear in no
+/// other frame: read as single symbols, these frames have dozens of wrong bits.
 #[test]
 fn symbols_that_no_exposure_has_to_itself_are_read() {
     let overrides = ["link.symbol_rate_hz=99".into(), "link.phase=0.5".into()];
@@ -136,7 +136,7 @@ fn symbols_that_no_exposure_has_to_itself_are_read() {
 
 #[test]
 fn a_receiver_s_memory_takes_no_room_on_the_stack() {
-    // It is about a megabyte; where the stack overflows, the whole test program ends.
+    // The memory is about 1 MB; a stack overflow would abort the whole test program.
     let road = std::thread::Builder::new()
         .stack_size(512 << 10)
         .spawn(|| run(&[], DetectorChoice::Best, 0..2).1)
@@ -181,7 +181,7 @@ fn a_rolling_shutter_within_one_symbol_changes_nothing() {
 
 #[test]
 fn a_rolling_shutter_shows_the_panel_the_symbol_of_its_own_rows() {
-    // The panel's rows, half-way down the sensor, are exposed 5 ms after the first row: one symbol later.
+    // The panel's rows, at half the sensor's height, are exposed 5 ms after the first row: one symbol later.
     let overrides = ["camera.readout_s=0.0099", "link.phase=0.7"].map(String::from);
     let (received, errors, _) = run(&overrides, DetectorChoice::Best, 0..24);
     assert_eq!((message(&received), errors), (Some(MESSAGE), 0));
@@ -194,7 +194,7 @@ fn roads_with_free_running_clocks_deliver_within_one_repeat_and_a_segment() {
             let scene = Scene::load(preset, &[format!("link.phase={phase}")]).expect("a preset");
             let settings = LinkSettings {
                 seed,
-                // Looking for the panel at night is not what is tested here.
+                // The search for the panel at night is not under test here.
                 true_corners: true,
                 ..settings(&scene, DetectorChoice::Best)
             };

@@ -1,6 +1,6 @@
-//! Films at their own pace, as live sources: through a named pipe and a loopback UDP stream, by the real ffmpeg.
+//! Films at their own pace as live sources: through a named pipe and a loopback UDP stream, with the real ffmpeg.
 //!
-//! Where ffmpeg or Python is absent (`tests/run` installs them), this is skipped. `cli/tests/live.rs` has what needs neither.
+//! Skipped if ffmpeg or Python is absent (`tests/run` installs them). `cli/tests/live.rs` has the tests without them.
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::UdpSocket;
@@ -16,7 +16,7 @@ use vocc_tests::trials::{self, Unready};
 const MESSAGE: &str = "bend ahead";
 const FRAMES: u64 = 96;
 
-/// `vocc`, and a film of a link at 100 frames a second.
+/// `vocc`, and a film of a link at 100 frames per second.
 struct Ready {
     vocc: PathBuf,
     folder: TempDir,
@@ -49,7 +49,7 @@ fn provide() -> Result<Ready, Unready> {
 }
 
 impl Ready {
-    /// Plays the film at its own pace, as often as is said: -1 is for ever.
+    /// Plays the film at its own pace, `times` times more; -1 loops forever.
     fn play(&self, times: &str, to: &str) -> ChildGuard {
         let mut ffmpeg = Command::new("ffmpeg");
         ffmpeg.args(["-nostdin", "-loglevel", "error", "-re", "-stream_loop", times, "-i", "film.ts"]);
@@ -74,7 +74,7 @@ impl Ready {
     }
 }
 
-/// A program that ends with the test.
+/// A child process that is killed with the test.
 struct ChildGuard(Child);
 
 impl ChildGuard {
@@ -95,7 +95,7 @@ fn json(line: &str) -> Value {
     serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}"))
 }
 
-/// Prints the parts of a latency, which the last line tells.
+/// Prints the latency's stages from the last line.
 fn print(last: &Value) {
     assert!(
         last["latency"]["to_text"]["median_s"]
@@ -143,7 +143,7 @@ fn the_reader_in_the_documentation_has_each_message_at_once(ready: &Ready) {
     let told = receive.0.stdout.take().expect("an output");
     let mut python = Command::new("python3");
     let mut python = ready.run(python.args(["-c", reader]).stdin(told).stdout(Stdio::piped()));
-    // It is held open: nothing ends before the message is read.
+    // Held open so that the stream does not end before the message is read.
     let camera = std::fs::File::options().write(true).open(&path).expect("a reader");
     let film = y4m(ready.folder.path());
     let playing = std::thread::spawn(move || {
@@ -156,7 +156,7 @@ fn the_reader_in_the_documentation_has_each_message_at_once(ready: &Ready) {
     playing.join().expect("an end").expect("all is read");
 }
 
-/// The film of a folder, decoded.
+/// Decodes the film in a folder.
 fn y4m(folder: &Path) -> Vec<u8> {
     let mut ffmpeg = Command::new("ffmpeg");
     ffmpeg.args(["-loglevel", "error", "-i"]).arg(folder.join("film.ts"));

@@ -1,5 +1,5 @@
-//! The locator over its whole range, before photographs and without, and where there is no panel at all. The example `range` does the
-//! same a thousand times over.
+//! The locator over its whole range, with and without photographs, and without panels. The example `range` runs the same test at a thousand
+//! times the size.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ fn clutter() -> Vec<image::GrayImage> {
 #[test]
 fn panels_are_found_within_three_frames() {
     let mut failures = Vec::new();
-    // One in a hundred may be lost: this many are in two of a hundred cases.
+    // If one in a hundred may be lost, this limit is exceeded in about 2 % of runs.
     let (count, lost) = if all_cases() { (60, 2) } else { (20, 1) };
     let tally = search_scenes(0..count, 0.0, SIZE, &clutter(), |line| failures.push(line.to_owned()));
     assert_eq!(tally.wrong, 0, "{failures:#?}");

@@ -1,4 +1,4 @@
-//! The best LED-to-ambient ratio: a small seeded matrix in digits, a prototype's, and the table that is shipped.
+//! The best LED-to-ambient ratio: a small seeded matrix, a prototype's results, and the shipped table.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -20,7 +20,7 @@ fn best(interval: f64, distance_m: f64, search: &Search) -> Optimum {
     optimum(&scene, search).expect("an optimum")
 }
 
-/// The best of 256 frames a ratio, which is searched for once for all tests.
+/// The best of 256 frames per ratio, searched once for all tests.
 fn best_of_few(interval: f64, distance_m: f64) -> Optimum {
     static FOUND: Mutex<Vec<([f64; 2], Optimum)>> = Mutex::new(Vec::new());
     let mut found = FOUND.lock().expect("nobody panics");
@@ -40,8 +40,8 @@ fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name)
 }
 
-/// Every number of a few hundred frames a cell, as they are today. Whoever changes the physics, the drawing, the features or the search
-/// on purpose writes the new ones with `UPDATE=1 cargo test -p vocc-tests --test optimum`, and looks at the difference.
+/// Compares all numbers of a few hundred frames per cell with stored ones. After an intended change of physics, drawing, features or
+/// search, update them with `UPDATE=1 cargo test -p vocc-tests --test optimum`, and review the difference.
 #[test]
 fn the_small_matrix_is_what_it_was() {
     let mut csv = String::from("interval,distance_m,l2a,low,high,bvar,wvar,b2w,fisher,bit_errors\n");
@@ -71,7 +71,7 @@ fn the_small_matrix_is_what_it_was() {
     assert_eq!(csv, before, "{} is of seed 1", path.display());
 }
 
-/// A prototype's best ratios, of 30 frames a cell and a grid of 0.25 to 0.5.
+/// A prototype's best ratios, from 30 frames per cell and a grid of 0.25 to 0.5.
 #[test]
 fn the_best_ratios_are_a_prototypes_to_a_step_or_two() {
     for (interval, distance_m, theirs) in [
@@ -90,7 +90,7 @@ fn the_best_ratios_are_a_prototypes_to_a_step_or_two() {
     }
 }
 
-/// The interval of a rendered scene shrinks as the root of the frames.
+/// The interval of a rendered scene shrinks with the square root of the frames.
 #[test]
 fn sixteen_times_the_frames_quarter_the_interval() {
     const SEEDS: u64 = 2;
@@ -107,7 +107,7 @@ fn sixteen_times_the_frames_quarter_the_interval() {
         (1..=SEEDS).map(of_seed).sum::<f64>() / SEEDS as f64
     };
     let ratio = width(512) / width(8192);
-    // A width of 64 batches is known to about a sixth.
+    // The width from 64 batches has an uncertainty of about a sixth.
     assert!((3.0..5.3).contains(&ratio), "seeds 1 to {SEEDS}: {ratio}");
 }
 
@@ -121,7 +121,7 @@ fn shipped_file() -> TableFile {
     table("link/shipped_table.toml")
 }
 
-/// The tables that the shipped one is made from, with their names.
+/// The tables from which the shipped one is made, with their names.
 fn scenes() -> Vec<(String, TableFile)> {
     let names = shipped_file().regret.record.expect("a table of least regret").tables;
     let named = names.into_iter().map(|name| (name.clone(), table(&name)));
@@ -155,7 +155,7 @@ fn the_shipped_table_knows_what_it_says() {
     }
 }
 
-/// The search that a table came from.
+/// The search that produced a table.
 fn survey_of(file: &TableFile) -> ReachSurvey {
     let record = file.reach.record.clone().expect("a search");
     ReachSurvey {
@@ -178,7 +178,7 @@ fn survey_of(file: &TableFile) -> ReachSurvey {
     }
 }
 
-/// One by night, one at dusk and one by day: what k-means reaches is found again, and the ratio with it.
+/// Repeats one entry each at night, dusk and day: k-means has the same reach, and the ratio is the same.
 #[test]
 fn three_entries_of_the_shipped_table_come_out_again() {
     let shipped = shipped_file();
@@ -203,7 +203,7 @@ fn three_entries_of_the_shipped_table_come_out_again() {
     }
 }
 
-/// With a quarter of the frames the best detector reaches as far at dusk.
+/// With a quarter of the frames the best detector has the same reach at dusk.
 #[test]
 fn what_the_best_detector_reaches_comes_out_again() {
     let place = [300.0, 1.0];
@@ -218,7 +218,7 @@ fn what_the_best_detector_reaches_comes_out_again() {
     let before = file.reach.entry(place);
     let [low, high] = before.expect("an entry").best_reach_m_95;
     let [found_low, found_high] = found.best_reach_m_95;
-    // A file keeps five digits, and where the LEDs' distance in the image ends it the reach is known to more.
+    // The file keeps five digits; a reach limited by the LEDs' spacing in the image is known more precisely.
     let rounded = 1e-4 * low;
     assert!(
         low - rounded <= found_high && found_low <= high + rounded,

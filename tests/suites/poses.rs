@@ -1,5 +1,5 @@
-//! Poses measured in rendered frames, held to their own covariance and to the Cramér–Rao bound, as estimators are tested (Bar-Shalom, Li &
-//! Kirubarajan 2001, section 5.4). `cargo run --release -p vocc-tests --example poses -- 10000 30 70` does the same at length.
+//! Poses measured in rendered frames, compared with their covariance and with the Cramér–Rao bound, as in Bar-Shalom, Li & Kirubarajan
+//! 2001, section 5.4. `cargo run --release -p vocc-tests --example poses -- 10000 30 70` runs more trials.
 
 use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -8,7 +8,7 @@ use rand_distr::StandardNormal;
 use rx_pipeline::pose::Closing;
 use vocc_tests::poses::{Range, Trial, Trials};
 
-/// By day, up to 30° aside.
+/// By day, yaw up to 30°.
 const fn aside(distance_m: [f64; 2]) -> Range {
     Range {
         preset: "day",
@@ -18,7 +18,7 @@ const fn aside(distance_m: [f64; 2]) -> Range {
     }
 }
 
-/// Panels up to 30° aside, all of which have a pose.
+/// Panels with a yaw up to 30°, all with a measured pose.
 fn trials(count: u64, distance_m: [f64; 2]) -> Vec<Trial> {
     all_of(count, Trials::new(aside(distance_m)))
 }
@@ -33,7 +33,7 @@ fn mean(trials: &[Trial], of: impl Fn(&Trial) -> f64) -> f64 {
     trials.iter().map(of).sum::<f64>() / trials.len() as f64
 }
 
-/// Within the band that holds the mean of so many NEES of six numbers in 999 of 1000 tests.
+/// Asserts that the mean NEES of six parameters is within the band of 999 of 1000 tests.
 fn assert_honest(trials: &[Trial]) {
     let nees = mean(trials, Trial::nees);
     let band = 3.29 * (12.0 / trials.len() as f64).sqrt();
@@ -55,7 +55,7 @@ fn a_panel_is_ranged_to_a_decimetre_at_50_m_by_day() {
     assert!(squared.sqrt() < 0.1, "{} m", squared.sqrt());
 }
 
-/// Where a panel and its mirror image look nearly alike, and the LEDs run into each other.
+/// Here a panel and its mirror image look nearly alike, and the LEDs merge.
 #[test]
 fn a_panel_is_ranged_to_three_quarters_of_a_metre_at_100_m_by_day() {
     let trials = trials(60, [100.0, 100.0]);
@@ -118,11 +118,11 @@ fn a_panel_that_comes_at_40_m_s_is_told_to() {
         let truth = last.truth.0.length() / 40.0;
         assert!((time.value - truth).abs() < 5.0 * time.sigma, "{time:?}, {truth}");
     }
-    // 20 squares of a normal number are on average below this in 999 of 1000 tests; a speed that is steady wanders less than is supposed.
+    // Limit of the mean of 20 squared normal numbers in 999 of 1000 tests; a constant speed varies less than the model assumes.
     assert!(squares < 2.27, "{squares}");
 }
 
-/// Three minutes of frames, as noisy as a pose at 50 m says.
+/// Three minutes of frames with the noise of a pose at 50 m.
 #[test]
 fn a_panel_that_stands_still_for_minutes_is_told_to() {
     let seen = &trials(1, [50.0; 2])[0].pose;
@@ -136,14 +136,14 @@ fn a_panel_that_stands_still_for_minutes_is_told_to() {
         let place = Vector3::from(pose.translation_m) + root * noise;
         pose.translation_m = place.into();
         closing.take(f64::from(frame) / 60.0, &pose);
-        // A second apart, when the filter knows of no earlier one.
+        // One second apart, when earlier frames have no influence.
         if frame % 60 == 59 {
             let speed = closing.speed_m_s().expect("known");
             assert!(speed.value.is_finite() && (1e-3..1.0).contains(&speed.sigma), "{speed:?}");
             (squares, count) = (squares + (speed.value / speed.sigma).powi(2), count + 1);
         }
     }
-    // It wanders less than is supposed, and is not told to be surer than it is.
+    // A constant speed varies less than the model assumes, but the filter is not overconfident.
     let square = squares / f64::from(count);
     assert!((0.1..1.4).contains(&square), "{square}");
 }

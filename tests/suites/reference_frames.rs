@@ -1,4 +1,4 @@
-//! The simulator's linear image against frames that another program drew.
+//! Compares the simulator's linear image with frames drawn by another program.
 
 use glam::DVec2;
 use link::panel::PanelFrame;
@@ -11,7 +11,7 @@ use sim::renderer::{PanelExposure, Renderer};
 use sim::scene::Scene;
 use vocc_tests::{ReferenceFrame, reference_frames};
 
-/// The scene of a reference frame: its geometry, plain background, no air between.
+/// A renderer for a reference frame: its geometry, plain background, no atmosphere.
 fn renderer(frame: &ReferenceFrame, level: Level) -> Renderer {
     let p = &frame.truth.params;
     let settings = [
@@ -28,7 +28,7 @@ fn renderer(frame: &ReferenceFrame, level: Level) -> Renderer {
     Renderer::new(&Scene::load("paper", &settings).expect("a valid scene"), level).expect("a visible scene")
 }
 
-/// What the panel shows, its first LED moved to where the frame has it.
+/// The panel's exposure, shifted so that its first LED is at the frame's position.
 fn shown(renderer: &Renderer, frame: &ReferenceFrame) -> PanelExposure {
     let origin = frame.truth.image_origin_in_sensor_px;
     let corner = frame.truth.led_corner_centres_px[0];
@@ -54,7 +54,7 @@ fn region(frame: &ReferenceFrame) -> Region {
     }
 }
 
-/// The greatest difference of linear values: over the pixel's own value, and over that of an On LED.
+/// Maximum difference of linear values: relative to the pixel, and relative to an On LED.
 fn difference(frame: &ReferenceFrame) -> (f64, f64) {
     let renderer = renderer(frame, Level::Reference);
     let mut canvas = Canvas::<f64>::new(region(frame));
@@ -79,8 +79,8 @@ fn parallel_panels_agree_to_float32() {
     }
 }
 
-/// The frames' own error is 2e-4 of an On LED's light. That the rest is theirs and not this project's,
-/// [`a_tilted_panel_agrees_with_brute_force`] shows.
+/// The frames' own error is 2e-4 of an On LED's light. [`a_tilted_panel_agrees_with_brute_force`] shows that the remainder is theirs and
+/// not this project's.
 #[test]
 fn tilted_panels_agree_to_the_reference_s_own_error() {
     let frames = reference_frames("tilted");
@@ -91,8 +91,8 @@ fn tilted_panels_agree_to_the_reference_s_own_error() {
     }
 }
 
-/// One tilted panel against a sum over 100 × 200 points of each disc in metres, projected one by one, each seen through
-/// blur and pixel by the error function: no ellipse, no chord.
+/// Compares a tilted panel with a sum over 100 × 200 points of each disc in metres, each projected and seen through blur and pixel by the
+/// error function, without ellipses or chords.
 #[test]
 fn a_tilted_panel_agrees_with_brute_force() {
     let frame = reference_frames("tilted").remove(1);

@@ -1,4 +1,4 @@
-//! The same seed gives the same bytes, on one thread or on two.
+//! Equal seeds give equal bytes, on one thread or two.
 
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;

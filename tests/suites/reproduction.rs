@@ -1,11 +1,11 @@
-//! What becomes of the claims of Do & Yoo 2020 (Sensors 20, 292, section 4.4), on small seeded runs.
+//! The claims of Do & Yoo 2020 (Sensors 20, 292, section 4.4), on small seeded runs.
 
 use sim::scene::Scene;
 use studies::reproduction::{Axes, Claim, Extent, Findings, Study, judge};
 
 const SEED: u64 = 1;
 
-/// A study of fewer points than any that is shown.
+/// The claims from a study with fewer points than are published.
 fn claims_of(overrides: &[&str]) -> Vec<Claim> {
     let overrides: Vec<String> = overrides.iter().map(|text| text.to_string()).collect();
     let scene = Scene::load("paper", &overrides).expect("a preset");

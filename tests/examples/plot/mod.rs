@@ -1,4 +1,4 @@
-//! What the drawings of the examples have in common.
+//! Shared plotting code of the examples.
 
 use std::error::Error;
 
@@ -7,15 +7,15 @@ use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
-/// The font of everything.
+/// The font of all text.
 pub const FONT: &str = "DejaVu Sans";
 
-/// What draws into an SVG document.
+/// A drawing surface for an SVG document.
 pub type Surface<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// A chart of two axes.
+/// A chart with two axes.
 pub type Chart<'a, X, Y> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>;
 
-/// An SVG document of what is drawn.
+/// Draws an SVG document.
 pub fn svg(size: (u32, u32), draw: impl FnOnce(&Surface) -> Result<(), Box<dyn Error>>) -> Result<String, Box<dyn Error>> {
     register_font(FONT, FontStyle::Normal, dejavu::sans::regular()).map_err(|_| "a damaged font")?;
     let mut document = String::new();
@@ -28,7 +28,7 @@ pub fn svg(size: (u32, u32), draw: impl FnOnce(&Surface) -> Result<(), Box<dyn E
     Ok(document)
 }
 
-/// A chart with a title and room for the names of its axes.
+/// A chart with a title and space for axis labels.
 pub fn titled<'a, 'b>(surface: &'a Surface<'b>, title: &str) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
     let mut chart = ChartBuilder::on(surface);
     chart
@@ -39,12 +39,12 @@ pub fn titled<'a, 'b>(surface: &'a Surface<'b>, title: &str) -> ChartBuilder<'a,
     chart
 }
 
-/// How a legend shows a series of this colour.
+/// The legend sample of a series of this colour.
 pub fn key(colour: RGBColor) -> impl Fn((i32, i32)) -> PathElement<(i32, i32)> {
     move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3))
 }
 
-/// Draws the legend of what was drawn.
+/// Draws the legend of the drawn series.
 pub fn legend<X: Ranged, Y: Ranged>(chart: &mut Chart<'_, X, Y>, place: SeriesLabelPosition) -> Result<(), Box<dyn Error>> {
     chart
         .configure_series_labels()

@@ -1,7 +1,7 @@
-//! Draws what an HM01B0 sees: `hm01b0_eye [SCENE [key=value]…]`.
+//! Renders the view of an HM01B0: `hm01b0_eye [SCENE [key=value]…]`.
 //!
-//! Requests come as JSON, one a line, on standard input ([`vocc_tests::hm01b0::Request`]); a frame is answered by its pixels, a byte each,
-//! on standard output. It ends, with its reason, at the first request that it cannot follow.
+//! Reads JSON requests, one per line, from standard input ([`vocc_tests::hm01b0::Request`]); answers a frame with its pixels, one byte
+//! each, on standard output. Exits with an error at the first invalid request.
 
 use std::error::Error;
 use std::io::{Write, stdin, stdout};

@@ -1,4 +1,4 @@
-//! A film being drawn.
+//! Draws a film.
 
 use std::f64::consts::TAU;
 
@@ -12,19 +12,19 @@ use super::ground::{GROUND, Ground};
 use super::{EXPOSURE_S, FPS, Film, MESSAGE, SYMBOL_RATE_HZ, Shake};
 use crate::sensor::{Sensor, gauss};
 
-/// Samples along a pixel's side, by which discs are drawn.
+/// Samples along a pixel's side, for discs.
 const SAMPLES: usize = 4;
-/// Times within an exposure, between which the camera moves.
+/// Instants within an exposure, between which the camera moves.
 const MOMENTS: usize = 3;
 
-/// The camera's pose in a moment: the picture's shift (px) and its roll about the centre (rad).
+/// The camera's pose at an instant: the image's shift (px) and its roll about the centre (rad).
 #[derive(Clone, Copy, Default)]
 struct Pose {
     shift: [f64; 2],
     roll: f64,
 }
 
-/// A film being drawn.
+/// State of a film while it is drawn.
 pub struct Drawing {
     film: Film,
     side: usize,
@@ -44,7 +44,7 @@ pub struct Drawing {
     row: Vec<f32>,
 }
 
-/// One of the sines that make a smooth shake: of x, y or roll.
+/// A sine component of a smooth shake, in x, y or roll.
 struct Sine {
     axis: usize,
     amplitude: f64,
@@ -52,22 +52,22 @@ struct Sine {
     phase: f64,
 }
 
-/// A frame and its truth.
+/// A frame and its ground truth.
 pub struct Shot {
     /// Grey levels, row by row.
     pub grey: Vec<u8>,
     /// The panel's centre (px).
     pub centre_px: [f64; 2],
-    /// The bits shown in the middle of the exposure.
+    /// The bits at mid-exposure.
     pub bits: u64,
 }
 
 impl Drawing {
-    /// Draws the surroundings.
+    /// Draws the background.
     pub fn new(film: Film) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(film.seed);
         let span = match film.shake {
-            // Twice the deviation of a shake whose steps are as wide as this.
+            // Twice the standard deviation of a shake with this step.
             Shake::Random => 2.5 * film.step,
             Shake::Smooth => 12.0 * film.step,
             Shake::Turn => 0.0,
@@ -126,12 +126,12 @@ impl Drawing {
         drawing
     }
 
-    /// Pixels along a side of a frame.
+    /// Side of a frame in pixels.
     pub fn side(&self) -> usize {
         self.side
     }
 
-    /// The light of the sensor's pixels before a panel that is still and shows `bits`.
+    /// The light on the sensor from a static panel that shows `bits`.
     pub fn still_light(&mut self, bits: u64) -> &[f32] {
         self.light.fill(0.0);
         self.expose(Pose::default(), bits, 1.0);
@@ -139,13 +139,13 @@ impl Drawing {
         &self.light
     }
 
-    /// Where the middle of LED `led` is in a picture of a panel that is still (px).
+    /// Centre of LED `led` in the image of a static panel (px).
     pub fn still_led_px(&self, led: usize) -> [f64; 2] {
         let [x, y] = [led % SIDE, led / SIDE].map(|at| (at as f64 - 3.5) * self.film.pitch_px);
         self.to_picture(Pose::default(), [x, y])
     }
 
-    /// Takes frame `number`.
+    /// Draws frame `number`.
     pub fn take(&mut self, number: usize) -> Shot {
         self.light.fill(0.0);
         let start_s = number as f64 / FPS;
@@ -187,7 +187,7 @@ impl Drawing {
                 }
             }
             Shake::Turn => {
-                // There and back within 20°.
+                // Back and forth within 20°.
                 let turned = (at_s * FPS * self.film.step).rem_euclid(40.0);
                 let angle = if turned < 20.0 { turned } else { 40.0 - turned };
                 Pose {
@@ -198,7 +198,7 @@ impl Drawing {
         }
     }
 
-    /// Where a place of the panel, in px from its centre, is in the picture.
+    /// Image position of a point on the panel, in px from its centre.
     fn to_picture(&self, pose: Pose, [x, y]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.roll.sin_cos();
         let [x, y] = [self.panel_at[0] + cos * x - sin * y, self.panel_at[1] + sin * x + cos * y];
@@ -210,7 +210,7 @@ impl Drawing {
         ]
     }
 
-    /// Adds a moment's light.
+    /// Adds an instant's light.
     fn expose(&mut self, pose: Pose, bits: u64, share: f32) {
         let side = self.side;
         let mut light = std::mem::take(&mut self.light);
@@ -248,7 +248,7 @@ impl Drawing {
         self.light = light;
     }
 
-    /// The light of a place on the panel or its board, in px from the centre; `None` beside them.
+    /// The light of a point on the panel or its board, in px from the centre; `None` outside.
     fn panel_light(&self, [x, y]: [f64; 2], radius: f64, bits: u64) -> Option<f64> {
         let pitch = self.film.pitch_px;
         let (column, row) = (x / pitch + 3.5, y / pitch + 3.5);
@@ -263,7 +263,7 @@ impl Drawing {
         (x.abs() < reach && y.abs() < reach).then_some(light)
     }
 
-    /// The lens: a Gaussian along rows, then along columns.
+    /// Applies the lens blur: a Gaussian along rows, then along columns.
     fn blur(&mut self) {
         let reach = (3.0 * self.blur_px).ceil() as usize;
         let weights: Vec<f32> = (0..=reach)
@@ -295,14 +295,14 @@ impl Drawing {
         }
     }
 
-    /// The sensor.
+    /// Applies the sensor.
     fn encode(&mut self) -> Vec<u8> {
         let random = &mut self.random;
         self.light.iter().map(|&light| Sensor::USUAL.grey(light, gauss(random))).collect()
     }
 }
 
-/// The sines of a smooth shake whose steps are as wide as the film's, and which rolls by a tenth of what it shifts, seen from a panel's side.
+/// Sines of a smooth shake with the film's RMS step; the roll moves a panel's side by a tenth of the shift.
 fn sines(film: &Film, random: &mut ChaCha8Rng) -> Vec<Sine> {
     const PER_AXIS: usize = 6;
     let mut sines: Vec<Sine> = (0..3 * PER_AXIS)
@@ -314,7 +314,7 @@ fn sines(film: &Film, random: &mut ChaCha8Rng) -> Vec<Sine> {
         })
         .collect();
     for axis in 0..3 {
-        // A sine of amplitude a makes steps of a·√2·|sin(π·f/fps)|, root mean square.
+        // A sine of amplitude a has RMS steps of a·√2·|sin(π·f/fps)|.
         let square = |sine: &Sine| 2.0 * (sine.amplitude * (TAU / 2.0 * sine.hz / FPS).sin()).powi(2);
         let of_axis = sines.iter().filter(|sine| sine.axis == axis);
         let now = of_axis.map(square).sum::<f64>().sqrt();

@@ -1,12 +1,12 @@
-//! What stands behind a panel.
+//! Backgrounds behind a panel.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Light of the ground, of a white sensor.
+/// Background light, relative to white.
 pub const GROUND: f64 = 0.18;
 
-/// What stands behind the panel: a picture with a margin.
+/// The background: an image with a margin.
 pub struct Ground {
     side: usize,
     margin: f64,
@@ -15,7 +15,7 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Walls, windows and lamps, some of them finely divided, in a picture twice as wide as a frame.
+    /// Draws walls, windows and lamps, some with fine structure, twice as wide as a frame.
     pub fn draw(random: &mut ChaCha8Rng, frame_side: usize, pitch_px: f64) -> Self {
         let side = 2 * frame_side;
         let mut light = vec![GROUND as f32; side * side];
@@ -27,7 +27,7 @@ impl Ground {
                 light[y * side + at[0]..y * side + at[0] + size[0]].fill(grey);
             }
         }
-        // Lamps, as wide as LEDs.
+        // Lamps of an LED's width.
         for _ in 0..random.random_range(0..12) {
             let radius = (pitch_px * random.random_range(0.2..0.6)).max(1.0);
             let at = [0; 2].map(|_| random.random_range(radius + 1.0..side as f64 - radius - 1.0));
@@ -50,7 +50,7 @@ impl Ground {
         }
     }
 
-    /// The light at a place, in px from the middle, between its pixels.
+    /// The interpolated light at a point, in px from the centre.
     pub fn at(&self, [x, y]: [f64; 2]) -> f32 {
         let last = (self.side - 2) as f64;
         let (x, y) = ((x + self.margin).clamp(0.0, last), (y + self.margin).clamp(0.0, last));

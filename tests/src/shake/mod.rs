@@ -1,8 +1,8 @@
-//! Films by a camera that shakes, drawn without the simulator: a panel on a board before houses, in linear light, taken by a camera whose
-//! direction and roll change from frame to frame.
+//! Films by a shaking camera, drawn without the simulator: a panel on a board in front of houses, in linear light; the camera's direction
+//! and roll change between frames.
 //!
-//! Discs are sampled, not modelled; the lens blurs the whole picture by a Gaussian; the sensor adds the noise of its electrons, and encodes
-//! by a power law. What a film shows is known: the panel's centre and pitch in each frame.
+//! Discs are sampled, not modelled; the lens is a Gaussian blur of the whole image; the sensor adds shot and read noise, and encodes by a
+//! power law. Ground truth is the panel's centre and pitch in each frame.
 
 mod drawing;
 mod ground;
@@ -13,59 +13,59 @@ pub(crate) use drawing::Drawing;
 use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
 use rx_pipeline::frame::Frame;
 
-/// Frames a second, symbols a second and seconds of exposure.
+/// Frame rate, Hz.
 const FPS: f64 = 100.0;
 const SYMBOL_RATE_HZ: f64 = 90.0;
-/// See there.
+/// Exposure time, s.
 const EXPOSURE_S: f64 = 0.001;
-/// What the panel says.
+/// The panel's message.
 const MESSAGE: &[u8] = b"Lane closed ahead";
 
-/// A place farther from the truth is another line's (pitches).
+/// A larger position error (pitches) means that the reading is off by a line.
 const LINE_OFF: f64 = 0.6;
-/// Such a reading should not be said to be surer (probability).
+/// Maximum confidence (probability) that such a reading should have.
 const SURE: f32 = 0.9;
 
 /// How the camera shakes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shake {
-    /// Each frame by itself: a new direction that has nothing to do with the last.
+    /// Independent random directions in each frame.
     Random,
-    /// Sums of sines of 1 to 12 Hz, as a hand's or a vehicle's.
+    /// Sums of sines of 1 to 12 Hz, like a hand or a vehicle.
     Smooth,
-    /// A turn about the picture's centre by a number of degrees a frame, there and back, the panel far from the centre.
+    /// Rotation about the image centre by a number of degrees per frame, back and forth, with the panel far from the centre.
     Turn,
 }
 
-/// A film of a shaken camera.
+/// Parameters of a film.
 #[derive(Clone, Copy, Debug)]
 pub struct Film {
-    /// The seed of everything that is drawn at random.
+    /// The random seed.
     pub seed: u64,
     /// Distance of neighbouring LEDs (px).
     pub pitch_px: f64,
     /// How the camera shakes.
     pub shake: Shake,
-    /// By how much the panel moves from frame to frame, root mean square (px); degrees a frame for a turn.
+    /// RMS displacement of the panel between frames (px); degrees per frame for a turn.
     pub step: f64,
-    /// Frames.
+    /// Number of frames.
     pub frames: usize,
 }
 
-/// What came of films.
+/// Outcome of films.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Fate {
-    /// Films whose message came.
+    /// Films whose message arrived.
     pub delivered: usize,
-    /// Frames.
+    /// Total frames.
     pub frames: usize,
-    /// Frames that were read.
+    /// Frames with a reading.
     pub read: usize,
-    /// Those read at least 0.6 pitches off.
+    /// Readings that are off by at least 0.6 pitches.
     pub line_off: usize,
-    /// Those of them said to be more than 90 % sure.
+    /// Those of them with a confidence above 90 %.
     pub surely: usize,
-    /// Wrong bits of frames that were read in their place and show one symbol.
+    /// Wrong bits in correctly located frames that show a single symbol.
     pub wrong_bits: usize,
 }
 
@@ -84,7 +84,7 @@ impl Add for Fate {
     }
 }
 
-/// Receives a film as `vocc receive` does, told its two rates; `verbose` prints each frame.
+/// Receives a film as `vocc receive` does, with known frame and symbol rates; `verbose` prints each frame.
 pub fn receive(film: Film, verbose: bool) -> Fate {
     let mut drawing = Drawing::new(film);
     let side = drawing.side();

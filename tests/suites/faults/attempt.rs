@@ -1,4 +1,4 @@
-//! One run of a command with something going wrong, and what came of it.
+//! A run of a command under a fault, and its outcome.
 
 use std::io::Read;
 use std::os::unix::process::ExitStatusExt;
@@ -13,35 +13,35 @@ use crate::commands::Work;
 use crate::fault::{Fault, Signal};
 use crate::workshop::{PIPE, Workshop};
 
-/// After this time a command is taken to run for ever.
+/// Time after which a command counts as hung.
 const FOR_EVER: Duration = Duration::from_secs(120);
-/// When Ctrl-C follows an input that does not answer.
+/// Delay of Ctrl-C after an input that does not answer.
 const SILENCE: Duration = Duration::from_millis(300);
-/// Where nobody may write, whoever he is.
+/// A folder that no user can write to.
 const READ_ONLY: &str = "/sys";
 
-/// How a command ended.
+/// Outcome of a command.
 pub struct Outcome {
-    /// With what status, or by which signal.
+    /// Exit status or signal.
     pub status: ExitStatus,
-    /// What it said on standard error.
+    /// Standard error.
     pub errors: String,
-    /// Whether it said something on standard output; none where nobody looked.
+    /// Whether it wrote to standard output; `None` if that was not captured.
     pub has_printed: Option<bool>,
-    /// How long it took.
+    /// Run time.
     pub time: Duration,
-    /// How long it took after the signal, if it got one.
+    /// Time from the signal to the exit, if a signal was sent.
     pub after_signal: Option<Duration>,
 }
 
-/// What a run needs beside the command.
+/// Resources of a run besides the command.
 struct Surroundings {
     arguments: Vec<String>,
-    /// Kept open while it runs.
+    /// Held open during the run.
     port: Option<(TTYPort, TTYPort)>,
 }
 
-/// Runs a command in a folder, to its end.
+/// Runs a command in a folder until it exits.
 pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool, folder: &Path) -> Outcome {
     let surroundings = surroundings(work, fault, resume, folder);
     let mut command = match fault {
@@ -85,7 +85,7 @@ pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool,
     }
 }
 
-/// Waits for the end, and sends a signal before it; none where it does not come.
+/// Waits for the exit, and sends a signal before it; `None` if the command hangs.
 fn end(child: &mut Child, begun: Instant, signal: Option<(Signal, Duration)>) -> Option<(ExitStatus, Option<Duration>)> {
     let mut sent = None;
     loop {
@@ -162,7 +162,7 @@ fn place(name: &str, fault: Option<Fault>) -> String {
     }
 }
 
-/// A pipe that nobody writes to.
+/// A pipe without a writer.
 fn pipe(folder: &Path) -> String {
     let made = Command::new("mkfifo").arg(folder.join(PIPE)).status();
     assert!(made.is_ok_and(|status| status.success()), "a pipe");
@@ -170,7 +170,7 @@ fn pipe(folder: &Path) -> String {
 }
 
 impl Outcome {
-    /// The signal that it died of.
+    /// The signal that killed it.
     pub fn signal(&self) -> Option<i32> {
         self.status.signal()
     }

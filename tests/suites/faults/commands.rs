@@ -1,35 +1,35 @@
-//! Every command of the program, at work that is small enough to be disturbed often.
+//! Every command of the program, with work short enough to be disturbed often.
 
-/// A command at work.
+/// A command line.
 ///
-/// In its arguments `@name` is a file that it writes, `@name/` a folder, `<name` a file that it reads, and `%port` a serial port at
-/// which nobody answers.
+/// In its arguments `@name` is an output file, `@name/` an output folder, `<name` an input file, and `%port` a serial port without a
+/// device.
 #[derive(Clone, Copy, Debug)]
 pub struct Work {
-    /// The command as `--help` lists it, such as `table show`.
+    /// The command's name in `--help`, for example `table show`.
     pub command: &'static str,
-    /// What is said after it.
+    /// Its arguments.
     pub arguments: &'static str,
-    /// What it reads on standard input.
+    /// File for standard input.
     pub input: Option<&'static str>,
-    /// How it is done again.
+    /// How to repeat the command.
     pub again: Again,
-    /// Whether the same command writes the same bytes: what measures times does not.
+    /// Whether repeated runs write the same bytes; measured times differ.
     pub repeats: bool,
-    /// How often it takes its turn: what takes long does so seldom.
+    /// Relative frequency; slow commands have a low one.
     pub turns: u32,
-    /// Whether it takes too long for the gate to see its end: there it is disturbed, and not gone on with.
+    /// Whether it is too slow to finish in the gate, where it is only disturbed and not resumed.
     pub is_slow: bool,
 }
 
-/// What is done with what an earlier run has left.
+/// What a repeated run does with existing output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Again {
-    /// It is replaced.
+    /// Overwrites it.
     Replaces,
-    /// It is gone on with, by `--resume`.
+    /// Resumes with `--resume`.
     Resumes,
-    /// It is cleared away first: the command replaces nobody's files.
+    /// Refuses to overwrite; the test deletes the files first.
     Clears,
 }
 
@@ -53,7 +53,7 @@ const fn long(command: &'static str, arguments: &'static str) -> Work {
     }
 }
 
-/// All of them; the empty command is the program without one.
+/// All commands; the empty one is the program without a command.
 pub const WORKS: &[Work] = &[
     work("", ""),
     Work {
@@ -152,7 +152,7 @@ pub const WORKS: &[Work] = &[
     work("scene", "night"),
 ];
 
-/// Work whose answer is no, or that finds a fault of its own: its status is told whoever reads.
+/// Commands that fail or answer no; their status does not depend on a reader.
 pub const REFUSING: &[Work] = &[
     work("table diff", "<table.toml <reach.toml"),
     work("decode", "<grey.pgm"),
@@ -162,7 +162,7 @@ pub const REFUSING: &[Work] = &[
     work("sweep", "--status half"),
 ];
 
-/// Every command at the most that its arguments allow, as far as those make it long.
+/// Every command with the largest arguments that extend its run time.
 pub const LARGEST: &[Work] = &[
     work("", "--set camera.width_px=8192 --set camera.height_px=8192"),
     work("link", "day --message-file <long.txt --frames 18446744073709551615"),
@@ -215,12 +215,12 @@ pub const LARGEST: &[Work] = &[
     work("scene", "night"),
 ];
 
-/// The commands that a help text lists.
+/// The commands listed in a help text.
 pub fn listed(help: &str) -> Vec<String> {
     let lines = help.lines().skip_while(|line| *line != "Commands:").skip(1);
     lines
         .take_while(|line| !line.is_empty())
-        // What is said of a command may go on in the next line, farther in.
+        // Descriptions may continue on the next line, further indented.
         .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
         .filter_map(|line| line.split_whitespace().next())
         .filter(|name| *name != "help")

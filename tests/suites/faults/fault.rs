@@ -1,4 +1,4 @@
-//! What can go wrong around a program.
+//! Faults in a program's environment.
 
 use std::fmt;
 use std::process::Command;
@@ -6,35 +6,35 @@ use std::time::Duration;
 
 use rand::{Rng, RngExt};
 
-/// Something that goes wrong.
+/// A fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// No file may grow beyond so many bytes.
+    /// Maximum file size in bytes.
     FileLimit(u64),
-    /// The address space ends after so many bytes.
+    /// Maximum address space in bytes.
     AddressSpace(u64),
-    /// What is printed finds a full disk.
+    /// Standard output is a full disk.
     FullOutput,
-    /// Nobody reads what is printed.
+    /// Standard output has no reader.
     ClosedOutput,
-    /// What is to be written goes to a device that is full.
+    /// Output files are a full device.
     FullDevice,
-    /// What is to be written goes to a place where nobody may.
+    /// Output files are in a read-only folder.
     ReadOnlyPlace,
-    /// Such an input is a pipe that nobody writes to; Ctrl-C follows.
+    /// The input of this index is a pipe without a writer; Ctrl-C follows.
     SilentInput(usize),
-    /// A signal after some time.
+    /// A signal after a delay.
     Signal(Signal, Duration),
 }
 
-/// Signals by which programs are ended.
+/// Signals that end programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
-    /// Ctrl-C.
+    /// Ctrl-C (SIGINT).
     Interrupt,
-    /// A request to end.
+    /// SIGTERM.
     Terminate,
-    /// The end.
+    /// SIGKILL.
     Kill,
 }
 
@@ -51,7 +51,7 @@ impl Signal {
     /// Sends it.
     pub fn send(self, process: u32) {
         let number = format!("-{}", self.number());
-        // The process may have ended by now.
+        // The process may have exited.
         let _ = Command::new("kill")
             .args([number, process.to_string()])
             .stderr(std::process::Stdio::null())
@@ -60,14 +60,14 @@ impl Signal {
 }
 
 impl Fault {
-    /// One of all that can go wrong with work that takes some time and writes at most so many bytes into a file.
+    /// A random fault for work of this duration that writes files of up to `bytes`.
     pub fn draw(random: &mut impl Rng, time: Duration, bytes: u64, inputs: usize) -> Self {
         let signal = [Signal::Interrupt, Signal::Terminate, Signal::Kill][random.random_range(0..3usize)];
         match random.random_range(0..10u32) {
-            // The last bytes are where buffers hide errors.
+            // Buffers hide write errors of the last bytes.
             0 => Self::FileLimit(bytes.saturating_sub(random.random_range(1..64))),
             1 => Self::FileLimit(random.random_range(0..=bytes)),
-            // In less the system neither loads the program nor lets its stack grow.
+            // With less, the program does not load or its stack cannot grow.
             2 => Self::AddressSpace(random.random_range(32..600) << 20),
             3 => Self::FullOutput,
             4 => Self::ClosedOutput,
@@ -78,7 +78,7 @@ impl Fault {
         }
     }
 
-    /// The command under this fault, as far as it is one of its limits.
+    /// The command under this fault's resource limit, if it is one.
     pub fn limiting(self, program: &std::path::Path) -> Command {
         let limit = match self {
             Self::FileLimit(bytes) => format!("--fsize={bytes}"),
@@ -86,12 +86,12 @@ impl Fault {
             _ => return Command::new(program),
         };
         let mut command = Command::new("sh");
-        // A write beyond the limit is then an error, as it is on a full disk, and not the end.
+        // With SIGXFSZ ignored, a write beyond the limit fails as on a full disk.
         command.args(["-c", "trap '' XFSZ; exec prlimit \"$@\"", "sh", &limit]).arg(program);
         command
     }
 
-    /// The words of which one is to be in the message.
+    /// Words of which the message must contain one.
     pub fn causes(self) -> &'static [&'static str] {
         match self {
             Self::FileLimit(_) => &["File too large"],

@@ -1,4 +1,4 @@
-//! What is asked of a command that something has happened to.
+//! Requirements for a disturbed command.
 
 use std::path::Path;
 use std::time::Duration;
@@ -8,35 +8,35 @@ use crate::commands::{Again, Work};
 use crate::fault::{Fault, Signal};
 use crate::workshop::{Files, PIPE, Workshop, clear, put};
 
-/// What was in a place before.
+/// Previous content of an output file.
 const OLD: &[u8] = b"what was here before";
-/// In this time something happens to a command whose end nobody waits for.
+/// Time range of the faults for a command that does not run to its end.
 const BEGINNING: Duration = Duration::from_secs(2);
-/// What unfinished work leaves beside its files until it is gone on with: why a shard failed, and the rounds of a search.
+/// Suffixes of the files that unfinished work keeps until resumed: a shard's failure, and a search's rounds.
 const NOTES: [&str; 2] = [".failed", ".rounds"];
-/// What is written of what was learnt until the end, whenever that is: asked to end, a command has learnt less.
+/// A file of estimates up to the end of the run: an interrupted command has learnt less.
 const LEARNT: &str = "camera.toml";
-/// An aborted program's signal.
+/// Signal of an aborted program (SIGABRT).
 const ABORTED: i32 = 6;
 
-/// A command and what it does undisturbed.
+/// A command and its undisturbed outcome.
 pub struct Reference {
     /// The command.
     pub work: Work,
-    /// Its status.
+    /// Its exit status.
     pub status: i32,
-    /// Whether it prints something.
+    /// Whether it writes to standard output.
     pub prints: bool,
-    /// What it writes.
+    /// The files it writes.
     pub written: Files,
-    /// How long it takes.
+    /// Its run time.
     pub time: Duration,
-    /// Whether it was seen undisturbed, and has something to be compared with.
+    /// Whether an undisturbed run exists for comparison.
     is_seen: bool,
 }
 
 impl Reference {
-    /// By a run that nothing happens to.
+    /// From an undisturbed run.
     pub fn of(workshop: &Workshop, work: Work) -> Self {
         let folder = workshop.folder();
         let outcome = attempt::run(workshop, &work, None, false, folder.path());
@@ -52,7 +52,7 @@ impl Reference {
         }
     }
 
-    /// One whose end nobody waits for.
+    /// For a command without an undisturbed run.
     pub fn unseen(work: Work) -> Self {
         Self {
             work,
@@ -68,13 +68,13 @@ impl Reference {
         self.work.again == Again::Resumes
     }
 
-    /// The bytes of its largest file.
+    /// Size of its largest file in bytes.
     pub fn largest(&self) -> u64 {
         let sizes = self.written.values().map(|bytes| bytes.len() as u64);
         sizes.max().unwrap_or(0)
     }
 
-    /// Whether a fault is one for it.
+    /// Whether a fault applies to it.
     pub fn can_suffer(&self, fault: Fault) -> bool {
         let writes_file = |text: &str| text.starts_with('@') && !text.ends_with('/');
         match fault {
@@ -87,7 +87,7 @@ impl Reference {
         }
     }
 
-    /// Lets a fault happen and then goes on undisturbed.
+    /// Runs the command under a fault, and then undisturbed.
     pub fn suffer(&self, workshop: &Workshop, fault: Fault, over_old: bool, patience: Duration) -> Result<Option<Duration>, String> {
         let folder = workshop.folder();
         let over_old = over_old && self.work.again == Again::Replaces;
@@ -117,7 +117,7 @@ impl Reference {
         Ok(outcome.after_signal)
     }
 
-    /// Lets the reader of what is printed leave.
+    /// Runs the command with a closed standard output.
     pub fn go_unread(&self, workshop: &Workshop, patience: Duration) -> Result<(), String> {
         let folder = workshop.folder();
         let outcome = attempt::run(workshop, &self.work, Some(Fault::ClosedOutput), false, folder.path());
@@ -125,7 +125,7 @@ impl Reference {
         self.is_whole(&self.left(workshop, Fault::ClosedOutput, folder.path()))
     }
 
-    /// What is in the folder beside inputs. After the one signal that nobody hears the aside of a file may be there, by a name of its own.
+    /// The files written to the folder. After SIGKILL, which cannot be handled, excludes temporary files.
     fn left(&self, workshop: &Workshop, fault: Fault, folder: &Path) -> Files {
         let mut left = workshop.written(folder);
         let is_killed = matches!(fault, Fault::Signal(Signal::Kill, _));
@@ -134,14 +134,14 @@ impl Reference {
         left
     }
 
-    /// A status or the signal sent, no panic, a cause, and no lie.
+    /// Checks for a valid status or the signal sent, no panic, the true cause, and no false success.
     fn ended_well(&self, fault: Fault, outcome: &Outcome, patience: Duration) -> Result<(), String> {
         let said = |why: String| Err(format!("{why}: {}", outcome.errors.trim()));
         let aborted = outcome.signal() == Some(ABORTED) && outcome.errors.contains("memory allocation of");
         let may_die_of = match fault {
             Fault::Signal(signal, _) => Some(signal.number()),
             Fault::SilentInput(_) => Some(Signal::Interrupt.number()),
-            // The language's library ends a program that no memory is left for.
+            // Rust's library aborts a program without memory.
             Fault::AddressSpace(_) if aborted => Some(ABORTED),
             _ => None,
         };
@@ -173,7 +173,7 @@ impl Reference {
         }
     }
 
-    /// Old files or new ones, nothing in between and nothing else.
+    /// Checks that files are old or new, with nothing in between and nothing else.
     fn left_well(&self, fault: Fault, outcome: &Outcome, left: &Files, over_old: bool) -> Result<(), String> {
         for (name, bytes) in left {
             let Some(whole) = self.written.get(name) else {
@@ -202,7 +202,7 @@ impl Reference {
         }
     }
 
-    /// All that an undisturbed run writes, and nothing else.
+    /// Checks for all files of an undisturbed run, and no others.
     fn is_whole(&self, left: &Files) -> Result<(), String> {
         for (name, whole) in &self.written {
             match left.get(name) {
@@ -218,7 +218,7 @@ impl Reference {
     }
 }
 
-/// What the lines of a TOML file set, remarks apart, and whether its last one is whole.
+/// The keys that a TOML file sets, without comments, and whether its last line is complete.
 fn keys(toml: &[u8]) -> (Vec<&[u8]>, bool) {
     let lines = toml.split(|&byte| byte == b'\n');
     let lines = lines.filter(|line| !line.starts_with(b"#"));

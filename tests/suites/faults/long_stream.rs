@@ -1,4 +1,4 @@
-//! A stream that goes on and on.
+//! A stream of many frames.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{ChildStdin, Command, Stdio};
@@ -8,16 +8,16 @@ use std::time::{Duration, Instant};
 
 use crate::workshop::Workshop;
 
-/// Bytes of a frame of the film.
+/// Bytes of a frame.
 const FRAME: usize = 320 * 240;
-/// Frames that may be on their way: in the pipe, in the program's own buffers and in the receiver.
+/// Maximum frames in flight: in the pipe, the program's buffers and the receiver.
 const ON_THE_WAY: u64 = 64;
-/// In this time what is told is read.
+/// Timeout for a frame's report.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// By how much the memory may grow once a tenth is done.
+/// Maximum growth of memory after a tenth of the frames.
 const MORE_KB: u64 = 4096;
 
-/// Streams so many frames through `receive`.
+/// Streams `frames` frames through `receive`.
 pub fn run(workshop: &Workshop, frames: u64) {
     let folder = workshop.folder();
     let film = std::fs::read(folder.path().join("film.raw")).expect("a film");
@@ -56,7 +56,7 @@ fn write(input: &mut ChildStdin, film: &[u8], frames: std::ops::Range<u64>, told
     for frame in frames {
         let picture = pictures.next().expect("a film has frames");
         input.write_all(picture).expect("it reads on");
-        // Whoever counts the lines may be late himself.
+        // The counting thread itself may be late.
         let begun = Instant::now();
         while frame.saturating_sub(told.load(Ordering::Relaxed)) > ON_THE_WAY {
             assert!(begun.elapsed() < PATIENCE, "more than {ON_THE_WAY} frames are not told of");
@@ -65,7 +65,7 @@ fn write(input: &mut ChildStdin, film: &[u8], frames: std::ops::Range<u64>, told
     }
 }
 
-/// The most memory that a process has had so far.
+/// A process's peak memory so far.
 fn peak_kb(process: u32) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).expect("it lives");
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));

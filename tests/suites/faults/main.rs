@@ -1,5 +1,5 @@
-//! Every command of the program while things go wrong around it: the disk full at any byte, its output closed, signals at any time,
-//! places where nobody may write, inputs that never answer, too little memory.
+//! Runs every command of the program under faults: a disk full at any byte, closed output, signals at any time, read-only folders, inputs
+//! that never answer, and too little memory.
 //!
 //! ```text
 //! cargo test -p vocc-tests --test faults                               # as the gate does
@@ -33,21 +33,21 @@ use fault::{Fault, Signal};
 use judge::Reference;
 use workshop::Workshop;
 
-/// Faults in the gate.
+/// Number of faults in the gate.
 const FEW: u64 = 100;
-/// Frames of a stream in the gate.
+/// Number of frames of a stream in the gate.
 const FEW_FRAMES: u64 = 2000;
-/// A command ends within a second; two more are for the machine.
+/// A command ends within one second; the machine gets two more.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// [`PATIENCE`], longer by as much as other programs slow the machine down: the runnable programs of the last minute over the processors.
+/// [`PATIENCE`] times the last minute's load per processor, a factor from 1 to 10.
 fn patience() -> Duration {
     let load = std::fs::read_to_string("/proc/loadavg").ok();
     let runnable: f64 = load.as_deref().and_then(|text| text.split(' ').next()?.parse().ok()).unwrap_or(0.0);
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     PATIENCE.mul_f64((runnable / processors as f64).clamp(1.0, 10.0))
 }
-/// Faults that are injected at once.
+/// Number of parallel faults.
 const AT_ONCE: usize = 2;
 
 type Test = fn(&Workshop);
@@ -63,7 +63,7 @@ fn main() -> ExitCode {
     trials::run("faults", Some(1), tests, || program().map(Workshop::new))
 }
 
-/// The program that is named, or the one that is built here.
+/// The program from the environment, or the one built here.
 fn program() -> Result<PathBuf, Unready> {
     match std::env::var_os("VOCC_PROGRAM") {
         Some(path) => Ok(std::fs::canonicalize(path)?),
@@ -71,7 +71,7 @@ fn program() -> Result<PathBuf, Unready> {
     }
 }
 
-/// The commands that the program's help lists are those that are disturbed.
+/// The tested commands are exactly those in the program's help.
 fn every_command_is_disturbed(workshop: &Workshop) {
     let help = |of: &[&str]| {
         let output = Command::new(workshop.vocc()).args(of).arg("--help").output().expect("vocc runs");
@@ -92,7 +92,7 @@ fn every_command_is_disturbed(workshop: &Workshop) {
     }
 }
 
-/// Checks each of some works, a few at once.
+/// Checks some commands, a few in parallel.
 fn all(works: &[&Work], check: impl Fn(&Work) -> Result<(), String> + Sync) {
     let (next, faults) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
     std::thread::scope(|scope| {
@@ -111,7 +111,7 @@ fn all(works: &[&Work], check: impl Fn(&Work) -> Result<(), String> + Sync) {
     assert!(faults.is_empty(), "{} of {}:\n{}", faults.len(), works.len(), faults.join("\n"));
 }
 
-/// Files are finished and the status is the answer's, for every command.
+/// If the reader closes standard output, every command still completes its files and returns its status.
 fn a_reader_who_leaves_changes_only_what_he_reads(workshop: &Workshop) {
     let works: Vec<&Work> = WORKS.iter().filter(|work| !work.is_slow).chain(REFUSING).collect();
     all(&works, |&work| Reference::of(workshop, work).go_unread(workshop, patience()));
@@ -120,7 +120,7 @@ fn a_reader_who_leaves_changes_only_what_he_reads(workshop: &Workshop) {
     }
 }
 
-/// A stop at once and in the midst of work ends it, whatever it was asked for.
+/// A stop at once or during the work ends every command.
 fn every_command_ends_at_once_at_its_largest(workshop: &Workshop) {
     all(&LARGEST.iter().collect::<Vec<_>>(), |&work| {
         let known = Reference::unseen(work);
@@ -150,7 +150,7 @@ fn nothing_is_lost_whatever_goes_wrong(workshop: &Workshop) {
                     if trial >= count {
                         return;
                     }
-                    // Each is the same alone.
+                    // Trials are reproducible individually.
                     let random = &mut ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1 << 32) ^ trial);
                     let (known, fault, over_old) = draw(&known, random);
                     let what = format!("fault {trial} of seed {seed}: {:?}: {fault}", known.work.command);
@@ -179,12 +179,12 @@ fn a_long_stream_takes_no_more_memory_and_is_told_of_at_once(workshop: &Workshop
     long_stream::run(workshop, number("VOCC_STREAM_FRAMES", FEW_FRAMES));
 }
 
-/// The number that an environment variable tells.
+/// The number in an environment variable.
 fn number(name: &str, usual: u64) -> u64 {
     std::env::var(name).map_or(usual, |told| told.parse().unwrap_or_else(|_| panic!("{name}={told} is no number")))
 }
 
-/// A command, in turns, and what happens to it.
+/// A random command by relative frequency, and a fault for it.
 fn draw<'a>(known: &'a [Reference], random: &mut impl Rng) -> (&'a Reference, Fault, bool) {
     let turns = known.iter().flat_map(|known| (0..known.work.turns).map(move |_| known));
     let turns: Vec<&Reference> = turns.collect();

@@ -1,4 +1,4 @@
-//! The folder that a command works in, with all that it reads, and what it has left there.
+//! The working folder of a command, with all inputs, and its output.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,13 +6,13 @@ use std::process::{Command, Stdio};
 
 use crate::commands::Work;
 
-/// Where inputs are made once, and copied from.
+/// The folder of the inputs, which are created once and copied.
 pub struct Workshop {
     vocc: PathBuf,
     inputs: tempfile::TempDir,
 }
 
-/// Files by name, and what is in them.
+/// File contents by name.
 pub type Files = BTreeMap<String, Vec<u8>>;
 
 const PLAN: &str = "\
@@ -24,7 +24,7 @@ camera.height_px = 240
 pose.distance_m = [60, 70]
 ";
 
-/// Takes longer than anyone waits.
+/// Exceeds any timeout.
 const LONGEST: &str = "\
 frames = 1000000000000
 detectors = [\"ml\", \"best\"]
@@ -33,7 +33,7 @@ pose.distance_m = [30, 40, 50, 60, 70]
 ";
 
 impl Workshop {
-    /// With all inputs.
+    /// Creates all inputs.
     pub fn new(vocc: PathBuf) -> Self {
         let inputs = tempfile::tempdir().expect("a folder");
         let workshop = Self { vocc, inputs };
@@ -47,7 +47,7 @@ impl Workshop {
         write("long.txt", &[0xff; 1024]);
         write("grey.pgm", &[&b"P5 320 240 255\n"[..], &[90; 320 * 240]].concat());
         write("broken.png", b"\x89PNG\r\n\x1a\n");
-        // LEDs everywhere.
+        // A picture full of LEDs.
         let dots = image::GrayImage::from_fn(8192, 8192, |x, y| image::Luma([if x % 16 < 6 && y % 16 < 6 { 230 } else { 40 }]));
         dots.save(workshop.inputs.path().join("widest.png")).expect("room");
         write("reach.toml", include_bytes!("../../../docs/optimum/kmeans.toml"));
@@ -76,7 +76,7 @@ impl Workshop {
         workshop
     }
 
-    /// Pictures of a panel at four duties, before a wall as grey as a card.
+    /// Pictures of a panel at four duties, in front of a wall as grey as a grey card.
     fn make_duties(&self) {
         std::fs::create_dir(self.inputs.path().join("duties")).expect("room");
         for (duty, l2a) in [("1", 8), ("0.5", 4), ("0.25", 2), ("0.125", 1)] {
@@ -101,7 +101,7 @@ impl Workshop {
         &self.vocc
     }
 
-    /// What an undisturbed command prints.
+    /// The output of an undisturbed command.
     fn make(&self, arguments: &[&str]) -> Vec<u8> {
         let output = Command::new(&self.vocc)
             .args(arguments)
@@ -114,7 +114,7 @@ impl Workshop {
         output.stdout
     }
 
-    /// A new folder with all inputs.
+    /// Creates a folder with all inputs.
     pub fn folder(&self) -> tempfile::TempDir {
         let folder = tempfile::tempdir().expect("a folder");
         for (name, bytes) in files(self.inputs.path()) {
@@ -123,7 +123,7 @@ impl Workshop {
         folder
     }
 
-    /// What a command has written into its folder.
+    /// The files that a command wrote into its folder.
     pub fn written(&self, folder: &Path) -> Files {
         let inputs = files(self.inputs.path());
         let mut files = files(folder);
@@ -132,7 +132,7 @@ impl Workshop {
     }
 }
 
-/// The pipe that nobody writes to.
+/// Name of the pipe without a writer.
 pub const PIPE: &str = "pipe";
 
 /// Removes a file.
@@ -140,7 +140,7 @@ pub fn clear(folder: &Path, name: &str) {
     std::fs::remove_file(folder.join(name)).expect("it is there");
 }
 
-/// Writes a file, and the folders that it is in.
+/// Writes a file, and creates its parent folders.
 pub fn put(folder: &Path, name: &str, bytes: &[u8]) {
     let path = folder.join(name);
     std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
@@ -165,23 +165,23 @@ fn files(folder: &Path) -> Files {
 }
 
 impl Work {
-    /// Its arguments one by one.
+    /// Its arguments.
     pub fn arguments(&self) -> impl Iterator<Item = &'static str> {
         self.arguments.split_whitespace()
     }
 
-    /// How many inputs it names.
+    /// Number of its inputs.
     pub fn inputs(&self) -> usize {
         self.arguments().filter(|text| text.starts_with('<')).count()
     }
 
-    /// Whether it writes files of a name of their own.
+    /// Whether it writes files.
     pub fn writes(&self) -> bool {
         self.arguments().any(|text| text.starts_with('@'))
     }
 }
 
-/// The arguments of a command line, none of which has a blank.
+/// Splits a command line without quotes.
 fn words(line: &str) -> Vec<&str> {
     line.split_whitespace().collect()
 }

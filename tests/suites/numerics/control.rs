@@ -1,4 +1,4 @@
-//! The transmitter's control path in fixed point: light → ratio → luminance → duty → pulses, over everything that its types can hold.
+//! The transmitter's control path in fixed point: light → ratio → luminance → duty → pulses, over the full range of its types.
 
 use fixed::types::{I32F32, U1F31, U12F20, U32F32};
 use link::l2a_table::{AXIS_STEP_MIN_LOG2, Illuminance, Interval, L2A_ERROR_MAX, L2a, L2aTable, log2};
@@ -13,7 +13,7 @@ fn calibration(measured: Measured) -> Calibration {
     Calibration::new(measured).expect("a panel")
 }
 
-/// All calibrations whose values stand at the ends of their declared ranges.
+/// All calibrations with values at the ends of their ranges.
 fn corner_calibrations() -> impl Iterator<Item = Calibration> {
     let ends = |k: usize, bit: usize| k >> bit & 1 == 1;
     (0..32).map(move |k| {
@@ -36,12 +36,11 @@ fn corner_calibrations() -> impl Iterator<Item = Calibration> {
     })
 }
 
-/// Every intermediate of the path is a product or a quotient of factors that are not negative, and so monotone in each of them: the
-/// greatest that there can be stands at a corner of the inputs' ranges. There builds other than `--release` check every operation for
-/// overflow.
+/// Every intermediate value is a product or a quotient of non-negative factors, and so monotone in each: its maximum is at a corner of the
+/// input ranges. There, builds other than `--release` check every operation for overflow.
 #[test]
 fn nothing_overflows_at_any_corner_of_the_declared_ranges() {
-    // The product that the luminance is, in the types' own bits, does not fit into 64.
+    // The product for the luminance, at the types' full precision, exceeds 64 bits.
     let product = u64::from(L2A_MAX.to_bits()).checked_mul(BRIGHTEST_LX.to_bits().into());
     let product = product.and_then(|bits| bits.checked_mul(U1F31::ONE.to_bits().into()));
     assert_eq!(product, None);
@@ -96,7 +95,7 @@ fn nothing_overflows_at_any_corner_of_the_declared_ranges() {
     }
 }
 
-/// The logarithm's integer steps, one by one, at the largest and smallest mantissa: 31 bits of fraction, squared, stay in 64 bits.
+/// The logarithm's integer steps at the largest and smallest mantissa: 31 fractional bits, squared, fit 64 bits.
 #[test]
 fn the_logarithm_is_right_at_every_power_of_two_and_never_falls() {
     let mut naive_worst = 0.0f64;
@@ -120,7 +119,7 @@ fn the_logarithm_is_right_at_every_power_of_two_and_never_falls() {
     assert!(naive_worst > 1000.0 * link::l2a_table::LOG2_ERROR_MAX, "{naive_worst}");
 }
 
-/// Tables at the ends of what one may hold: axes as close as allowed, values from end to end, and the one that ships.
+/// Extreme tables: the closest axes, values at both ends of the range, and the shipped one.
 fn tables() -> [L2aTable; 3] {
     let close = 1.05 * f64::from(AXIS_STEP_MIN_LOG2);
     let axis = |from: f64, count: usize| -> Vec<f32> { (0..count).map(|k| (from * (close * k as f64).exp2()) as f32).collect() };
@@ -133,14 +132,14 @@ fn tables() -> [L2aTable; 3] {
     ]
 }
 
-/// Where a value lies among the logarithms of an axis: the entry below, and the share of the way to the next.
+/// Position of a value between the logarithms of an axis: the lower entry, and the fraction towards the next.
 fn place(axis: &[f64], value: f64) -> (usize, f64) {
     let value = value.clamp(axis[0], axis[axis.len() - 1]);
     let below = axis.partition_point(|&node| node <= value).saturating_sub(1).min(axis.len() - 2);
     (below, (value / axis[below]).log2() / (axis[below + 1] / axis[below]).log2())
 }
 
-/// Bilinear in the logarithms, in doubles.
+/// Bilinear interpolation in the logarithms, in doubles.
 pub fn exact_ratio(table: &L2aTable, light: Illuminance, interval: Interval) -> f64 {
     let rows: Vec<f64> = table.illuminances_lx().iter().map(|lx| lx.to_num()).collect();
     let columns: Vec<f64> = table.intervals().iter().map(|i| i.to_num()).collect();
@@ -181,7 +180,7 @@ fn the_ratio_is_exact_at_every_node_of_a_table_and_within_its_bound_between() {
     assert!(naive_worst > 100.0 * L2A_ERROR_MAX, "{naive_worst}");
 }
 
-/// How far `micromath`'s logarithm moves the ratio between two rows, at most by the table's range.
+/// Error of the ratio between two rows with `micromath`'s logarithm, at most the table's range.
 fn by_micromath(table: &L2aTable, light: Illuminance, rows: &[Illuminance]) -> f64 {
     let logs = [rows[0], light, rows[1]].map(|lx| f64::from(F32Ext::log2(lx.to_num::<f32>())));
     let share = (logs[1] - logs[0]) / (logs[2] - logs[0]);
@@ -191,7 +190,7 @@ fn by_micromath(table: &L2aTable, light: Illuminance, rows: &[Illuminance]) -> f
     range * (share - exact).abs().min(1.0)
 }
 
-/// Illuminances over the whole range: every step in the dark, then ever wider ones, and every one beside a node.
+/// Illuminances over the whole range: every step in the dark, then increasing steps, and every value near a node.
 fn lights(nodes: &[Illuminance]) -> Vec<Illuminance> {
     let (dark, bright) = (DARKEST_LX.to_bits(), BRIGHTEST_LX.to_bits());
     let octaves = (f64::from(bright) / f64::from(dark)).log2();
@@ -201,7 +200,7 @@ fn lights(nodes: &[Illuminance]) -> Vec<Illuminance> {
         at.saturating_sub(500)..at.saturating_add(500)
     });
     let mut bits: Vec<u32> = dense.chain(beside).chain(dark..dark + 20_000).collect();
-    // Each light, and its next neighbour.
+    // Each value and its successor.
     bits.extend(bits.clone().into_iter().map(|bits| bits + 1));
     bits.sort_unstable();
     bits.dedup();
@@ -231,7 +230,7 @@ fn more_light_never_gives_less_luminance_but_for_one_step() {
             let step = step / 26_000.0 + given * rounding;
             assert!(given >= last.1 - step, "{light} lx: {given} after {}", last.1);
             last = (luminance, given, pulses);
-            // The nearest entry instead of interpolation.
+            // Nearest entry instead of interpolation.
             let nearest = table.illuminances_lx().into_iter().min_by_key(|node| node.abs_diff(light));
             let ratio = table.l2a(nearest.expect("a node"), interval);
             let naive = Dimming::new(ratio, light, &calibration).luminance_cd_m2.to_num::<f64>();
@@ -260,7 +259,7 @@ fn luminance_and_duty_keep_their_bounds_at_every_node_and_between() {
             }
         }
     }
-    // What 12 bits of duty would give at night: half a step of 26 000/4096 cd/m² of a wanted 1.3.
+    // A duty of 12 bits at night: its half step of 26 000/4096 cd/m² exceeds the required 1.3 cd/m².
     let dim = Duty::from_num(1.3 / 26_000.0);
     assert_eq!((dim.to_num::<f64>() * 4096.0).round(), 0.0);
     assert!((dim.to_num::<f64>() * 26_000.0 - 1.3).abs() < 1e-5);

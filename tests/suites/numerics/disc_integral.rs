@@ -1,4 +1,4 @@
-//! The reference level against values of thirty digits: see `tests/fixtures/light.py`.
+//! The reference level against values with thirty digits: see `tests/fixtures/light.py`.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -10,7 +10,7 @@ use sim::disc::chords::{Chord, Chords};
 use sim::disc::kernel::Exact;
 use sim::disc::outline::Outline;
 
-/// The rows of a table of numbers beside the script that computed it.
+/// The rows of a CSV file next to the script that computed it.
 fn table<const COLUMNS: usize>(name: &str) -> Vec<[f64; COLUMNS]> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name);
     let text = std::fs::read_to_string(&path).expect("a table");
@@ -47,7 +47,7 @@ impl Light {
         format!("σ {} px, {:?}, at {}", self.sigma_px, self.outline, self.at)
     }
 
-    /// As the reference level draws it: by chords where there are some, else pixel by pixel.
+    /// The light at the reference level: by chords if available, otherwise by pixel.
     fn drawn(&self) -> f64 {
         match Chords::within(&self.outline, self.sigma_px, REFERENCE) {
             Some(chords) => chords.light(&Exact::new(self.sigma_px), self.at),
@@ -83,7 +83,7 @@ fn far_tails_keep_nine_digits_of_their_own() {
     }
 }
 
-/// Bell, step and difference of steps where they are to be computed, with their values.
+/// A point at which bell, step and difference of steps are computed, with their values.
 struct Edge {
     sigma_px: f64,
     exact: Exact,
@@ -103,7 +103,7 @@ fn edges() -> impl Iterator<Item = Edge> {
     table("edge.csv").into_iter().map(row)
 }
 
-/// The greatest relative error of bells, steps and differences of steps.
+/// Maximum relative error of bells, steps and differences of steps.
 pub fn edge_error() -> f64 {
     let error = |edge: Edge| {
         let Edge { exact, start, end, .. } = edge;
@@ -131,12 +131,12 @@ fn bells_and_steps_do_not_cancel() {
         naive_fails += usize::from((naive_bell / bell - 1.0).abs() > 1e-3);
         naive_fails += usize::from((naive_between / between - 1.0).abs() > 1e-3);
     }
-    // Subtracting what is almost 1 loses all digits where the light is 1e-16 and less.
+    // Subtraction from almost 1 loses all digits of light of 1e-16 and less.
     assert!(naive_fails > 50, "{naive_fails}");
     assert!(edge_error() < 1e-11, "{:e}", edge_error());
 }
 
-/// The places of all pixels that an outline lights, along x or y.
+/// Positions of all pixels that an outline lights, along x or y.
 fn pixels(reach: f64, sigma_px: f64, shift: f64) -> impl Iterator<Item = f64> + Clone {
     let last = (reach + 9.0 * sigma_px + 1.0).ceil() as i64;
     (-last..=last).map(move |at| at as f64 + shift)
@@ -176,7 +176,7 @@ fn no_light_is_lost() {
             let lost = (flux - 1.0).abs();
             assert!(lost < 1e-12, "{outline:?} at σ {sigma_px} px: {lost:e}");
         }
-        // A chord's light is a product of one factor for each axis, and so is its sum.
+        // A chord's light is separable in x and y, and so is its sum.
         if let Some(chords) = Chords::within(&outline, sigma_px, REFERENCE) {
             let kernel = Exact::new(sigma_px);
             let chord = |c: &Chord| {
@@ -191,11 +191,11 @@ fn no_light_is_lost() {
     }
 }
 
-/// The ways that come to mind first fail on these values.
+/// Naive methods fail on these values.
 #[test]
 fn the_naive_ways_miss_these_values() {
     let worst = |error: &dyn Fn(&Light) -> Option<f64>| lights().iter().filter_map(error).fold(0.0, f64::max);
-    // 64 points of the pixel, where there is no blur.
+    // 64 samples per pixel, without blur.
     let sampled = |light: &Light| {
         let Outline::Ellipse(shape) = light.outline else {
             return None;
@@ -210,7 +210,7 @@ fn the_naive_ways_miss_these_values() {
         (light.sigma_px == 0.0).then_some(error)
     };
     assert!(worst(&sampled) > 1e-2, "{}", worst(&sampled));
-    // As many chords for all outlines and blurs.
+    // A fixed number of chords for all outlines and blurs.
     let chords = |light: &Light| {
         let Outline::Ellipse(shape) = light.outline else {
             return None;
@@ -220,7 +220,7 @@ fn the_naive_ways_miss_these_values() {
         (light.sigma_px > 0.0).then(|| error(Exact::new(light.sigma_px)))
     };
     assert!(worst(&chords) > 1e-2, "{}", worst(&chords));
-    // Steps that are both 1 subtracted: all of the light is lost on one side of the tail.
+    // Difference of steps close to 1: loses all light on one side of the tail.
     let subtracted = |light: &Light| {
         let chords = Chords::within(&light.outline, light.sigma_px, REFERENCE)?;
         let kernel = Exact::new(light.sigma_px);

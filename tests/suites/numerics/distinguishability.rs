@@ -1,16 +1,16 @@
-//! B2W and Fisher's criterion where a class or its scatter is missing, and where the two features say the same.
+//! B2W and Fisher's criterion without a class or without scatter, and with collinear features.
 
 use studies::monte_carlo::Evaluation;
 use studies::statistics::{COLLINEAR, Distinguishability, Moments};
 
-/// The definition as it stands in the paper.
+/// The paper's definition.
 fn naive_b2w(on: &Moments, off: &Moments) -> f64 {
     let (a, b) = (on.mean(), off.mean());
     let (s, t) = (on.covariance(), off.covariance());
     ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2)) / (s[0][0] + s[1][1] + t[0][0] + t[1][1])
 }
 
-/// By the inverse of the covariance, its determinant in the denominator.
+/// Fisher's criterion by the inverse covariance, with its determinant in the denominator.
 fn naive_fisher(on: &Moments, off: &Moments) -> f64 {
     let (a, b) = (on.mean(), off.mean());
     let (s, t) = (on.covariance(), off.covariance());
@@ -24,7 +24,7 @@ fn a_class_without_cells_or_without_scatter_makes_no_infinity() {
     let same = |x: f64, count: usize| Moments::of(&vec![[x, 10.0 * x]; count]);
     let scattered = Moments::of(&[[1.0, 10.0], [1.5, 11.0], [1.2, 10.3]]);
     let nothing = Moments::default();
-    // On, Off, and whether their B2W is defined.
+    // On, Off, and whether B2W is defined.
     let cases = [
         ("no noise at all", same(1.5, 500), same(0.5, 700), None),
         ("On looks like Off, without noise", same(1.0, 500), same(1.0, 700), None),
@@ -49,7 +49,7 @@ fn a_class_without_cells_or_without_scatter_makes_no_infinity() {
         assert!(ours.fisher.is_none_or(f64::is_finite), "{name}: {ours:?}");
     }
     assert!(naive_fails >= 5, "{naive_fails}");
-    // A class of which nothing was seen is not one at (0, 0).
+    // A class without samples is not a class at (0, 0).
     assert!(naive_b2w(&scattered, &nothing) > 100.0);
     assert_eq!(Evaluation::default().distinguishability(), Distinguishability::default());
 }
@@ -63,7 +63,7 @@ fn one_led_of_a_class_is_enough_where_the_other_scatters() {
     assert!(b2w > 600.0 && fisher > b2w, "{ours:?}");
 }
 
-/// A feature that never varies adds nothing, unless it tells the classes apart.
+/// A constant feature adds nothing, unless it separates the classes.
 #[test]
 fn a_feature_that_never_varies_leaves_the_other_one_s_criterion() {
     let with = |gri_on: f64| {
@@ -75,7 +75,7 @@ fn a_feature_that_never_varies_leaves_the_other_one_s_criterion() {
     assert_eq!((with(5.0).1, with(6.0).1), (Some(8.0), None));
 }
 
-/// Features (x, x + y/2^k), in units of very different size: 1 − ρ² is about 4^−k.
+/// Features (x, x + y/2^k) in units of very different scale: 1 − ρ² is about 4^−k.
 fn nearly_collinear(k: i32) -> ([Moments; 2], f64) {
     let (wide, narrow) = (2f64.powi(13), 2f64.powi(-13));
     let part = 2f64.powi(-k);
@@ -91,7 +91,7 @@ fn nearly_collinear(k: i32) -> ([Moments; 2], f64) {
         values(class).for_each(|pair| moments.push(scaled(pair)));
         moments
     };
-    // The criterion does not change with a linear map of the features: that of (x, y), from whole numbers.
+    // The criterion is invariant under linear maps of the features: computed for (x, y) in integers.
     let sums = |class| {
         values(class).fold([0i128; 5], |s, [x, y]| {
             let (x, y) = (i128::from(x), i128::from(y));
@@ -118,7 +118,7 @@ fn fisher_s_criterion_is_right_or_undefined_however_alike_the_features_are() {
             defined += 1;
             assert!((fisher / exact - 1.0).abs() < 1e-6, "2^−{k}: {fisher} for {exact}");
         }
-        // Defined as long as 1 − ρ² is above its bound.
+        // Defined while 1 − ρ² exceeds its bound.
         let rest = 4f64.powi(-k);
         assert!(ours.is_some() || rest < 4.0 * COLLINEAR, "2^−{k}");
     }

@@ -1,7 +1,7 @@
-//! One table of the error of every approximate function in the workspace: its limit, and what a dense sweep finds.
+//! A table of the errors of all approximate functions in the workspace: their limits, and the results of dense sweeps.
 //!
-//! `cargo test -p vocc-tests --test numerics error_limits -- --nocapture` prints it. Limits are the constants that the functions'
-//! modules declare, where they declare one.
+//! `cargo test -p vocc-tests --test numerics error_limits -- --nocapture` prints it. Limits are constants of the functions' modules, where
+//! declared.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ use tx_firmware::power::EXP2_ERROR;
 use crate::disc_integral;
 use crate::sweeps::*;
 
-/// How an error is counted.
+/// Kind of error.
 enum Of {
     Absolute,
     Relative,
@@ -31,17 +31,16 @@ struct Row {
     of: Of,
     limit: f64,
     measure: fn() -> f64,
-    /// Where the limit does not hold, and what does.
+    /// Where the limit does not apply, and which does.
     exceptions: &'static str,
 }
 
 const NONE: &str = "none";
 
-/// A limit so many times above what is ever seen would let through what it is there to stop.
+/// Maximum ratio of a limit to the observed error; a looser limit would miss regressions.
 const LOOSEST: f64 = 10.0;
 
-/// Half a count of the shortest period: pulses of 13 counts that should be 13.5 leave of the 972 counts that the shortest exposure bears
-/// this part.
+/// Half a count of the shortest period: pulses of 13 counts instead of 13.5 lose this fraction of the 972 counts in the shortest exposure.
 const HALF_COUNT: f64 = 0.5 / (972.0 * 13.0 / 13.5);
 
 fn table() -> Vec<Row> {
@@ -226,7 +225,7 @@ fn every_approximate_function_keeps_its_limit() {
     }
 }
 
-/// micromath's functions where ours are, and the limits that they would have to keep.
+/// micromath's functions in place of ours, with the limits that would apply.
 fn micromath() -> [(&'static str, f64, f64); 5] {
     [
         (

@@ -1,4 +1,4 @@
-//! Fisher's discriminant of features that say the same, and two clusters where there are none.
+//! Fisher's discriminant with collinear features, and two clusters in data that have none.
 
 use link::panel::{LEDS, PanelFrame};
 use rx_pipeline::detect::{DetectError, Detector, Fisher, FisherError, FisherFeatures, FisherScaling};
@@ -12,14 +12,14 @@ fn level(led: usize) -> f32 {
     f32::from(u8::from(BITS.led(led)))
 }
 
-/// Panels whose GRI is their AGR in other units, but for `noise` of the contrast.
+/// Panels whose GRI is proportional to AGR, except for `noise` relative to the contrast.
 fn collinear(panel: usize, noise: f32) -> Features {
     let agr = |led: usize| 1.0 + 0.3 * level(led) + 0.05 * spread(64 * panel + led, 0.618_034);
     let doubt = |led: usize| noise * 0.3 * spread(64 * panel + led, 0.754_878);
     features(agr, |led| 100.0 * (agr(led) + doubt(led) - 1.0))
 }
 
-/// Means and covariance within the classes, and their inverse, by the formulas.
+/// Means and inverse covariance within the classes, by the textbook formulas.
 fn naive_weights(panels: &[Features]) -> ([f64; 2], f64) {
     let cells = || {
         panels
@@ -50,7 +50,7 @@ fn naive_weights(panels: &[Features]) -> ([f64; 2], f64) {
 #[test]
 fn fisher_learns_from_features_that_say_the_same() {
     let training: Vec<Features> = (0..20).map(|panel| collinear(panel, 0.0)).collect();
-    // Read with a noise of 3 % of the contrast that the training did not see.
+    // Test data with a noise of 3 % of the contrast, absent from the training.
     let unseen: Vec<Features> = (20..120).map(|panel| collinear(panel, 0.03)).collect();
     let (weights, offset) = naive_weights(&training);
     let naive_errors: usize = unseen
@@ -87,7 +87,7 @@ fn fisher_refuses_features_that_never_vary() {
     assert_eq!(trained, Err(FisherError::Singular));
 }
 
-/// Features of little noise, AGR and GRI in units of their own.
+/// Features with little noise, AGR and GRI in different units.
 fn scaled(panel: usize, [agr, gri]: [f32; 2]) -> Features {
     let noise = |led: usize, step| 0.2 * spread(64 * panel + led, step);
     Features {
@@ -119,7 +119,7 @@ fn scales_of_1e_minus_4_against_1e4_change_no_bit() {
             raw_errors += raw.distance(BITS);
         }
     }
-    // In raw features the noise of the greater one decides.
+    // In raw features the noise of the larger one dominates.
     assert!(raw_errors > 500, "{raw_errors}");
 }
 
@@ -143,7 +143,7 @@ fn kmeans_reads_one_led_of_64_at_any_scale() {
     }
 }
 
-/// Lloyd's algorithm as it comes to mind: each centre the mean of its points, from two given points.
+/// Textbook Lloyd's algorithm: each centre is the mean of its points, from two start points.
 fn naive_kmeans(points: &[[f32; 2]], mut centres: [[f32; 2]; 2]) -> [[f32; 2]; 2] {
     for _ in 0..10 {
         let (mut sums, mut counts) = ([[0.0; 2]; 2], [0.0; 2]);
@@ -164,7 +164,7 @@ fn identical_points_are_one_class_and_no_nan() {
     let points = [[1.0, 2.0]; LEDS];
     let naive = naive_kmeans(&points, [points[0], points[1]]);
     assert!(naive[1][0].is_nan(), "{naive:?}");
-    // Grey varies, so that there is contrast; the features that k-means goes by do not.
+    // Grey varies, so that there is contrast; the features of k-means do not.
     let alike = Features {
         mean_grey: std::array::from_fn(|led| 100.0 + led as f32),
         ..features(|_| 1.0, |_| 2.0)
@@ -178,7 +178,7 @@ fn identical_points_are_one_class_and_no_nan() {
     ));
 }
 
-/// All cells of the same GRI: both clusters would start from one cell, were it not for AGR.
+/// All cells have the same GRI: without AGR both clusters would start from one cell.
 #[test]
 fn clusters_that_start_from_one_point_part_by_the_other_feature() {
     let panel = features(|led| 1.0 + level(led), |_| 7.0);
@@ -190,7 +190,7 @@ fn clusters_that_start_from_one_point_part_by_the_other_feature() {
     }
 }
 
-/// All On or all Off: noise is all there is. It is split, or refused; either way every number is one.
+/// All On or all Off: only noise. It is split or refused; in either case every number is finite.
 #[test]
 fn panels_of_one_class_are_refused_or_split_with_finite_doubt() {
     for noise in [0.0, 1e-7, 1e-3, 0.1] {

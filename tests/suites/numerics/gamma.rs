@@ -1,4 +1,4 @@
-//! From light to grey levels at the ends of what light can be: gamma, ISO, exposure and the LED-to-ambient ratio.
+//! Light to grey levels at the extremes: gamma, ISO, exposure and LED-to-ambient ratio.
 
 use link::panel::PanelFrame;
 use micromath::F32Ext;
@@ -12,7 +12,7 @@ use sim::scene::{L2a, Scene};
 
 const GAMMAS: [f64; 5] = [1.0, 1.8, 2.2, 2.4, 4.0];
 
-/// Linear values that are none, or at the ends of the type.
+/// Linear values that are invalid, or at the limits of the type.
 const ODD: [f32; 14] = [
     0.0,
     -0.0,
@@ -51,11 +51,11 @@ fn the_gamma_curve_is_defined_at_0_at_subnormal_and_at_huge_light() {
             assert!((back - level).abs() < 1e-12, "level {level}: {back}");
         }
     }
-    // The definition alone is no number of what is none.
+    // The bare definition returns NaN for negative light.
     assert!((118.0 * (-1f64).powf(1.0 / 2.2)).is_nan());
 }
 
-/// What `micromath`'s powers would make of the curve, without rounding.
+/// The curve with `micromath`'s powers, without rounding.
 fn by_micromath(light: f32) -> f64 {
     (118.0 * F32Ext::powf(light, 1.0 / 2.2)).min(255.0).into()
 }
@@ -106,7 +106,7 @@ fn the_automatic_exposure_stays_within_its_limits_from_starlight_to_snow() {
                     assert!((camera.iso_min..=camera.iso_max).contains(&exposure.iso));
                     assert!(exposure.time_s > 0.0 && exposure.time_s <= camera.exposure_max_s);
                     assert!(exposure.background > 0.0 && exposure.background.is_finite());
-                    // Where neither end is reached the background is where the meter wants it.
+                    // Within the ISO limits, the background is at the meter's target.
                     let is_free = exposure.iso > camera.iso_min && exposure.iso < camera.iso_max;
                     let wanted = 2f64.powf(camera.exposure_bias_ev);
                     assert!(!is_free || (exposure.background / wanted - 1.0).abs() < 1e-12);
@@ -121,7 +121,7 @@ fn the_ratio_is_finite_for_leds_without_light_and_without_reflection() {
     let scene = scene(&[]);
     let exposure = Exposure::of(&scene);
     let panel = &scene.panels[0];
-    // L/(E·R) of a panel that reflects nothing.
+    // L/(E·R) of a panel without reflection.
     let [luminance, reflected] = [0.0f64, 0.0];
     assert!((luminance / reflected).is_nan());
     for reflectance in [0.0, 0.01, 0.4, 1.0] {
@@ -151,7 +151,7 @@ fn light_that_cannot_be_is_refused_with_its_value() {
             assert!(text.contains(key) && text.contains("must be"), "{text}");
         }
     }
-    // The same without a file: whoever sets the fields is told so too.
+    // Scenes without a file are validated too.
     for illuminance in [0.0, -5.0, f64::NAN, f64::INFINITY] {
         let mut scene = scene(&[]);
         scene.ambient.illuminance_lx = illuminance;

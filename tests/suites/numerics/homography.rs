@@ -1,11 +1,11 @@
-//! Panels that are almost a line, tiny, huge, or far from the frame's corner; pixels on the borders of cells.
+//! Panels that are almost a line, tiny, huge, or far from the frame's origin; pixels on cell borders.
 
 use rx_pipeline::cells::{CellMap, CellsError};
 use rx_pipeline::corners::{Corners, CornersError};
 
 const UNIT: [[f64; 2]; 4] = [[0.0, 0.0], [7.0, 0.0], [7.0, 7.0], [0.0, 7.0]];
 
-/// Heckbert's formulas in f32, and the inverse by cofactors: what comes to mind first on a small processor.
+/// Heckbert's formulas in f32 with the cofactor inverse: the obvious choice on a small processor.
 struct Naive {
     forward: [[f32; 3]; 3],
     inverse: [[f32; 3]; 3],
@@ -37,7 +37,7 @@ impl Naive {
         [u / w, v / w]
     }
 
-    /// From the panel to the image and back.
+    /// Error from panel to image and back.
     fn round_trip(&self, [u, v]: [f64; 2]) -> f64 {
         let there = Self::project(&self.forward, [u as f32, v as f32]);
         let [p, q] = Self::project(&self.inverse, there);
@@ -45,8 +45,7 @@ impl Naive {
     }
 }
 
-/// The furthest that a point of the panel is from itself, in pitches, after a way to the image and back; and the furthest that a corner
-/// is from where it was said to be, in px.
+/// Maximum round-trip error of a panel point, in pitches; and maximum distance of a mapped corner from its input, in px.
 fn errors(corners: &Corners) -> [f64; 2] {
     let homography = corners.homography();
     let (mut back, mut there) = (0.0f64, 0.0f64);
@@ -70,7 +69,7 @@ fn corners_nearly_on_a_line_are_exact_or_refused() {
     let (mut accepted, mut refused) = (0, 0);
     for k in 0..=26 {
         let bend = 300.0 * 0.5f32.powi(k);
-        // A sliver; a square of which one corner has all but left; a square pressed flat along its diagonal.
+        // A sliver; a square with one corner moved almost onto the diagonal; a square flattened along its diagonal.
         for points in [
             [[100.0, 100.0], [900.0, 100.0], [900.0, 100.0 + bend], [100.0, 100.0 + bend]],
             [[100.0, 100.0], [900.0, 100.0], [500.0 + bend, 500.0 + bend], [100.0, 900.0]],
@@ -100,7 +99,7 @@ fn corners_nearly_on_a_line_are_exact_or_refused() {
     assert!(accepted >= 20 && refused >= 20, "{accepted} and {refused}");
 }
 
-/// A panel turned about the vertical, its nearer side larger: corners as a camera 20 panel widths away sees them.
+/// A panel rotated about the vertical axis: its corners as seen from 20 panel widths away.
 fn turned(degrees: f64, width_px: f64) -> [[f32; 2]; 4] {
     let (sin, cos) = degrees.to_radians().sin_cos();
     UNIT.map(|[u, v]| {
@@ -132,7 +131,7 @@ fn a_panel_seen_edge_on_is_refused_and_until_then_exact() {
             ),
         }
     }
-    // 110 px·cos 84.5° are seven pitches of 1.5 px.
+    // 110 px·cos 84.5° is seven pitches of 1.5 px.
     assert!(
         last_read > 80.0 && last_read <= last_accepted && last_accepted < 85.0,
         "{last_read}° and {last_accepted}°"
@@ -158,14 +157,14 @@ fn a_panel_of_5_px_is_refused_and_one_of_1000_px_is_exact() {
     ));
 }
 
-/// The cell of each pixel by whole numbers alone; corners are whole too.
+/// The cell of each pixel in exact integers; the corners are integers too.
 fn exact_cell(corners: [[i64; 2]; 4], pixel: [i64; 2]) -> Option<usize> {
     let [[x0, y0], [x1, y1], [x2, y2], [x3, y3]] = corners.map(|point| point.map(i128::from));
     let (dx1, dx2, sx) = (x1 - x2, x3 - x2, x0 - x1 + x2 - x3);
     let (dy1, dy2, sy) = (y1 - y2, y3 - y2, y0 - y1 + y2 - y3);
     let one = dx1 * dy2 - dx2 * dy1;
     let (p, q) = (sx * dy2 - dx2 * sy, dx1 * sy - sx * dy1);
-    // 7·determinant times the map.
+    // The map times 7·determinant.
     let [[a, b, c], [d, e, f], [g, h, i]] = [
         [(x1 - x0) * one + p * x1, (x3 - x0) * one + q * x3, 7 * one * x0],
         [(y1 - y0) * one + p * y1, (y3 - y0) * one + q * y3, 7 * one * y0],
@@ -187,20 +186,20 @@ fn exact_cell(corners: [[i64; 2]; 4], pixel: [i64; 2]) -> Option<usize> {
     within.then_some((8 * row + column) as usize)
 }
 
-/// How far a pixel is from the border of its cell, in pitches.
+/// Distance of a pixel from its cell's border, in pitches.
 fn to_border(corners: &Corners, [x, y]: [usize; 2]) -> f64 {
     let position = corners.homography().to_panel([x as f64, y as f64]);
     let distance = |c: f64| (c + 0.5 - (c + 0.5).round()).abs();
     distance(position[0]).min(distance(position[1]))
 }
 
-/// Pixels closer to a border than this, in pitches, may fall to either side of it.
+/// Pixels closer to a border than this, in pitches, may belong to either cell.
 const BORDER: f64 = 1e-4;
 
 #[test]
 fn pixels_belong_to_the_cells_that_whole_numbers_give_them() {
     let (mut on_borders, mut naive_worst) = (0, 0.0f64);
-    // Upright panels whose borders run through pixel centres; then turned and slanted ones, at the far end of a large sensor.
+    // Upright panels with borders through pixel centres; then rotated and slanted ones, at the far end of a large sensor.
     let poses: [([[i64; 2]; 4], bool); 5] = [
         ([[8000, 7000], [8056, 7000], [8056, 7056], [8000, 7056]], true),
         ([[7903, 6905], [7945, 6905], [7945, 6975], [7903, 6975]], true),

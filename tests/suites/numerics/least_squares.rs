@@ -1,5 +1,5 @@
-//! A panel at 150 m, whose LEDs' images all but merge: the operator to be inverted is nearly singular. The solver that the detector begins
-//! with is held against the inverse where it is: `rx-pipeline/src/likelihood/least_squares/tests.rs`.
+//! A panel at 150 m, whose LED images nearly merge: the operator to invert is nearly singular.
+//! `rx-pipeline/src/likelihood/least_squares/tests.rs` compares the detector's initial solver with the exact inverse.
 
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
@@ -7,7 +7,7 @@ use studies::monte_carlo::{Evaluator, Settings};
 
 const FRAMES: u64 = 32;
 
-/// 150 m at night: noise of ISO 32 000.
+/// 150 m at night: noise at ISO 32 000.
 fn scene() -> Scene {
     let overrides = [
         "pose.distance_m=150",

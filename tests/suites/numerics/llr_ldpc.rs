@@ -1,4 +1,4 @@
-//! Soft values at their ends, and codes of which nothing or everything is certain.
+//! Soft values at their limits, and code words of which no bit or every bit is certain.
 
 use labrador_ldpc::LDPCCode;
 use link::camera::Camera;
@@ -14,14 +14,14 @@ use crate::synthetic::{features, spread};
 fn assert_sound(detection: &Detection, what: &str) {
     let is_sound = (0.5..=1.0).contains(&detection.confidence);
     assert!(is_sound, "{what}: confidence {}", detection.confidence);
-    // −128 has no opposite.
+    // −128 cannot be negated.
     let within = detection.soft.0.iter().all(|&llr| llr != Llr::MIN);
     assert!(within, "{what}: {:?}", detection.soft);
 }
 
 #[test]
 fn the_soft_values_of_any_features_are_within_their_range() {
-    // Log-odds by way of probabilities end at 17 nats in f32: 1 − p is 0 from there on.
+    // Log-odds computed from probabilities are limited to 17 nats in f32: beyond, 1 − p is 0.
     let log_odds = |llr: f32| {
         let p = 1.0 / (1.0 + (-llr).exp());
         (p / (1.0 - p)).ln()
@@ -48,7 +48,7 @@ fn the_soft_values_of_any_features_are_within_their_range() {
 
 const SIDE: usize = 48;
 
-/// A frame, each pixel by its place.
+/// A frame from a function of position.
 fn pixels(grey: impl Fn(usize, usize) -> u8) -> Vec<u8> {
     (0..SIDE * SIDE).map(|at| grey(at % SIDE, at / SIDE)).collect()
 }
@@ -73,7 +73,7 @@ fn the_soft_values_of_any_frame_are_within_their_range() {
         read_noise_e,
         ..Camera::default()
     });
-    // Receivers refuse such blurs; the detector by itself must bear them.
+    // Receivers reject such blurs; the detector alone must tolerate them.
     let blurs = [0.0, 20.0, 1e30, f32::INFINITY, f32::NAN].map(|blur_sigma_px| Camera {
         blur_sigma_px,
         ..Camera::default()
@@ -82,7 +82,7 @@ fn the_soft_values_of_any_frame_are_within_their_range() {
         detector.prepare(camera);
         for (name, pixels) in &frames {
             let frame = Frame::new(pixels, SIDE, SIDE).expect("a frame");
-            // Twice: what was learnt from the first must do no harm to the second.
+            // Twice: estimates from the first frame must not harm the second.
             for _ in 0..2 {
                 if let Ok(detection) = detector.detect(&frame, &corners) {
                     assert_sound(&detection, name);
@@ -112,7 +112,7 @@ fn added_soft_values_saturate_instead_of_changing_sides() {
 
 #[test]
 fn what_was_not_received_is_not_read_as_a_message_of_zeros() {
-    // All ratios 0: every parity check holds, and the decoder is content.
+    // All ratios are 0: every parity check holds, and the decoder succeeds.
     let code = LDPCCode::TC128;
     let (mut output, mut signs) = ([1; 32], [0; 64]);
     let mut working = [0i8; LDPCCode::TC128.decode_ms_working_len()];
@@ -137,31 +137,31 @@ fn what_was_not_received_is_not_read_as_a_message_of_zeros() {
     }
 }
 
-/// Messages between the nodes of min-sum decoding are added up in eight bits: they must not wrap.
+/// Min-sum decoding adds messages between nodes in eight bits: they must not wrap.
 #[test]
 fn certain_code_words_decode_and_certain_nonsense_is_refused() {
     assert!([127i8; 4].iter().fold(0i8, |sum, llr| sum.wrapping_add(*llr)) < 0);
     let mut decoder = Decoder::new();
-    // Whole blocks, and short ones most of whose bits are known to be 0.
+    // Full blocks, and short ones with mostly known zero bits.
     let lengths = Code::ALL.map(|code| [(code, code.info_bytes()), (code, 5)]);
     for (code, length) in lengths.into_iter().flatten() {
         let block = Block::new(code, length);
         let info: Vec<u8> = (0..length).map(|k| (k * 151 + 7) as u8).collect();
         for llr in [1, 12, Llr::MAX] {
             let mut panels: Vec<SoftPanel> = block.encode(&info).map(|panel| SoftPanel::certain(panel, llr)).collect();
-            // One bit in a hundred wrong, as certain as the others.
+            // One bit in a hundred is wrong, as certain as the others.
             for error in 0..panels.len() * LEDS / 100 {
                 let led = (error * 97 + 13) % (panels.len() * LEDS);
                 panels[led / LEDS].0[led % LEDS] *= -1;
             }
             assert_eq!(decoder.decode(block, &panels), Ok(&info[..]), "{code} at {llr}");
         }
-        // −128, which no receiver makes, but a file may hold.
+        // −128 never comes from a receiver, but may come from a file.
         let mut lowest: Vec<SoftPanel> = block.encode(&info).map(|panel| SoftPanel::certain(panel, Llr::MAX)).collect();
         let values = lowest.iter_mut().flat_map(|panel| &mut panel.0);
         values.filter(|llr| **llr < 0).for_each(|llr| *llr = Llr::MIN);
         assert_eq!(decoder.decode(block, &lowest), Ok(&info[..]), "{code}");
-        // All Off is a code word; random bits, all of them certain, are none.
+        // All Off is a code word; random certain bits are not.
         let off = vec![SoftPanel([-Llr::MAX; LEDS]); block.panels()];
         assert_eq!(decoder.decode(block, &off), Ok(&vec![0; info.len()][..]), "{code}");
         let nonsense: Vec<SoftPanel> = (0..block.panels() as u64)

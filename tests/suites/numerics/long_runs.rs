@@ -10,7 +10,7 @@ use studies::statistics::{FrameErrors, Moments};
 use tx_firmware::ambient::{Ambient, DARKEST_LX, Smoothing};
 use vocc_tests::{all_cases, naive};
 
-/// Frames of an hour at 100 a second.
+/// Frames in an hour at 100 frames per second.
 const HOUR: u64 = 360_000;
 
 #[test]
@@ -21,7 +21,7 @@ fn a_simulated_hour_of_two_clocks_gathers_no_error() {
     let mut worst = 0.0f64;
     for frame in 0..=HOUR {
         let moment = Moment::of(&scene, &exposure, 1, frame);
-        // 90.9 symbols a second, 1.0002 times as fast, a hundredth of a second a frame: in units of 10⁻⁸ symbols.
+        // 90.9 symbols per second, 1.0002 times as fast, 0.01 s per frame: in units of 10⁻⁸ symbols.
         let exact = u128::from(frame) * 909 * 10_002 * 10 + 25_000_000;
         let (whole, rest) = (exact / 100_000_000, exact % 100_000_000);
         let apart = (moment.symbol as f64 - whole as f64) + (moment.since_change_s / moment.symbol_s - rest as f64 * 1e-8);
@@ -31,7 +31,7 @@ fn a_simulated_hour_of_two_clocks_gathers_no_error() {
     assert!(worst < 1e-9, "{worst:e} symbols");
 }
 
-/// Equal clocks, every frame at the start of a symbol: adding periods up loses symbols, dividing does not.
+/// Equal clocks, every frame at the start of a symbol: summing periods loses symbols, dividing does not.
 #[test]
 fn frames_that_begin_with_their_symbols_stay_in_them_for_an_hour() {
     let scene = Scene::load("paper", &["link.phase=0".into()]).expect("a scene");
@@ -47,7 +47,7 @@ fn frames_that_begin_with_their_symbols_stay_in_them_for_an_hour() {
     assert!(naive_wrong > 1000, "{naive_wrong}");
 }
 
-/// A panel that looks random, another for each symbol.
+/// A pseudo-random panel for each symbol.
 fn shown(symbol: u64) -> SoftPanel {
     let mixed = (symbol + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mixed = (mixed ^ mixed >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -68,7 +68,7 @@ fn the_receiver_counts_an_hour_of_drifting_symbols_to_the_last_one() {
                 expected = symbol_of(frame);
             }
         }
-        // By the frames' number alone.
+        // From the frame number alone.
         let naive = (0.35 + (HOUR - 1) as f64 * 0.9) as u64;
         let last = symbol_of(HOUR - 1);
         assert_eq!(clock.current().map(u64::from), Some(last));
@@ -76,7 +76,7 @@ fn the_receiver_counts_an_hour_of_drifting_symbols_to_the_last_one() {
     }
 }
 
-/// A filter in steps of 1/4096 lx that truncates stops where its share of the distance is less than a step.
+/// A truncating filter in steps of 1/4096 lx stops where its fraction of the difference is below a step.
 #[test]
 fn an_hour_of_steady_light_is_read_as_it_is() {
     let share_bits = 7;
@@ -86,7 +86,7 @@ fn an_hour_of_steady_light_is_read_as_it_is() {
     }
     assert!(f64::from(naive) < 0.5 * f64::from(target), "{naive} of {target}");
     for light in [0.02, 1.0, 317.0, 100_000.0] {
-        // Settled somewhat darker and somewhat brighter, within the band in which the filter is slowest.
+        // Start values slightly darker and brighter, within the filter's slowest band.
         for start in [0.93, 1.07] {
             let mut ambient = Ambient::new(U12F20::ONE, Smoothing::default());
             let reading = I32F32::from_num(light);
@@ -95,7 +95,7 @@ fn an_hour_of_steady_light_is_read_as_it_is() {
                 ambient.sense(reading);
             }
             let read = ambient.illuminance_lx().expect("light").to_num::<f64>();
-            // A step of the type, and what truncation in steps of 2⁻²⁶ octaves leaves at a share of 1/100.
+            // A step of the type, plus the truncation error in steps of 2⁻²⁶ octaves at a fraction of 1/100.
             let bound = 1.0 / 4096.0 + light * 2e-5;
             assert!((read - light).abs() <= bound, "{read} lx of {light}");
         }
@@ -107,12 +107,12 @@ fn an_hour_of_steady_light_is_read_as_it_is() {
     assert_eq!(dark.illuminance_lx(), Some(DARKEST_LX));
 }
 
-/// 2¹⁰ values about a large offset, whose mean and variance are known exactly.
+/// 2¹⁰ values about a large offset with exactly known mean and variance.
 fn values() -> impl Iterator<Item = f64> + Clone {
     (0..1024u32).map(|k| 1e6 + f64::from(k * 389 % 1024) / 1024.0)
 }
 
-/// The 2¹⁰ numbers are all the multiples of 1/1024 from 0: their variance, (n² − 1)/12 in units of 1/n².
+/// The 2¹⁰ fractions are all multiples of 1/1024 from 0: their variance is (n² − 1)/12 in units of 1/n².
 const VARIANCE: f64 = (1024.0 * 1024.0 - 1.0) / 12.0 / (1024.0 * 1024.0);
 const MEAN: f64 = 1e6 + 1023.0 / 2048.0;
 
@@ -121,17 +121,17 @@ fn a_thousand_million_samples_keep_mean_and_variance() {
     let mut sorted: Vec<f64> = values().collect();
     sorted.sort_by(f64::total_cmp);
     assert!(sorted.windows(2).all(|pair| pair[1] - pair[0] == 1.0 / 1024.0));
-    // Adding ones up in f32 ends at 2²⁴.
+    // Counting in f32 stops at 2²⁴.
     let end = (1u32 << 24) as f32;
     assert_eq!(end + 1.0, end);
-    // 2²⁰ shards of 2¹⁰ each, merged by twos as a run's chunks are.
+    // 2²⁰ shards of 2¹⁰ each, merged pairwise like a run's chunks.
     let shard = Moments::of(&values().map(|x| [x, -x]).collect::<Vec<_>>());
     let mut total = shard;
     let mut one_by_one = Moments::default();
     for doubling in 0..20 {
         let half = total;
         total.merge(&half);
-        // And a long row of small ones added to a large one.
+        // And many small ones merged into a large one.
         for _ in 0..1 << doubling {
             one_by_one.merge(&shard);
         }
@@ -158,12 +158,12 @@ fn a_thousand_million_frames_keep_their_error_rate() {
     assert_eq!((errors.frames(), errors.errors()), (1 << 30, 1 << 28));
     assert_eq!(errors.rate(), 1.0 / 256.0);
     let [low, high] = errors.interval_95();
-    // Binomial of frames: 4/64 · √(1/16·15/16/2³⁰).
+    // Binomial over frames: 4/64 · √(1/16·15/16/2³⁰).
     let deviation = 4.0 / 64.0 * (1.0f64 / 16.0 * 15.0 / 16.0).sqrt() / 2f64.powi(15);
     assert!((high - low - 3.92 * deviation).abs() < 0.4 * deviation, "{low} to {high}");
 }
 
-/// The same value by value: a million of them, or 10⁹ where all cases are asked for, in half a minute.
+/// The same one value at a time: a million, or with all cases 10⁹ in half a minute.
 #[test]
 fn samples_one_by_one_keep_mean_and_variance() {
     let count = if all_cases() { 1 << 30 } else { 1 << 20 };

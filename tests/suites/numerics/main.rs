@@ -1,6 +1,6 @@
-//! Hard cases: where floating and fixed point go wrong, that the ways that come to mind first do, and that ours do not.
+//! Hard cases for floating and fixed point: naive methods fail on them, and ours do not.
 //!
-//! `docs/numerics.md` says what each is about. The whole suite: `cargo test -p vocc-tests --test numerics`.
+//! `docs/numerics.md` describes each. The whole suite: `cargo test -p vocc-tests --test numerics`.
 
 mod control;
 mod disc_integral;

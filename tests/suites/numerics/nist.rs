@@ -1,9 +1,9 @@
-//! The nine univariate sets of NIST's Statistical Reference Datasets (www.itl.nist.gov/div898/strd/univ/homepage.html) with their
-//! certified values. Made-up sets and the digits of π are computed, the measured ones stand here as published.
+//! The nine univariate sets of NIST's Statistical Reference Datasets (www.itl.nist.gov/div898/strd/univ/homepage.html) with their certified
+//! values. Synthetic sets and the digits of π are computed, measured ones are copied as published.
 
-/// One set.
+/// A data set.
 pub struct DataSet {
-    /// Its name there.
+    /// NIST's name for it.
     pub name: &'static str,
     /// Its values.
     pub values: Vec<f64>,
@@ -13,7 +13,7 @@ pub struct DataSet {
     pub deviation: f64,
 }
 
-/// All nine, from the lower to the higher level of difficulty.
+/// All nine, by increasing difficulty.
 pub fn data_sets() -> Vec<DataSet> {
     let set = |name, values, mean, deviation| DataSet {
         name,
@@ -34,18 +34,18 @@ pub fn data_sets() -> Vec<DataSet> {
     ]
 }
 
-/// The decimals, as doubles: whole numbers over a power of ten are rounded once, as decimals are.
+/// The decimals as doubles: an integer over a power of ten is rounded once, like a decimal.
 fn numbers(scaled: &[i32], scale: f64) -> Vec<f64> {
     scaled.iter().map(|&n| f64::from(n) / scale).collect()
 }
 
-/// `first`, then 500 times `low` and `high`.
+/// `first`, then `low` and `high` alternating 500 times.
 fn alternating(first: f64, low: f64, high: f64) -> Vec<f64> {
     let pairs = std::iter::repeat_n([low, high], 500).flatten();
     std::iter::once(first).chain(pairs).collect()
 }
 
-/// The first 5000 digits of π, but for one: NIST's 957th is a 3, that of π an 8, and the certified values are those of the 3.
+/// The first 5000 digits of π, except one: NIST's 957th digit is 3 instead of 8, and the certified values match the 3.
 fn pi_digits() -> Vec<f64> {
     let mut digits = digits_of_pi(5000);
     assert_eq!(digits[956], 8.0, "π");
@@ -57,7 +57,7 @@ fn pi_digits() -> Vec<f64> {
 fn digits_of_pi(count: usize) -> Vec<f64> {
     let mut remainders = vec![2; count * 10 / 3 + 2];
     let mut digits: Vec<usize> = Vec::new();
-    // A predigit may yet be raised by a carry.
+    // A carry may still raise a predigit.
     while digits.len() < count + 10 {
         let mut carry = 0;
         for place in (0..remainders.len()).rev() {

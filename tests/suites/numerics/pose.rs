@@ -1,5 +1,5 @@
-//! Poses of panels that tell little: 200 m off, and nearly edge on. What is solved in f32 without care for units is wrong there; the
-//! receiver's estimate is as wrong as it says.
+//! Poses of panels with little information: 200 m away, and nearly edge-on. An unscaled solution in f32 is wrong; the receiver's errors
+//! match its covariance.
 
 use glam::{DMat3, DVec3};
 use nalgebra::{Cholesky, SMatrix, SVector};
@@ -9,16 +9,16 @@ use rand_distr::StandardNormal;
 use rx_pipeline::pose::{PlaneFit, PlaneImage, Pose, PoseMemory};
 use vocc_tests::poses::{image_of, nees};
 
-/// Of a pitch of 60 mm, before a camera of 25 mm and 6.875 µm.
+/// For a pitch of 60 mm; the camera has 25 mm and 6.875 µm.
 const HALF_SIDE_M: f64 = 0.21;
 const FOCAL_PX: f64 = 25e-3 / 6.875e-6;
-/// An LED's place in the image is known to this (px).
+/// Standard deviation of an LED's image position (px).
 const SIGMA_PX: f64 = 0.02;
 
 type Matrix8 = SMatrix<f64, 8, 8>;
 type Vector8 = SVector<f64, 8>;
 
-/// A true pose, the places of its LEDs as they are measured, and the image fitted to them.
+/// A true pose, its measured LED positions, and the fitted image.
 struct Observation {
     place: DVec3,
     rotation: DMat3,
@@ -49,7 +49,7 @@ fn seen(seed: u64, distance_m: f64, yaw_deg: f64) -> Observation {
     }
 }
 
-/// Gauss and Newton on the eight numbers, in units of their own size, from the truth on.
+/// Gauss-Newton on the eight parameters, scaled, from the true values.
 fn fitted(leds: &[([f64; 2], [f64; 2])], (place, rotation): (DVec3, DMat3)) -> PlaneFit {
     let mut image = image_of((place, rotation), HALF_SIDE_M);
     let size = HALF_SIDE_M / place.z;
@@ -87,7 +87,7 @@ fn fitted(leds: &[([f64; 2], [f64; 2])], (place, rotation): (DVec3, DMat3)) -> P
     }
 }
 
-/// Range by the direct linear transform of pixels as they are, by normal equations in f32, and the columns' lengths.
+/// Range by the direct linear transform of unscaled pixels, by normal equations in f32, and the column norms.
 fn naive_range_m(leds: &[([f64; 2], [f64; 2])]) -> f64 {
     let mut normal = SMatrix::<f32, 8, 8>::zeros();
     let mut right = SVector::<f32, 8>::zeros();
@@ -113,7 +113,7 @@ fn naive_range_m(leds: &[([f64; 2], [f64; 2])]) -> f64 {
     f64::from(middle / scale)
 }
 
-/// Errors in standard deviations squared, of six numbers, and the range's errors, ours and naive.
+/// NEES of the pose, range error with its standard deviation, and the naive range error.
 fn trial(seen: &Observation, memory: &mut PoseMemory) -> (f64, f64, f64, f64) {
     let pose = Pose::of_image(&seen.fit, HALF_SIDE_M, memory).expect("a pose");
     let range = pose.numbers().range_m;

@@ -1,4 +1,4 @@
-//! Means, variances and covariances of one value at a time.
+//! Streaming means, variances and covariances.
 
 use link::panel::PanelFrame;
 use properties::prelude::*;
@@ -20,7 +20,7 @@ fn mean_and_variance(moments: &Moments) -> (f64, f64) {
     (moments.mean()[0], moments.covariance()[0][0])
 }
 
-/// Right decimal digits: NIST's log relative error, at most 15.
+/// Correct decimal digits: NIST's log relative error, at most 15.
 fn digits(got: f64, want: f64) -> f64 {
     let error = (got / want - 1.0).abs();
     if error.is_nan() { 0.0 } else { -error.max(1e-15).log10() }
@@ -33,8 +33,8 @@ fn digits_of(set: &DataSet, (mean, variance): (f64, f64)) -> [f64; 2] {
     [digits(mean, set.mean), digits(deviation, set.deviation)]
 }
 
-/// Least digits of the deviation. The certified values have 15; what the last two sets lose is lost in their decimals, which are not
-/// doubles: an offset of 10⁷ leaves 8 digits of a spread of 0.1.
+/// Minimum correct digits of the deviation. The certified values have 15; the last two sets lose digits as their decimals are no doubles:
+/// an offset of 10⁷ leaves 8 digits of a spread of 0.1.
 const NIST_DIGITS: [(&str, f64); 9] = [
     ("PiDigits", 14.0),
     ("Lottery", 14.0),
@@ -61,7 +61,7 @@ fn nist_s_nine_sets_keep_the_digits_that_their_decimals_leave() {
         );
         naive_fails += usize::from(naive[1] < least);
         assert!(ours[0] >= 14.5 && ours[1] >= least, "{name}: {ours:?}");
-        // The values themselves, rounded as they are, have one exact variance.
+        // The rounded values have one exact variance.
         let (_, variance) = mean_and_variance(&moments(set.values.iter().copied()));
         let left = digits(variance, exact_variance(&set.values));
         assert!(left >= 13.0, "{name}: {left} digits of the doubles' own");
@@ -72,7 +72,7 @@ fn nist_s_nine_sets_keep_the_digits_that_their_decimals_leave() {
     assert!(digits_of(numacc4, naive)[1] < 1.0, "{naive:?}");
 }
 
-/// The variance (over n) of doubles, in whole numbers of their last place: rounded once.
+/// The exact variance (over n) of doubles, in integers of their last place, rounded once.
 fn exact_variance(values: &[f64]) -> f64 {
     let smallest = values.iter().fold(f64::INFINITY, |least, x| least.min(x.abs()));
     let are_whole = values.iter().all(|x| x.fract() == 0.0);
@@ -107,7 +107,7 @@ fn an_offset_of_any_size_costs_no_digits() {
         .iter()
         .fold((0.0f64, 0.0f64), |worst, of| (worst.0.max(of.0), worst.1.max(of.1)));
     assert!(worst.0 > 1.0 && worst.1 > 1e-6, "{worst:?}");
-    // From an offset of 2^27 on, no digit is left of the sum of squares.
+    // From an offset of 2^27 on, the sum of squares has no correct digit.
     assert!(of_naive[27..].iter().all(|of| of.0 > 0.1), "{of_naive:?}");
 }
 
@@ -136,14 +136,14 @@ fn shards_of_one_and_of_a_million_merge_to_the_whole() {
     let one = 1e9 + 4096.0;
     let whole = {
         let all = values.iter().copied().chain([one]);
-        // About the offset, where nothing cancels, in two passes.
+        // About the offset, without cancellation, in two passes.
         let centred = all.map(|x| x - 1e9);
         let n = 1_000_001.0;
         let mean = centred.clone().sum::<f64>() / n;
         (mean, centred.map(|x| (x - mean).powi(2)).sum::<f64>() / n)
     };
     let (many, single) = (moments(values.iter().copied()), moments([one]));
-    // What comes to mind first: variances weighed by their counts, as if the means were one.
+    // The naive merge: variances weighted by counts, as if the means were equal.
     let weighed = many.covariance()[0][0] * 1_000_000.0 / 1_000_001.0;
     assert!((weighed / whole.1 - 1.0).abs() > 0.1, "{weighed}");
     for (first, second) in [(many, single), (single, many)] {
@@ -159,7 +159,7 @@ fn shards_of_one_and_of_a_million_merge_to_the_whole() {
 }
 
 properties! {
-    /// Bound: what is left of n additions' rounding, about the first value.
+    /// Bound: rounding errors of n additions, about the first value.
     #[test]
     fn the_order_of_values_hardly_matters(order in Just((0..1000usize).collect::<Vec<_>>()).prop_shuffle()) {
         let values: Vec<f64> = values_about(1e8).collect();
@@ -174,7 +174,7 @@ properties! {
     }
 }
 
-/// The weights that a training finds on one panel, a million times shifted.
+/// The weights trained on one panel, shifted by `offset`.
 fn trained(offset: f32) -> Fisher {
     let bits = PanelFrame::from_bits(0x9a3c_5e71_0f96_c3a5);
     let noise = |k: usize, step: usize| (k * step % 61) as f32 / 61.0;

@@ -1,4 +1,4 @@
-//! Dense sweeps that measure what the approximate functions of [`crate::error_limits`] err by.
+//! Dense sweeps that measure the errors of the approximate functions in [`crate::error_limits`].
 
 use fixed::types::{I6F26, I32F32, U12F20};
 use glam::{DMat2, DVec2};
@@ -21,7 +21,7 @@ use tx_firmware::dimming::{Dimming, Duty};
 use tx_firmware::drive::{Drive, Pulses};
 use tx_firmware::power::exp2;
 
-/// The greatest of some errors; NaN counts as the greatest of all.
+/// The maximum error; NaN is the largest.
 fn worst(errors: impl IntoIterator<Item = f64>) -> f64 {
     errors.into_iter().fold(
         0.0,
@@ -33,7 +33,7 @@ fn worst(errors: impl IntoIterator<Item = f64>) -> f64 {
 
 const STEPS: u32 = 300_000;
 
-/// The relative error of a function of f32 over equal steps.
+/// Maximum relative error of an f32 function over equal steps.
 pub fn relative(from: f64, to: f64, ours: impl Fn(f32) -> f32, exact: impl Fn(f64) -> f64) -> f64 {
     worst((0..=STEPS).map(|k| {
         let x = (from + (to - from) * f64::from(k) / f64::from(STEPS)) as f32;
@@ -41,7 +41,7 @@ pub fn relative(from: f64, to: f64, ours: impl Fn(f32) -> f32, exact: impl Fn(f6
     }))
 }
 
-/// The same over equal steps of the logarithm.
+/// Maximum relative error over equal steps of the logarithm.
 pub fn logarithmic(from: f64, to: f64, ours: impl Fn(f32) -> f32, exact: impl Fn(f64) -> f64) -> f64 {
     worst((0..=STEPS).map(|k| {
         let x = (from * (to / from).powf(f64::from(k) / f64::from(STEPS))) as f32;
@@ -159,7 +159,7 @@ pub fn of_exp2() -> f64 {
     }))
 }
 
-/// A step of the light, as the module's formula has it; in lux that a step of the type is small against.
+/// A step of the ambient light by the module's formula, at illuminances well above the type's step.
 pub fn of_ambient() -> f64 {
     let cases = [(100u16, 100u16), (100, 10_000), (10, 10_000), (1000, 1000), (7, 3000)];
     worst(cases.into_iter().flat_map(|(sample_period_ms, time_ms)| {
@@ -176,14 +176,14 @@ pub fn of_ambient() -> f64 {
             worst((1..=60).map(|reading| {
                 let light = ambient.sense(I32F32::from_num(to)).to_num::<f64>();
                 let exact = f64::from(to).log2() + (f64::from(from) / f64::from(to)).log2() * decay.powi(reading);
-                // Half a step of the result is the type's.
+                // Subtracts half a step of the result, the type's rounding.
                 (light.log2() - exact).abs() - (0.5 / 4096.0 / light) / std::f64::consts::LN_2
             }))
         })
     }))
 }
 
-/// A dimming at the ratio 2, and the luminance in doubles.
+/// Dimmings at the ratio 2, and their luminance in doubles.
 fn dimmings() -> impl Iterator<Item = (Dimming, f64)> {
     let calibration = Calibration::new(BENCH).expect("a panel");
     (0..200_000).map(move |k| {

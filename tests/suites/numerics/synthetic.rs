@@ -1,9 +1,9 @@
-//! Features and frames made up for a purpose.
+//! Synthetic features and frames.
 
 use link::panel::LEDS;
 use rx_pipeline::features::Features;
 
-/// Features whose AGR is `agr` and whose GRI is `gri`, cell by cell; grey goes by AGR.
+/// Features with AGR `agr` and GRI `gri` for each cell; grey follows AGR.
 pub fn features(agr: impl Fn(usize) -> f32, gri: impl Fn(usize) -> f32) -> Features {
     let agr = std::array::from_fn(agr);
     Features {
@@ -16,7 +16,7 @@ pub fn features(agr: impl Fn(usize) -> f32, gri: impl Fn(usize) -> f32) -> Featu
     }
 }
 
-/// A number from −1 to 1 that looks random: the fractional parts of multiples of an irrational number are spread evenly.
+/// A pseudo-random number from −1 to 1: the fractional parts of multiples of an irrational number are equidistributed.
 pub fn spread(k: usize, step: f64) -> f32 {
     ((k as f64 * step).fract() * 2.0 - 1.0) as f32
 }

@@ -1,4 +1,4 @@
-//! A cluster of two nodes on the loopback address, of Slurm's own daemons, for as long as it is held.
+//! A Slurm cluster of two nodes on the loopback address, which lives as long as its handle.
 
 use std::fs::File;
 use std::io::Read;
@@ -11,17 +11,17 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use vocc_tests::trials::Unready;
 
-/// What Debian calls the parts.
+/// Debian's package names.
 const PACKAGES: &str = "slurmctld slurmd slurm-client munge";
 const PROGRAMS: [&str; 5] = ["slurmctld", "slurmd", "sbatch", "munged", "munge"];
-/// Where daemons are, which users may not have on their path.
+/// Search path with the daemons' folders, which a user's path may lack.
 const PATH: &str = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin";
-/// The nodes' names.
+/// The node names.
 pub const NODES: [&str; 2] = ["n1", "n2"];
-/// Longer than daemons take to find each other.
+/// Timeout for the daemons to connect.
 const START: Duration = Duration::from_secs(40);
 
-/// Daemons, and where they live.
+/// The daemons and their folder.
 pub struct Cluster {
     daemons: Vec<(&'static str, Child)>,
     folder: TempDir,
@@ -43,12 +43,12 @@ impl Cluster {
         Ok(cluster)
     }
 
-    /// A folder that all nodes see.
+    /// A folder shared by all nodes.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
 
-    /// A command that finds this cluster.
+    /// A command configured for this cluster.
     pub fn command(&self, program: impl AsRef<std::ffi::OsStr>) -> Command {
         let mut command = Command::new(program);
         command
@@ -58,13 +58,13 @@ impl Cluster {
         command
     }
 
-    /// What a command of Slurm prints; nothing where it fails or does not come back.
+    /// The output of a Slurm command; empty if it fails or hangs.
     pub fn ask(&self, program: &str, arguments: &[&str]) -> String {
         let output = self.command("timeout").arg("10").arg(program).args(arguments).output();
         output.map_or(String::new(), |output| String::from_utf8_lossy(&output.stdout).into_owned())
     }
 
-    /// One value of `scontrol show job`, such as JobState.
+    /// A field of `scontrol show job`, for example JobState.
     pub fn of_job(&self, job: &str, key: &str) -> String {
         let shown = self.ask("scontrol", &["-o", "show", "job", job]);
         let words = shown.split_whitespace();
@@ -87,7 +87,7 @@ impl Cluster {
         }
     }
 
-    /// Takes the power from a node: its daemon and all that runs on it are gone at once.
+    /// Kills a node: its daemon and all its processes at once.
     pub fn kill_node(&mut self, node: &str) {
         for (name, daemon) in &mut self.daemons {
             if *name == node {
@@ -96,7 +96,7 @@ impl Cluster {
             }
         }
         let processes = self.processes_of(node);
-        // First those that would tell of the others' deaths.
+        // First the parents, which would report their children's deaths.
         let parents = processes.iter().filter_map(|&process| parent(process));
         let parents = parents.filter(|parent| !processes.contains(parent) && *parent > 1);
         for process in parents.chain(processes.iter().copied()) {
@@ -130,13 +130,13 @@ impl Cluster {
 
     fn start(&mut self) -> std::io::Result<()> {
         let folder = self.folder().to_owned();
-        // The socket of the keys' daemon must be open to all users.
+        // The socket of the munge daemon must be accessible to all users.
         std::fs::set_permissions(&folder, PermissionsExt::from_mode(0o755))?;
         ["spool", "state", "log"]
             .iter()
             .try_for_each(|name| std::fs::create_dir(folder.join(name)))?;
         let key = folder.join("munge.key");
-        // Whoever knows the key may run anything on the nodes.
+        // The key permits execution of any command on the nodes.
         let mut random = [0; 1024];
         File::open("/dev/urandom")?.read_exact(&mut random)?;
         std::fs::write(&key, [])?;
@@ -165,7 +165,7 @@ impl Cluster {
         Ok(())
     }
 
-    /// Starts a daemon that ends with this process, however that ends.
+    /// Starts a daemon that is killed with this process, however that ends.
     fn daemon(&mut self, name: &'static str, command: &Command) -> std::io::Result<()> {
         let log = File::create(self.folder().join("log").join(format!("{name}.out")))?;
         let daemon = Command::new("setpriv")
@@ -208,7 +208,7 @@ impl Cluster {
     }
 }
 
-/// Ends the daemons, the nodes first.
+/// Stops the daemons, the nodes first.
 impl Drop for Cluster {
     fn drop(&mut self) {
         for (_, daemon) in self.daemons.iter_mut().rev() {
@@ -230,7 +230,7 @@ fn is_installed(program: &str) -> bool {
 fn configuration(folder: &Path) -> std::io::Result<String> {
     let host = word(Command::new("hostname").arg("-s"));
     let user = word(Command::new("id").arg("-un"));
-    // Held together, so that they differ.
+    // Held together so that the ports differ.
     let listeners = [0; 3].map(|_| TcpListener::bind("127.0.0.1:0"));
     let [mut controller, mut first, mut second] = [0; 3];
     for (port, listener) in [&mut controller, &mut first, &mut second].into_iter().zip(listeners) {

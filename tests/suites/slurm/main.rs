@@ -1,6 +1,6 @@
-//! Sweeps on a cluster: Slurm itself, on this computer's loopback address, with two nodes of one processor each.
+//! Sweeps on a cluster: Slurm on this computer's loopback address, with two nodes of one processor each.
 //!
-//! Where Slurm is absent (`tests/run` installs it), these tests are skipped. That of a dead node takes a minute and is run on request:
+//! Skipped if Slurm is absent (`tests/run` installs it). The test of a dead node takes a minute and runs on request:
 //!
 //! ```text
 //! VOCC_TEST_CASES=all cargo test -p vocc-tests --test slurm
@@ -17,7 +17,7 @@ use vocc_tests::{all_cases, programs, tests};
 
 use crate::cluster::Cluster;
 
-/// What the tests run.
+/// Resources of the tests.
 struct Setting {
     cluster: Cluster,
     vocc: PathBuf,
@@ -33,7 +33,7 @@ fn main() -> ExitCode {
     ];
     let on_request = tests![sweeps::a_node_that_dies_in_mid_shard_changes_nothing];
     let slow = all_cases().then_some(on_request).into_iter().flatten();
-    // They share two processors.
+    // The tests share two processors.
     trials::run("sweeps with Slurm", Some(1), tests.into_iter().chain(slow), provide)
 }
 

@@ -1,4 +1,4 @@
-//! What becomes of a sweep on a cluster, against the same sweep in one process.
+//! Compares sweeps on a cluster with the same sweep in one process.
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -9,24 +9,24 @@ use serde_json::Value;
 use crate::Setting;
 use crate::cluster::Cluster;
 
-/// Longer than the jobs of one test take on a busy computer.
+/// Exceeds the time of one test's jobs on a busy computer.
 const PATIENCE: Duration = Duration::from_secs(240);
 
-/// A sweep in a folder of its own.
+/// A sweep in its own folder.
 struct Case<'a> {
     setting: &'a Setting,
     cluster: &'a Cluster,
     folder: PathBuf,
 }
 
-/// The numbers of the jobs that were submitted.
+/// The numbers of the submitted jobs.
 struct Jobs {
     array: String,
     merge: String,
 }
 
 impl<'a> Case<'a> {
-    /// Some cells have enough errors soon, others never.
+    /// A sweep in which some cells soon have enough errors, and others never.
     fn new(setting: &'a Setting, cluster: &'a Cluster, name: &str, frames: u64) -> Self {
         let folder = cluster.folder().join(name);
         std::fs::create_dir(&folder).expect("a folder");
@@ -90,7 +90,7 @@ pose.distance_m = [45, 70]
         });
     }
 
-    /// How each shard is, as `vocc sweep --status` says.
+    /// Each shard's state, from `vocc sweep --status`.
     fn status(&self) -> Vec<Value> {
         let output = self.vocc(&["sweep", "--status", "jobs", "--json"]);
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -98,7 +98,7 @@ pose.distance_m = [45, 70]
         lines.collect()
     }
 
-    /// The sum of the shards is what one process finds, to the last byte.
+    /// The merged shards equal the result of one process, byte for byte.
     fn assert_is_one_run(&self) {
         let alone = self.vocc(&["sweep", "plan.toml", "--out", "alone"]);
         assert_eq!(alone.status.code(), Some(0));
@@ -130,7 +130,7 @@ pub fn shards_on_a_cluster_are_one_run_byte_for_byte(setting: &Setting) {
 
 pub fn a_shard_that_failed_is_done_again_alone(setting: &Setting) {
     let case = Case::new(setting, &setting.cluster, "failed", 3000);
-    // Where the shard's file should go, something else is in the way.
+    // Something else occupies the path of the shard's file.
     let shard = |index: u64| case.jobs().join(format!("shard-{index:06}-of-000004.json"));
     std::fs::create_dir_all(shard(2).join("in the way")).expect("a folder");
     let jobs = case.submit(4);
@@ -169,7 +169,7 @@ pub fn a_task_that_is_told_to_end_keeps_what_it_has_and_goes_on_later(setting: &
     let file = case.jobs().join("shard-000000-of-000001.json");
     case.wait("the task works", || file.exists());
     std::thread::sleep(Duration::from_millis(1500));
-    // What Slurm does shortly before the time limit.
+    // Slurm sends this shortly before the time limit.
     case.cluster.ask("scancel", &["--batch", "--signal=USR1", &task]);
     case.wait("the task is queued again", || case.cluster.of_job(&task, "Restarts") == "1");
     let status = &case.status()[0];
