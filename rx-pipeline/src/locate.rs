@@ -281,16 +281,16 @@ impl Locator {
         &self.metric
     }
 
-    /// The panel with the highest peak in a single frame.
+    /// The most conspicuous panel in a single frame: that at the highest peak that shows one.
     ///
     /// # Errors
-    /// The [`LocateError`] of the highest peak.
+    /// The first [`LocateError`] of the peaks, from the highest on; without peaks, [`LocateError::NothingStandsOut`].
     pub fn locate<const N: usize>(&self, frame: &Frame<'_>, memory: &mut LocatorMemory<N>) -> Result<Location, LocateError> {
         self.locate_among(frame, &[], &[], Effort::Full, memory, &mut ())
     }
 
-    /// The panel with the highest peak in `frame`, alone or by its change from the `earlier` frames (latest first), other than those
-    /// `known`. Earlier frames of another size are ignored.
+    /// The most conspicuous panel in `frame`, alone or by its change from the `earlier` frames (latest first), other than those `known`.
+    /// Earlier frames of another size are ignored.
     ///
     /// # Errors
     /// As [`Locator::locate`].

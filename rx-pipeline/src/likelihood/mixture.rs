@@ -129,7 +129,7 @@ impl<S: Shares> Guess<S> {
 
 impl<const PIXELS: usize> Model<PIXELS> {
     /// The symbol with soft values `before`, and the one after it, in a frame that shows the end of the one and the beginning of the other;
-    /// `None` if neither `before` nor the levels are known.
+    /// `None` if `before` or the levels are unknown.
     // Not inlined: it would grow the stack of callers that never need it.
     #[inline(never)]
     pub(super) fn two_symbols(

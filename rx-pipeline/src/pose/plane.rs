@@ -7,8 +7,8 @@ use crate::corners::Corners;
 
 /// The image of the panel's plane in directions (x, y, 1) of the camera.
 ///
-/// The place (u, v) of the panel, from −1 at the first line of LEDs to 1 at the last, has the direction `centre + (u·column + v·row)/(1 +
-/// u·tilt[0] + v·tilt[1])`: a homography, in parameters that stay well conditioned at any distance.
+/// The place (u, v) of the panel, from −1 at the first line of LEDs to 1 at the last, has the direction
+/// `centre + (u·column + v·row)/(1 + u·tilt[0] + v·tilt[1])`: a homography, in parameters that stay well conditioned at any distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlaneImage {
     /// The direction of the panel's middle.

@@ -14,8 +14,8 @@ use link::panel::{LEDS, SIDE};
 /// The least lead of the best lattice over those off by a line (count: 2 for an On LED, 3 for a typical one, 1 for a visible Off LED); with
 /// less, their fits are compared. Higher: slower, and lines shown by one LED are doubted.
 const LEAST_LINES_LEAD: i32 = 3;
-/// A place is a typical LED if it differs from 1 by less (share). Higher: a hot pixel or a corner may make a line; lower: lines shown by
-/// one LED are doubted.
+/// A place is a typical LED if its likeness differs from 1 by less (share). Higher: a hot pixel or a corner may make a line; lower: lines
+/// shown by one LED are doubted.
 const JUST_LIKE: f32 = 0.3;
 /// The least excess of an LED of a dim line over the usual Off LED (share of an On LED). Higher: panels with a dim outer line are off by a
 /// line; lower: noise makes lines.
