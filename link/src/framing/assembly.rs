@@ -54,8 +54,8 @@ pub enum AddedSignature {
 
 /// One message in progress.
 ///
-/// Segments that did not decode are kept as sums of their log-likelihood ratios over the repeats; once the message is whole, so is its
-/// signature.
+/// Segments that did not decode are kept as sums of their log-likelihood ratios over the repeats; once the message is whole, its signature
+/// is kept in the same way.
 pub struct Assembly {
     header: Option<Header>,
     soft: [SoftPanel; PAYLOAD_PANELS_MAX],

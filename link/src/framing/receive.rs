@@ -185,7 +185,7 @@ pub struct Delivery<'a> {
     pub message: &'a [u8],
     /// The stamp of the first panel of the first segment that was used.
     pub first_stamp: u64,
-    /// The stamp of the last panel before delivery.
+    /// The stamp of the panel at which it was delivered.
     pub last_stamp: u64,
     /// Wrong payload LEDs, in the readings of its segments that decoded.
     pub corrected_bits: u32,
@@ -277,7 +277,7 @@ impl Track {
         }
     }
 
-    /// Whether `header` starts a repeat of the message at the position after this one.
+    /// Whether `header` is the expected one of this segment, and starts a repeat of the message.
     fn begins_repeat(self, header: Header) -> bool {
         let is_here = self.ends_header() && !self.confirmed && self.missed == 0 && !self.at_signature;
         is_here && header.segment == 0 && self.header == header

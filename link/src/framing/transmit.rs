@@ -9,7 +9,7 @@ use crate::scramble;
 
 const SEGMENT_PANELS_MAX: usize = OVERHEAD_PANELS + CODEWORD_PANELS_MAX;
 
-/// The interval in repeats at which a panel of known size shows its size.
+/// A panel of known size shows its size after the first of every this many repeats.
 const GEOMETRY_REPEATS: u32 = 16;
 
 /// The panels of one message, or of a beacon, repeated without end.

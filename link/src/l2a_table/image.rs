@@ -2,9 +2,9 @@
 //!
 //! All numbers are little-endian and exactly those of the table, so a table and its image are equivalent:
 //!
-//! | bytes | what |
-//! |---|---|
 //! | bytes | content |
+//! |---|---|
+//! | 1 | [`FORMAT`] |
 //! | 1 | n, illuminances: 1 to 16 |
 //! | 1 | m, intervals: 1 to 8 |
 //! | 1 | 0 |

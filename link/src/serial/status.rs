@@ -15,13 +15,13 @@ pub struct Status {
     pub light: Light,
     /// The ambient illuminance in use, lx; `None` before the first reading.
     pub illuminance_lx: Option<Illuminance>,
-    /// The L2A of the table; 0 while the panel is dark before the first reading.
+    /// The wanted L2A: the table's, or that of the safe default without light readings; 0 while the panel is dark before the first reading.
     pub l2a: L2a,
     /// Luminance of an On LED, cd/m².
     pub luminance_cd_m2: U32F32,
     /// The same as a share of full luminance; the greatest number of its type means 1.
     pub duty: U0F32,
-    /// Why the luminance differs from the table's; `None` if it does not.
+    /// Why the luminance differs from the wanted one; `None` if it does not.
     pub limited: Option<Limit>,
     /// The current faults.
     pub faults: Faults,
@@ -67,13 +67,13 @@ pub enum Light {
     Lost,
 }
 
-/// The cause of a deviation from the table's luminance.
+/// The cause of a deviation from the wanted luminance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema)]
 pub enum Limit {
-    /// The table's luminance exceeds the panel's maximum, full luminance or that of its intensity limit: the panel is at the maximum, its
+    /// The wanted luminance exceeds the panel's maximum, full luminance or that of its intensity limit: the panel is at the maximum, its
     /// L2A too low.
     Top,
-    /// The table's luminance is below the shortest pulse: the panel is at that pulse, its L2A too high but not above 4.
+    /// The wanted luminance is below the shortest pulse: the panel is at that pulse, its L2A too high but not above 4.
     Floor,
     /// The shortest pulse would exceed an L2A of 4 or the intensity limit: the panel is dark.
     Off,
