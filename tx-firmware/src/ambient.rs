@@ -147,7 +147,7 @@ impl Ambient {
         self.smooth(BRIGHTEST_LX)
     }
 
-    /// Limits E to at most `most_lx`.
+    /// Reduces E to at most `most_lx`, once; before the first reading, sets it to that.
     pub fn fall_back(&mut self, most_lx: Illuminance) {
         let most = log2(most_lx.clamp(DARKEST_LX, BRIGHTEST_LX));
         self.log2_lx = Some(self.log2_lx.map_or(most, |y| y.min(most)));

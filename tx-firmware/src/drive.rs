@@ -24,8 +24,8 @@
 //! counts could be off by 4 %. T_long is the exposure in dim light, T_short that in the brightest: a camera shortens its exposure only in
 //! bright light ([`exposure_ns`]), and then the panel is bright too.
 //!
-//! With τ_min = 100 ns, 125 MHz, T from 1/1000 s to 1/6300 s and a panel of 26 000 cd/m² (for an L2A of 4 on R = 0.4 at 16 000 lx), `cargo
-//! run -p vocc-tx-firmware --example drive` prints the error at each illuminance. The tests limit ripple and step together to
+//! With τ_min = 100 ns, 125 MHz, T from 1/1000 s to 1/6300 s and a panel of 26 000 cd/m² (for an L2A of 4 on R = 0.4 at 16 000 lx),
+//! `cargo run -p vocc-tx-firmware --example drive` prints the error at each illuminance. The tests limit ripple and step together to
 //! [`FIDELITY_PPM`] from 50 to 100 000 lx.
 
 use fixed::types::U1F31;

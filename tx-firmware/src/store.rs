@@ -7,7 +7,7 @@
 //! |---|---|
 //! | 1 | the format: records of other formats are not read |
 //! | 4 | a number: that of the last record, plus one for each place from there on |
-//! | 503 | the items, each at its place: its length in 2 bytes, and its greatest number of bytes; FF if there is none |
+//! | 503 | the items, each at its place: its length in 2 bytes, and room for its greatest number of bytes; FF if there is none |
 //! | 4 | CRC-32C of all before it |
 //!
 //! The valid record with the greatest number is the current one. It is never overwritten, and a save erases at most one unit, the next one,
@@ -341,7 +341,7 @@ impl<F: NorFlash> Store<F> {
         Ok(())
     }
 
-    /// The first blank place after the current record. The first place of an erase unit is erased.
+    /// The first blank place in the rest of the current record's unit; without one, the first place of the next unit, which is erased.
     fn blank_place(&mut self, found: Found) -> Result<u32, StoreError> {
         let mut address = self.addresses.start;
         if let Found::Record(last) = found {
