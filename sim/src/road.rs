@@ -147,7 +147,7 @@ pub struct Road {
     renderer: Renderer,
     transmitter: Transmitter<RecordingMatrix>,
     receiver: Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>,
-    /// Decodes the frames that are read again once the panel's carrier is known.
+    /// Continues after the frames that were read again once the panel's carrier was known.
     reread: Option<Box<MessageDecoder>>,
     true_corners: bool,
     symbols: Symbols,

@@ -90,7 +90,7 @@ fn disc(corners: &[DVec2; 4]) -> f64 {
 /// A smaller cut of an edge into the disc's radius is ignored: some 1e-18 of its area.
 const GRAZING: f64 = 1e-12;
 
-/// The distance of the origin from the line from `a` to `b`, positive to the left.
+/// The distance at which the line from `a` to `b` passes to the left of the origin.
 fn distance(a: DVec2, b: DVec2) -> f64 {
     a.perp_dot((b - a).normalize_or_zero())
 }

@@ -94,9 +94,9 @@ impl Renderer {
     }
 
     /// The same in single precision.
+    ///
     /// # Errors
     /// If they are not the corners of a panel.
-    /// When they make no panel.
     pub fn corners_in(&self, region: Region, moment: &Moment) -> Result<Corners, CornersError> {
         Corners::new(self.corner_leds_in(region, moment).map(|corner| corner.map(|place| place as f32)))
     }
