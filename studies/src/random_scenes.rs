@@ -102,9 +102,9 @@ pub fn photographs(folder: &Path) -> Result<Vec<GrayImage>, RandomSceneError> {
 }
 
 /// A random part of a random photograph, mirrored or not, at a random scale, as large as a frame.
+///
 /// # Errors
 /// If there is no photograph, or one without pixels.
-/// When there is no photograph, or one without pixels.
 pub fn backdrop(photographs: &[GrayImage], width: usize, height: usize, random: &mut impl Rng) -> Result<GrayImage, RandomSceneError> {
     let is_empty = |photo: &GrayImage| photo.width() == 0 || photo.height() == 0;
     if width == 0 || height == 0 || photographs.is_empty() || photographs.iter().any(is_empty) {

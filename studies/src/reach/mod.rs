@@ -165,8 +165,8 @@ pub struct Reach {
 
 /// Finds the best ratio of a scene's first panel by reach; the scene's distance is ignored.
 ///
+/// # Errors
 /// If the search or the scene is invalid, or [`ReachSearch::stop`] ended it: see [`ReachError`].
-/// When the search or the scene makes no sense, or [`ReachSearch::stop`] ended it: see [`ReachError`].
 pub fn reach(scene: &Scene, search: &ReachSearch) -> Result<Reach, ReachError> {
     reach_from(scene, search, &[], |_| {})
 }

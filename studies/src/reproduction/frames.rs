@@ -109,9 +109,9 @@ pub struct Feature {
 }
 
 /// The features of all LEDs in the first `frames` random frames of a scene.
+///
 /// # Errors
 /// If the scene cannot be seen or measured.
-/// When the scene cannot be seen or measured.
 pub fn scatter(scene: &Scene, frames: u64, seed: u64) -> Result<Vec<Feature>, EvaluateError> {
     let settings = Settings::fast(frames, seed, DetectorChoice::KMeans);
     let evaluator = Evaluator::new(scene, settings)?;

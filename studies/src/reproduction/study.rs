@@ -71,8 +71,8 @@ impl Study {
         (self.frames / SEARCH_SHARE).max(FRAMES_MIN)
     }
 
-    /// The most frames of one point of figure 22. With the paper's detector they are those of a whole figure, so that rates without errors
-    /// have lower bounds than rates with some.
+    /// The most frames of one point of figure 22. With the paper's detector they are those of a whole figure, so that the bounds
+    /// of rates without errors lie below the rates with some.
     pub fn error_frames(&self, detector: &str) -> u64 {
         if detector == PAPERS_DETECTOR {
             self.frames

@@ -135,6 +135,7 @@ impl Search {
     pub const SETTINGS_MAX: u64 = (1 + SHARES_OF_FRAMES.len() + Code::ALL.len()) as u64;
 
     /// Tries rates and codes; `done` is called after each message, `tell` after each setting.
+    ///
     /// # Errors
     /// [`SignallingError`]: a camera too slow, an invalid scene or message, or a stop.
     pub fn run(

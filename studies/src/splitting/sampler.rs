@@ -179,8 +179,8 @@ impl Sampler {
     }
 }
 
-/// The position of a cell between the means of its own and the other class, in standardised features, relative to the means' distance; at
-/// most −0 if that decides them.
+/// The position of a cell along the line from the mean of its own class to that of the other, from halfway, in standardised features,
+/// relative to the means' distance; at most −0 if the nearer mean decides its class.
 fn nearness(features: &Features, read: PanelFrame, led: usize) -> f32 {
     let axes = [&features.agr, &features.gri].map(|values| {
         let mean_where = |is_on: bool| {

@@ -21,7 +21,7 @@ use super::FrameErrors;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SymbolChanges {
-    /// Frames of which it is known.
+    /// Frames of which it is known whether they are across a change.
     known: u64,
     across: FrameErrors,
 }

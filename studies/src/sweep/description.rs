@@ -246,9 +246,9 @@ impl Sweep {
     }
 
     /// The scene of cell `index`.
+    ///
     /// # Errors
     /// If the grid's values do not make a valid one.
-    /// When the grid's values make none.
     pub fn scene_of(&self, index: usize) -> Result<Scene, SweepError> {
         let cell = self.cell(index);
         let overrides: Vec<String> = self
