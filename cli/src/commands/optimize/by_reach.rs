@@ -15,7 +15,7 @@ use crate::stop::stop;
 
 /// Maximum frames per ratio and distance: by default, and with `--quick`.
 const FRAMES: [u64; 2] = [4096, 512];
-/// Relative width of the interval that ends a search: by default, and with `--quick`.
+/// Relative half-width of the interval that ends a search: by default, and with `--quick`.
 const TOLERANCE: [f64; 2] = [0.05, 0.2];
 
 /// Options of a search by reach.
