@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 /// Converts light to grey levels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensor {
-    /// Electrons at white; the read noise is 6.
+    /// Electrons at white; the read noise is 6 electrons.
     pub white_e: f64,
     /// Exponent of the encoding.
     pub gamma: f64,
