@@ -105,7 +105,7 @@ impl Lattice {
         })
     }
 
-    /// The distance of the point at that column and row from the middle, relative to the distance of the panel's middle.
+    /// The distance from the camera of a point `column` and `row` LEDs off the middle, relative to that of the panel's middle.
     pub fn distance(&self, column: f32, row: f32) -> f32 {
         (1.0 + column * self.tilt[0] + row * self.tilt[1]).max(NEAREST)
     }
