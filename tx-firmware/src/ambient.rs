@@ -142,7 +142,7 @@ impl Ambient {
         self.smooth(nearest(reading_lx.saturating_mul(self.sensor_gain.into())))
     }
 
-    /// Sets the greatest illuminance, and returns the illuminance E, lx.
+    /// Smooths a reading of [`BRIGHTEST_LX`], for light beyond the sensor, and returns the illuminance E, lx.
     pub fn sense_daylight(&mut self) -> Illuminance {
         self.smooth(BRIGHTEST_LX)
     }

@@ -194,7 +194,7 @@ enum Found {
     Nothing,
     /// Content that no store has written.
     Foreign,
-    /// A current record, at this address.
+    /// The current record is at this address.
     Record(u32),
 }
 
