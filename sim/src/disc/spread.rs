@@ -56,8 +56,8 @@ pub struct Piece {
 impl Spread {
     /// The quadrature of a shape such that an image under a core of `core_px` errs by about `tolerance` of the light at most.
     ///
-    /// The core attenuates a frequency ω to exp(−ω²σ²/2), so that frequencies beyond √(2·ln(1/tolerance))/σ are negligible, and below both
-    /// rules used here are exact to that tolerance.
+    /// The core attenuates a frequency ω to exp(−ω²σ²/2), so that frequencies beyond √(2·ln(1/tolerance))/σ are negligible; up to there,
+    /// both rules used here are exact to that tolerance.
     pub fn new(shape: Shape, core_px: f64, tolerance: f64) -> Self {
         let cutoff = (2.0 * (2.0 / tolerance).ln()).sqrt();
         let columns = match shape {
