@@ -284,7 +284,8 @@ impl Carrier {
         let found = self.search();
         let still = still_score(self.history.sightings());
         let best = self.rivals.first().map_or(still, |best| best.score.max(still));
-        if best < CHANGED - loss {
+        // A carrier that is contradicted for long is no longer believed, whether there is another or not.
+        if best < CHANGED - loss && since < COARSE_FRAMES {
             self.history.show_all();
             return;
         }

@@ -69,8 +69,8 @@ fn still_panels_have_no_carrier() {
     }
 }
 
-/// A carrier that begins on a panel that was still, ends, or jumps: the message arrives within as many frames as the slowest of films that
-/// begin with it takes, give or take.
+/// A carrier that begins on a panel that was still, ends, or jumps: the message arrives about as soon as in the slowest film that begins
+/// with it.
 #[test]
 fn a_carrier_that_changes_in_mid_film_is_learnt_anew() {
     const CHANGES: [(&str, Change, u32); 5] = [
@@ -136,6 +136,25 @@ fn a_carrier_that_changes_in_mid_film_is_learnt_anew() {
         }
     }
     println!("{latest} frames after a change at the latest");
+}
+
+/// The same of a carrier that jumps by a quarter of a cycle, line by line.
+#[test]
+fn a_carrier_that_jumps_is_learnt_anew_line_by_line() {
+    for seed in [5, 7, 10, 12] {
+        let film = Film::of_rolling_camera(seed);
+        let change = Change {
+            frames: 100,
+            cycles: film.cycles,
+            late: 0.25,
+        };
+        let fate = received(Film {
+            frames: change.frames + CHANGED_FRAMES,
+            change: Some(change),
+            ..film
+        });
+        assert!(fate.delivered.is_some() && fate.wrong == 0, "{seed}: {fate:?}");
+    }
 }
 
 /// Contrast near 0, a phase that is parked, a carrier within 0.1 Hz of a multiple of the frames, exposures of whole cycles: there may be no

@@ -68,6 +68,14 @@ const SEEN_MIN: f32 = 0.1;
 const STILL_SURE: f32 = 0.97;
 /// A wave of which the signs are less sure is looked for anew (nats).
 const UNSURE: f32 = 1.0;
+/// A wave that explains less of the last frames than this share of what it explained before is contradicted.
+const CONTRADICTED: f32 = 0.5;
+/// Frames since the change, when a wave is first contradicted (count).
+const NOTICED_FRAMES: usize = 8;
+/// By how much brightness has to vary more among the LEDs of a frame than when a wave was last looked for in vain (squared relative deviation).
+const MORE_UNEVEN: f32 = 0.1;
+/// A frame's weight in the mean of that.
+const UNEVEN_GAIN: f32 = 0.125;
 /// A panel of which lines and rows grow so differently from one frame to the next is another (share).
 const OTHER_PLACE: f32 = 0.15;
 /// Frames from one search to the next, at least and at most, while none is found, and between two looks at a wave that is (count).
@@ -167,6 +175,12 @@ pub(super) struct Lines {
     rivals: heapless::Vec<Wave, RIVALS>,
     wait: u32,
     pause: u32,
+    /// The number of the first frame since the wave may have begun, ended or changed.
+    since: Option<u64>,
+    /// How much brightness varies among the LEDs of a frame (squared relative deviation), and how much it did when a wave was last looked for
+    /// in vain.
+    uneven: f32,
+    uneven_before: f32,
 }
 
 /// What came of a frame.
@@ -192,6 +206,9 @@ impl Lines {
         rivals: heapless::Vec::new(),
         wait: FRAMES_MIN as u32,
         pause: SEARCH_FRAMES,
+        since: None,
+        uneven: 0.0,
+        uneven_before: f32::INFINITY,
     };
 
     pub fn is_known(&self) -> bool {
@@ -235,8 +252,15 @@ impl Lines {
         self.len = (self.len + 1).min(FRAMES);
         self.len = self.latest(FRAMES).take_while(|seen| time - seen.time < MEMORY_PERIODS).count();
         self.wait = self.wait.saturating_sub(1);
+        if self.wave.is_none() {
+            self.look_for_a_beginning(lights);
+        }
         if self.wait > 0 {
             return self.known();
+        }
+        if let Some(since) = self.since {
+            self.wait = SEARCH_FRAMES;
+            return self.search_since(since);
         }
         if self.wave.is_some() {
             self.wait = FOLLOW_FRAMES;
@@ -246,6 +270,7 @@ impl Lines {
         let found = self.search();
         self.wait = match found {
             Known::Nothing => {
+                self.uneven_before = self.uneven;
                 let pause = self.pause;
                 self.pause = (2 * pause).min(SEARCH_FRAMES_MAX);
                 pause
@@ -255,6 +280,65 @@ impl Lines {
             _ => SEARCH_FRAMES,
         };
         found
+    }
+
+    /// Notices a wave that begins on a panel that was still: LEDs then differ more in brightness.
+    fn look_for_a_beginning(&mut self, lights: &[f32; LEDS]) {
+        let sum: f32 = lights.iter().map(|light| light.abs()).sum();
+        let squares: f32 = lights.iter().map(|light| light * light).sum();
+        let uneven = LEDS as f32 * squares / (sum * sum).max(f32::MIN_POSITIVE) - 1.0;
+        self.uneven += UNEVEN_GAIN * (uneven - self.uneven);
+        if self.since.is_none() && self.uneven > self.uneven_before + MORE_UNEVEN {
+            self.suspect_change();
+        }
+    }
+
+    fn suspect_change(&mut self) {
+        let back = NOTICED_FRAMES.min(self.len - 1);
+        (self.since, self.wait) = (Some(self.last(back).number), SEARCH_FRAMES);
+    }
+
+    /// Looks for a wave in the frames since a change, and forgets those before if there is one, or if none has come for long.
+    fn search_since(&mut self, since: u64) -> Known {
+        let count = self.latest(FRAMES).take_while(|seen| seen.number >= since).count();
+        if self.wave.is_some_and(|wave| !self.is_contradicted(&wave)) {
+            self.since = None;
+            return Known::Before;
+        }
+        if count < FRAMES_MIN {
+            return self.known();
+        }
+        let (len, wave) = (core::mem::replace(&mut self.len, count), self.wave.take());
+        let found = self.search();
+        if found == Known::Nothing && count < COARSE_FRAMES {
+            (self.len, self.wave) = (len, wave);
+            self.learn_means();
+            return self.known();
+        }
+        (self.since, self.uneven_before, self.pause) = (None, self.uneven, SEARCH_FRAMES);
+        found
+    }
+
+    /// Whether a wave explains much less of the last frames than it explained before.
+    fn is_contradicted(&self, wave: &Wave) -> bool {
+        let recent = self.explained(wave, RECENT_FRAMES);
+        self.len > RECENT_FRAMES && recent < CONTRADICTED * wave.explained
+    }
+
+    /// The share of what varies in the LEDs' contrasts that a wave explains in the last frames.
+    fn explained(&self, wave: &Wave, frames: usize) -> f32 {
+        let count = (LEDS * self.len.min(frames)) as f32;
+        let (mut left, mut squares, mut sum) = (0.0, 0.0, 0.0);
+        for seen in self.latest(frames) {
+            for led in 0..LEDS {
+                let light = self.light(seen, led).abs();
+                let off = light - wave.amplitude * wave.contrast(seen, led).abs();
+                left += off * off;
+                squares += light * light;
+                sum += light;
+            }
+        }
+        1.0 - left / (squares - sum * sum / count).max(f32::MIN_POSITIVE)
     }
 
     /// Whether an outer line of LEDs shows nothing of the wave, where the others do.
@@ -305,7 +389,10 @@ impl Lines {
     /// Reads the last frame by the wave.
     pub fn read(&self, detection: &Detection) -> Option<Detection> {
         let wave = self.wave.as_ref()?;
-        let llr = self.llrs(self.last(0), wave);
+        let llr = match self.since {
+            Some(_) => [0.0; LEDS],
+            None => self.llrs(self.last(0), wave),
+        };
         let bits = PanelFrame::from_bits((0..LEDS).fold(0, |bits, led| bits | u64::from(llr[led] > 0.0) << led));
         Some(Detection {
             modulation: detection.modulation,
@@ -592,7 +679,14 @@ impl Lines {
             sure: sure.max(STILL_SURE * before.sure),
             ..wave
         };
+        if self.is_contradicted(&before) {
+            self.suspect_change();
+            return;
+        }
         self.wave = (wave.explained > LOST && sure > -CLEARLY && wave.sure > UNSURE).then_some(wave);
+        if self.wave.is_none() {
+            self.suspect_change();
+        }
     }
 }
 
