@@ -7,6 +7,8 @@ mod coarser;
 mod history;
 mod integer;
 mod levels;
+#[cfg(feature = "carrier")]
+mod lit;
 mod memory;
 #[cfg(not(feature = "maximum-likelihood"))]
 mod no_likelihood;

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "carrier")]
 use super::coarser::Coarser;
+#[cfg(feature = "carrier")]
+use super::lit::Lit;
 #[cfg(not(feature = "maximum-likelihood"))]
 pub(crate) use super::no_likelihood::MaximumLikelihood;
 use super::outcome::{Loss, Reading};
@@ -21,6 +23,8 @@ use crate::settings::TrackingSettings;
 use crate::spots::{LatticeModel, Observation, Residuals};
 use crate::surroundings::{Placement, Surroundings, Tiles};
 use crate::track::{Gate, Track, TrackError};
+#[cfg(feature = "carrier")]
+use link::panel::PanelFrame;
 use link::panel::{LEDS, SoftPanel};
 
 /// Cells serve poses whose corners differ by less (pitches): noise alone moves them by less, and a cell's mean
@@ -112,6 +116,9 @@ pub(crate) struct Reader {
     /// Frames in a row that were read on a lattice which seems to be finer than the panel's.
     #[cfg(feature = "carrier")]
     too_fine: u8,
+    /// The places that were lit since the panel was found.
+    #[cfg(feature = "carrier")]
+    lit: Lit,
 }
 
 impl Reader {
@@ -126,6 +133,8 @@ impl Reader {
             seen: None,
             #[cfg(feature = "carrier")]
             too_fine: 0,
+            #[cfg(feature = "carrier")]
+            lit: Lit::NONE,
         }
     }
 
@@ -218,7 +227,7 @@ impl Reader {
                 let bits = reading.detection.bits;
                 let reading = self.in_frame(reading);
                 #[cfg(feature = "carrier")]
-                self.follow_coarser(number, frame, bits.bits(), &lattice, input.tools);
+                self.follow_coarser(number, frame, bits, &lattice, input.tools);
                 reading
             }
             Err(loss) => {
@@ -230,8 +239,16 @@ impl Reader {
 
     /// Follows the panel whose LEDs are some of the places of the `lattice` that was followed, if that has seemed so for some frames.
     #[cfg(feature = "carrier")]
-    fn follow_coarser<const N: usize>(&mut self, number: u64, frame: &Frame<'_>, bits: u64, lattice: &Lattice, tools: &mut Tools<'_, N>) {
-        let coarser = Coarser::of(bits);
+    fn follow_coarser<const N: usize>(
+        &mut self,
+        number: u64,
+        frame: &Frame<'_>,
+        bits: PanelFrame,
+        lattice: &Lattice,
+        tools: &mut Tools<'_, N>,
+    ) {
+        self.lit.see(bits);
+        let coarser = Coarser::of(bits.bits()).or_else(|| Coarser::of(self.lit.places()?));
         self.too_fine = if coarser.is_some() { self.too_fine.saturating_add(1) } else { 0 };
         let (Some(coarser), Some(track)) = (coarser.filter(|_| self.too_fine >= TOO_FINE_FRAMES), self.track) else {
             return;
@@ -244,7 +261,7 @@ impl Reader {
         let track = Track::new(spots, number, self.frame_size);
         let view = self.look_at(&spots.lattice, tools);
         self.track = view.map(|view| track.seen_in(&Grid::FRAME, &view.grid, view.frame_size()));
-        self.too_fine = 0;
+        (self.too_fine, self.lit) = (0, Lit::NONE);
         tools.likelihood.forget();
         *tools.surroundings = Surroundings::UNKNOWN;
     }
@@ -475,6 +492,10 @@ impl Reader {
         profile: &mut impl Profile,
     ) -> Result<Reading, Loss> {
         self.watch((frame.width(), frame.height()));
+        #[cfg(feature = "carrier")]
+        {
+            self.lit = Lit::NONE;
+        }
         *tools.surroundings = Surroundings::UNKNOWN;
         let out_of_frame = TrackError::OutOfFrame;
         let view = self.look_at(&location.spots.lattice, tools);
@@ -605,6 +626,10 @@ impl Reader {
         tools: &mut Tools<'_, N>,
     ) -> Result<(), CellsError> {
         (self.track, self.cells, self.seen) = (None, None, None);
+        #[cfg(feature = "carrier")]
+        {
+            self.lit = Lit::NONE;
+        }
         *tools.surroundings = Surroundings::UNKNOWN;
         self.watch(frame_size);
         let lattice = Lattice::through(&corners);

@@ -1,0 +1,60 @@
+//! The places of a lattice that have been lit of late.
+
+use link::panel::{LEDS, PanelFrame};
+
+/// What a frame changes of how often a place is lit (share). Higher: known sooner, and from fewer symbols.
+const GAIN: f32 = 0.125;
+/// A place is an LED's if it has been lit in more of the last frames (share). A place between LEDs never is, an LED is in half of them.
+const LIT: f32 = 0.1;
+/// Frames that tell that (count). Fewer: LEDs that happened to be Off look like places without one.
+const FRAMES: u8 = 12;
+
+/// How often each place has been lit in the last frames.
+#[derive(Clone, Debug)]
+pub(super) struct Lit {
+    share: [f32; LEDS],
+    frames: u8,
+}
+
+impl Lit {
+    pub const NONE: Self = Self {
+        share: [0.0; LEDS],
+        frames: 0,
+    };
+
+    /// Takes in the bits of a frame.
+    pub fn see(&mut self, bits: PanelFrame) {
+        for (led, share) in self.share.iter_mut().enumerate() {
+            let lit = if bits.led(led) { 1.0 } else { 0.0 };
+            *share += GAIN * (lit - *share);
+        }
+        self.frames = self.frames.saturating_add(1);
+    }
+
+    /// The places that have been lit, as bits; none after too few frames to tell.
+    pub fn places(&self) -> Option<u64> {
+        let lit = |places: u64, led: usize| places | u64::from(self.share[led] > LIT) << led;
+        (self.frames >= FRAMES).then(|| (0..LEDS).fold(0, lit))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A panel whose LEDs are every second place of the lattice: none of its frames shows all of them.
+    #[test]
+    fn places_that_are_never_lit_are_between_leds() {
+        const LEDS_OF_PANEL: u64 = 0xaa55_aa55_aa55_aa55;
+        let mut lit = Lit::NONE;
+        let mut random = 0x9e37_79b9_7f4a_7c15u64;
+        for frame in 0..20 {
+            assert_eq!(lit.places().is_some(), frame >= FRAMES, "frame {frame}");
+            random = random.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            lit.see(PanelFrame::from_bits((random ^ random >> 29) & LEDS_OF_PANEL));
+        }
+        let places = lit.places().expect("enough frames");
+        assert_eq!(places & !LEDS_OF_PANEL, 0);
+        assert!((places ^ LEDS_OF_PANEL).count_ones() <= 2, "{places:016x}");
+    }
+}
