@@ -1,6 +1,7 @@
 //! The results of an evaluation's frames.
 
-use link::panel::LEDS;
+use link::panel::{LEDS, PanelFrame};
+use rx_pipeline::features::Features;
 use serde::{Deserialize, Serialize};
 
 use crate::statistics::{Distinguishability, FrameErrors, Moments, RareErrors, SWARM, SymbolChanges};
@@ -32,6 +33,17 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
+    /// Adds a frame that shows `bits` and is read as `read`; `is_across`: across a change of symbols. Without features only errors count.
+    pub(super) fn push(&mut self, features: Option<&Features>, bits: PanelFrame, read: PanelFrame, is_across: bool) {
+        if let Some(features) = features {
+            self.on.merge(&class(features, bits));
+            self.off.merge(&class(features, PanelFrame::from_bits(!bits.bits())));
+        }
+        let errors = read.distance(bits);
+        self.errors.push(errors);
+        self.symbol_changes.push(errors, is_across);
+    }
+
     /// Adds another evaluation of the same setting.
     pub fn merge(&mut self, other: &Self) {
         self.on.merge(&other.on);
@@ -79,4 +91,15 @@ impl Evaluation {
     pub fn distinguishability(&self) -> Distinguishability {
         Distinguishability::of(&self.on, &self.off)
     }
+}
+
+/// The moments of (AGR, GRI) of the cells that are On in `members`.
+fn class(features: &Features, members: PanelFrame) -> Moments {
+    let mut pairs = [[0.0; 2]; LEDS];
+    let mut count = 0;
+    for led in (0..LEDS).filter(|&led| members.led(led)) {
+        pairs[count] = [features.agr[led].into(), features.gri[led].into()];
+        count += 1;
+    }
+    Moments::of(&pairs[..count])
 }

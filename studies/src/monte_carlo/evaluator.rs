@@ -8,7 +8,6 @@ use rand::Rng;
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::{Detector, Fisher, FisherFeatures, FisherScaling, FisherTraining, Method};
-use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::{Experience, MaximumLikelihood};
 use sim::accuracy::Level;
@@ -26,7 +25,6 @@ use super::evaluation::{CHUNK, Evaluation, chunks};
 use super::observation::{Observation, PANEL_PIXELS, measure};
 use crate::detectors::DetectorChoice;
 use crate::detectors::genie::{Genie, LikelihoodTable};
-use crate::statistics::Moments;
 use crate::stop::Stop;
 
 /// The reflectances of `--random-reflectance`: Table 1 of Do & Yoo 2020.
@@ -277,13 +275,9 @@ impl Evaluator {
         let mut part = Evaluation::default();
         for frame in frames {
             let observed = self.observe(frame, workspace)?;
-            let Observation { bits, features, .. } = &observed;
-            part.on.merge(&class(features, *bits));
-            part.off.merge(&class(features, PanelFrame::from_bits(!bits.bits())));
-            let errors = self.detect(&observed, workspace)?.distance(*bits);
+            let read = self.detect(&observed, workspace)?;
             let is_across = self.renderer.straddles(0, &workspace.moment);
-            part.errors.push(errors);
-            part.symbol_changes.push(errors, is_across);
+            part.push(Some(&observed.features), observed.bits, read, is_across);
         }
         Ok(part)
     }
@@ -473,15 +467,4 @@ impl Evaluator {
         }
         Ok(training.finish()?)
     }
-}
-
-/// The moments of (AGR, GRI) over the cells in `members`.
-fn class(features: &Features, members: PanelFrame) -> Moments {
-    let mut pairs = [[0.0; 2]; LEDS];
-    let mut count = 0;
-    for led in (0..LEDS).filter(|&led| members.led(led)) {
-        pairs[count] = [features.agr[led].into(), features.gri[led].into()];
-        count += 1;
-    }
-    Moments::of(&pairs[..count])
 }

@@ -18,11 +18,13 @@ mod accumulator;
 mod error;
 mod evaluation;
 mod evaluator;
+mod frame_source;
 mod observation;
 
 pub use accumulator::{Accumulator, AccumulatorError, Standing};
 pub use error::EvaluateError;
 pub use evaluation::{CHUNK, Evaluation, chunks};
 pub use evaluator::{Evaluator, REFLECTANCES, Settings, Workspace, receiving_method, view};
+pub use frame_source::{FrameSource, LabelledFrame, Labels, Tally};
 pub use observation::Observation;
 pub(crate) use observation::{PANEL_PIXELS, measure};

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Results, Sweep};
-use crate::monte_carlo::Standing;
+use crate::monte_carlo::{Evaluation, Standing};
 use crate::statistics::{FrameErrors, SWARM};
 
 /// The results of one cell.
@@ -56,49 +56,13 @@ pub struct Summary {
 impl Results {
     /// The results of a cell so far.
     pub fn summary(&self, cell: usize) -> Summary {
-        let total = self.total(cell);
-        let (counted, rare) = (total.errors, total.rare);
-        let variances = total.distinguishability();
-        let ber_95 = if rare.is_empty() {
-            counted.interval_95()
-        } else {
-            rare.interval_95()
-        };
-        let apart = total.symbol_changes.apart(&counted);
-        let [one_symbol, across] = apart.filter(|_| rare.is_empty()).map_or([None; 2], |apart| apart.map(Some));
-        let variance = |value| rare.is_empty().then_some(value);
-        let rare_frames = rare.swarms() * SWARM as u64;
-        // If all frames show one symbol, the interval need not be computed again.
-        let interval_95 = |errors: FrameErrors| match errors == counted {
-            true => ber_95,
-            false => errors.interval_95(),
-        };
         let setting = self.sweep().cell(cell);
         Summary {
             cell,
             values: setting.values,
-            detector: setting.detector.name(),
             finished: matches!(self.standing(cell), Standing::Done(_)),
-            frames: counted.frames() + rare_frames,
-            bits: counted.bits() + rare_frames,
-            bit_errors: total.bit_errors(),
-            effective_errors: if rare.is_empty() {
-                counted.errors() as f64
-            } else {
-                rare.effective_errors()
-            },
-            ber: counted.rate() + rare.rate(),
-            ber_95,
-            ber_one_symbol: one_symbol.map(|errors| errors.rate()),
-            ber_one_symbol_95: one_symbol.map(interval_95),
-            frames_across: across.map(|errors| errors.frames()),
-            bit_errors_across: across.map(|errors| errors.errors()),
-            panel_errors: rare.is_empty().then(|| counted.wrong_frames()),
-            panel_error_rate_95: rare.is_empty().then(|| counted.frame_error_rate().1),
-            bvar: variance(variances.bvar),
-            wvar: variance(variances.wvar),
-            b2w: variances.b2w,
             why_empty: self.why_empty(cell).map(String::from),
+            ..Summary::of(&self.total(cell), setting.detector.name())
         }
     }
 
@@ -143,6 +107,52 @@ fn names(sweep: &Sweep) -> Vec<String> {
 }
 
 impl Summary {
+    /// The numbers of an evaluation's frames for a detector.
+    pub fn of(total: &Evaluation, detector: &'static str) -> Self {
+        let (counted, rare) = (total.errors, total.rare);
+        let variances = total.distinguishability();
+        let ber_95 = if rare.is_empty() {
+            counted.interval_95()
+        } else {
+            rare.interval_95()
+        };
+        let apart = total.symbol_changes.apart(&counted);
+        let [one_symbol, across] = apart.filter(|_| rare.is_empty()).map_or([None; 2], |apart| apart.map(Some));
+        let variance = |value| rare.is_empty().then_some(value);
+        let rare_frames = rare.swarms() * SWARM as u64;
+        // If all frames show one symbol, the interval need not be computed again.
+        let interval_95 = |errors: FrameErrors| match errors == counted {
+            true => ber_95,
+            false => errors.interval_95(),
+        };
+        Self {
+            cell: 0,
+            values: Vec::new(),
+            detector,
+            finished: true,
+            frames: counted.frames() + rare_frames,
+            bits: counted.bits() + rare_frames,
+            bit_errors: total.bit_errors(),
+            effective_errors: if rare.is_empty() {
+                counted.errors() as f64
+            } else {
+                rare.effective_errors()
+            },
+            ber: counted.rate() + rare.rate(),
+            ber_95,
+            ber_one_symbol: one_symbol.map(|errors| errors.rate()),
+            ber_one_symbol_95: one_symbol.map(interval_95),
+            frames_across: across.map(|errors| errors.frames()),
+            bit_errors_across: across.map(|errors| errors.errors()),
+            panel_errors: rare.is_empty().then(|| counted.wrong_frames()),
+            panel_error_rate_95: rare.is_empty().then(|| counted.frame_error_rate().1),
+            bvar: variance(variances.bvar),
+            wvar: variance(variances.wvar),
+            b2w: variances.b2w,
+            why_empty: None,
+        }
+    }
+
     /// Bit error rate, its 95 % interval and the number of errors, of the frames for a comparison of detectors: those of one symbol if that
     /// is known of each frame, else all.
     pub fn comparable(&self) -> (f64, [f64; 2], u64) {
