@@ -1,7 +1,7 @@
 //! Writes files atomically.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail, ensure};
@@ -196,6 +196,20 @@ impl Write for Growing {
             active.stays = true;
         }
         self.writer().flush()
+    }
+}
+
+/// Files only: a device or a pipe has no positions.
+impl Seek for Growing {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        match &mut self.0 {
+            Target::Through(_) => {
+                let why = "it is a device or a pipe, and such a file is written in several places at once: name a file";
+                Err(std::io::Error::new(std::io::ErrorKind::NotSeekable, why))
+            }
+            Target::Aside(file) => file.seek(to),
+            Target::Active(active) => active.file.seek(to),
+        }
     }
 }
 

@@ -6,7 +6,7 @@
 //! - [`commands`]: one module each: arguments in, library calls, answers out; [`options`]: arguments that several commands share;
 //! - [`report`]: reports on results, on disk and during the work;
 //! - [`stop`]: Ctrl-C; [`plot`]: charts; [`numbers`]: number formats; [`output`]: standard output; [`progress`]: standard error;
-//! - [`frames`] reads films, [`camera`] reads camera files, [`pictures`] writes frames, [`show`] draws readings onto them;
+//! - [`frames`] reads films, [`camera`] reads camera files, [`pictures`] and [`npy`] write frames, [`show`] draws readings onto them;
 //! - [`results`] and [`checkpoint`] save the finished part of long runs, [`checksum`] detects later changes to it;
 //! - [`files`] writes files whole or not at all, if [`outputs`] permits the place;
 //! - [`keys`]: signing keys, and keys that are trusted;
@@ -23,6 +23,7 @@ mod device;
 mod files;
 mod frames;
 mod keys;
+mod npy;
 mod numbers;
 mod options;
 mod output;
@@ -68,6 +69,8 @@ enum Command {
     Link(commands::link::Arguments),
     /// Render one camera frame.
     Render(commands::render::Arguments),
+    /// Frames with the truth, as arrays or pictures, for a detector of your own.
+    Frames(commands::frames::Arguments),
     /// The effects that a scene needs, and why.
     Plan(commands::plan::Arguments),
     /// Bit error rate and variances at one setting, by Monte Carlo.
@@ -144,6 +147,7 @@ fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Verdict> {
         None => commands::link::demonstrate(shared),
         Some(Command::Link(arguments)) => commands::link::run(&arguments, shared),
         Some(Command::Render(arguments)) => commands::render::run(&arguments, shared),
+        Some(Command::Frames(arguments)) => commands::frames::run(&arguments, shared),
         Some(Command::Plan(arguments)) => commands::plan::run(&arguments, shared),
         Some(Command::Evaluate(arguments)) => commands::evaluate::run(&arguments, shared),
         Some(Command::Figures(arguments)) => commands::figures::run(&arguments, shared),

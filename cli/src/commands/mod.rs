@@ -5,6 +5,7 @@ pub mod decode;
 pub mod device;
 pub mod evaluate;
 pub mod figures;
+pub mod frames;
 pub mod keys;
 pub mod link;
 pub mod merge;

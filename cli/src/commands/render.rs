@@ -10,6 +10,7 @@ use sim::renderer::{LinearImage, PanelExposure, Renderer};
 
 use link::panel::PanelFrame;
 
+use crate::npy;
 use crate::options::Shared;
 use crate::output::{self, Verdict, line};
 use crate::outputs;
@@ -101,8 +102,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     renderer.read_frame(shared.seed, arguments.frame, &linear, &mut picture);
     if let Some(path) = &arguments.linear {
         match &linear {
-            LinearImage::Single(canvas) => pictures::write_npy(path, canvas.values(), region.width, region.height)?,
-            LinearImage::Double(canvas) => pictures::write_npy(path, canvas.values(), region.width, region.height)?,
+            LinearImage::Single(canvas) => npy::write_matrix(path, canvas.values(), region.width, region.height)?,
+            LinearImage::Double(canvas) => npy::write_matrix(path, canvas.values(), region.width, region.height)?,
         }
     }
     let enlarged = pictures::enlarged(&picture, region.width, zoom);

@@ -66,6 +66,18 @@ pub const WORKS: &[Work] = &[
     },
     work("render", "--crop --out @c.png --linear @c.npy"),
     work("render", "--out @whole.png"),
+    Work {
+        again: Again::Clears,
+        ..work("frames", "<scene.toml --count 300 --features --detector kmeans --out @set.npz")
+    },
+    Work {
+        again: Again::Clears,
+        ..work("frames", "<scene.toml --count 300 --out @arrays/")
+    },
+    Work {
+        again: Again::Clears,
+        ..work("frames", "<scene.toml --count 12 --format png --out @pictures/")
+    },
     work("plan", "<scene.toml"),
     Work {
         turns: 1,
@@ -171,6 +183,9 @@ pub const LARGEST: &[Work] = &[
         "--level reference --out @widest.png --linear @widest.npy --set camera.width_px=8192 --set \
              camera.height_px=8192",
     ),
+    work("frames", "--count 10000000 --features --detector ml --out @frames/"),
+    work("frames", "--count 10000000 --format png --out @pictures/"),
+    work("frames", "--count 1000000 --out @most.npz"),
     work("plan", "--camera <scene.toml --runs 10000 --bytes 1024"),
     work("evaluate", "--frames 1000000000000 --detector ml --out @most.json"),
     work("figures", "--frames 100000000 --out @figures/"),
