@@ -5,7 +5,10 @@ use std::borrow::Cow;
 use link::camera::Encoding;
 use link::panel::{LEDS, PanelFrame, SIDE};
 use numpy::ndarray::{Array2, Array3};
-use numpy::{IntoPyArray, PyArray2, PyArray3, PyReadonlyArray2, PyReadonlyArray3, PyUntypedArray, PyUntypedArrayMethods};
+use numpy::{
+    IntoPyArray, PyArray2, PyArray3, PyArrayDescrMethods, PyReadonlyArray2, PyReadonlyArray3, PyReadonlyArrayDyn, PyUntypedArray,
+    PyUntypedArrayMethods,
+};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyInt, PyString};
@@ -173,6 +176,55 @@ pub fn panel(object: &Bound<'_, PyAny>) -> PyResult<PanelFrame> {
     let on = array.as_array();
     let bits = on.iter().enumerate();
     Ok(PanelFrame::from_bits(bits.fold(0, |bits, (led, &on)| bits | u64::from(on) << led)))
+}
+
+/// What a function that reads frames returns.
+const READING: &str = "return a NumPy array of bool (True: On), or of float (soft values: On above 0), of shape (n, 8, 8) or (n, 64) for n \
+    frames";
+
+/// The panels that a function has read in `count` frames from `first` on: bits, or soft values, which are On above 0.
+pub fn panels_read(object: &Bound<'_, PyAny>, first: u64, count: usize) -> PyResult<Vec<PanelFrame>> {
+    let Ok(array) = object.cast::<PyUntypedArray>() else {
+        let kind = object.get_type().name()?;
+        return Err(PyTypeError::new_err(format!("the detector returned {kind}: {READING}")));
+    };
+    let told = format!(
+        "the detector returned an array of shape {:?} and type {}",
+        array.shape(),
+        array.dtype()
+    );
+    let is_shape = matches!(*array.shape(), [n, SIDE, SIDE] | [n, LEDS] if n == count);
+    if !is_shape {
+        return Err(refused(format!("{told} for {count} frames: {READING}")));
+    }
+    match array.dtype().kind() {
+        b'b' => {
+            let bits = object.extract::<PyReadonlyArrayDyn<'_, bool>>()?;
+            Ok(panels_of(bits.as_array().iter().copied()))
+        }
+        b'f' => {
+            // Soft values of any width and order of bytes.
+            let soft = object.call_method1("astype", ("float64",))?;
+            let soft = soft.extract::<PyReadonlyArrayDyn<'_, f64>>()?;
+            let soft = soft.as_array();
+            if let Some(place) = soft.iter().position(|value| value.is_nan()) {
+                return Err(refused(format!(
+                    "the detector returned NaN for LED {} of frame {}: return a number for each LED, 0 where nothing is known",
+                    place % LEDS,
+                    first + (place / LEDS) as u64
+                )));
+            }
+            Ok(panels_of(soft.iter().map(|&value| value > 0.0)))
+        }
+        _ => Err(PyTypeError::new_err(format!("{told}: {READING}"))),
+    }
+}
+
+/// Panels of their LEDs one after another.
+fn panels_of(leds: impl Iterator<Item = bool>) -> Vec<PanelFrame> {
+    let leds: Vec<bool> = leds.collect();
+    let bits = |leds: &[bool]| leds.iter().enumerate().fold(0, |bits, (led, &on)| bits | u64::from(on) << led);
+    leds.chunks_exact(LEDS).map(|leds| PanelFrame::from_bits(bits(leds))).collect()
 }
 
 /// The LEDs of a panel, of shape (8, 8).

@@ -2,23 +2,30 @@
 
 use std::time::Instant;
 
+use link::panel::PanelFrame;
+use numpy::{IntoPyArray, PyArray1, PyArray3, PyArray4};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 use sim::accuracy::Level;
 use sim::plan::Plan;
+use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::monte_carlo::{self, Settings};
-use studies::sweep::{MOST_FRAMES, Results, Run, Shard, Sweep, SweepError};
+use studies::monte_carlo::{self, AccumulatorError, EvaluateError, Evaluator, FrameSource, LabelledFrame, Labels, Settings, Tally};
+use studies::sweep::{MOST_FRAMES, Results, Run, Shard, Summary, Sweep, SweepError};
 
+use crate::arrays;
 use crate::camera::camera_of;
-use crate::errors::{check, refused};
+use crate::errors::{check, guarded, refused};
+use crate::frames::{all_corners, all_features, check_batch, draw, pictures};
 use crate::record::record;
 use crate::scene::{Decision, decisions, scene_of};
-use crate::work::Work;
+use crate::work::{Ears, Work};
 
 record! {
     /// What came out of an evaluation: the keys of `vocc evaluate --json`.
     Evaluation {
-        /// The detector.
+        /// The detector: its name, or that of the function.
         detector: String,
         /// Frames.
         frames: u64,
@@ -50,6 +57,8 @@ record! {
         wvar: Option<f64>,
         /// Their ratio, where there is one.
         b2w: Option<f64>,
+        /// Bits that are read wrongly in each frame, uint8 of shape (frames,); None where that was not asked for.
+        errors_by_frame: Option<Py<PyArray1<u8>>>,
         /// Seconds of work.
         seconds: f64,
         /// The seed.
@@ -58,6 +67,21 @@ record! {
         level: String,
         /// Which effects were simulated, and why.
         plan: Vec<Py<Decision>>,
+    }
+}
+
+record! {
+    /// What a detector of your own gets: frames, without the truth about them.
+    DetectorInput {
+        /// The number of the first frame.
+        first: u64,
+        /// The panel's part of the pictures, uint8 of shape (n, height, width).
+        images: Py<PyArray3<u8>>,
+        /// The centres of the corner LEDs, top left, top right, bottom right and bottom left: x and y in pixels of the image, of shape
+        /// (n, 4, 2).
+        corners_px: Py<PyArray3<f32>>,
+        /// AGR, GRI and NGR of each LED's cell, float32 of shape (n, 8, 8, 3).
+        features: Py<PyArray4<f32>>,
     }
 }
 
@@ -77,10 +101,17 @@ pub fn single_precision(level: &str) -> PyResult<Level> {
 ///
 /// Each of `frames` frames has random bits and a random sub-pixel phase, drawn by `seed` alone, whatever `threads` are (None: all
 /// processors); with `random_reflectance` a reflectance of 0.3 to 0.5, too. `detector` is best, ml, kmeans, kmeans-raw, fisher, fisher-ngr,
-/// otsu or genie. `rare_events` reaches errors by splitting, for bit error rates below 1e-6. `camera` is what the receiver is told of the
-/// camera. `progress` is called with how many more frames are done, as `tqdm(...).update` wants it. Ctrl-C ends it.
+/// otsu or genie, or a function of your own. `by_frame` counts the errors of each frame, too: with the same scene, seed and
+/// `random_reflectance` frame k is the same for all detectors. `rare_events` reaches errors by splitting, for bit error rates below 1e-6.
+/// `camera` is what the receiver is told of the camera. `progress` is called with how many more frames are done, as `tqdm(...).update`
+/// wants it. Ctrl-C ends it.
 ///
-/// Raises VoccError where the scene cannot be seen, or an argument is out of its range.
+/// A function gets a DetectorInput of up to `batch` frames, in order, in the thread that calls, and returns an array of shape (n, 8, 8) or
+/// (n, 64), LED 8*row + column: bool, True for On, or float, soft values such as log likelihood ratios, On above 0. What it raises ends the
+/// call. The truth of other frames to learn from is in `frames`, of another seed.
+///
+/// Raises VoccError where the scene cannot be seen, an argument is out of its range, or what the function returns has another shape or is
+/// not a number; TypeError where it returns another type.
 ///
 /// >>> import vocc
 /// >>> far = vocc.Scene("paper", distance_m=70, interval=0.5, illuminance_lx=1000, noise="on")
@@ -89,57 +120,100 @@ pub fn single_precision(level: &str) -> PyResult<Level> {
 /// (1000, True)
 /// >>> sorted(found.to_dict())[:3]
 /// ['b2w', 'ber', 'ber_95']
+/// >>> def brighter_than_average(frames):
+/// ...     return frames.features[..., 0] - 1
+/// >>> own = vocc.evaluate(far, frames=1000, detector=brighter_than_average, by_frame=True)
+/// >>> own.detector, int(own.errors_by_frame.sum()) == own.bit_errors, own.bvar == found.bvar
+/// ('brighter_than_average', True, True)
 #[pyfunction]
-#[pyo3(signature = (
-    scene=None, *, frames=1000, seed=1, detector="kmeans", random_reflectance=false, rare_events=false, level="fast", camera=None,
-    threads=None, progress=None
-))]
+#[pyo3(
+    signature = (
+        scene=None, *, frames=1000, seed=1, detector=None, random_reflectance=false, rare_events=false, level="fast", camera=None,
+        threads=None, progress=None, batch=1024, by_frame=false
+    ),
+    text_signature = "(scene=None, *, frames=1000, seed=1, detector='kmeans', random_reflectance=False, rare_events=False, \
+                      level='fast', camera=None, threads=None, progress=None, batch=1024, by_frame=False)"
+)]
 #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
 pub fn evaluate<'py>(
     py: Python<'py>,
     scene: Option<&Bound<'py, PyAny>>,
     frames: u64,
     seed: u64,
-    detector: &str,
+    detector: Option<&Bound<'py, PyAny>>,
     random_reflectance: bool,
     rare_events: bool,
     level: &str,
     camera: Option<&Bound<'py, PyAny>>,
     threads: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
+    batch: u64,
+    by_frame: bool,
 ) -> PyResult<Evaluation> {
     if !(1..=MOST_FRAMES).contains(&frames) {
         return Err(refused(SweepError::Frames(frames)));
     }
+    if by_frame && frames > BY_FRAME_MAX {
+        return Err(refused(format!(
+            "frames = {frames}: give at most {BY_FRAME_MAX} with by_frame, or leave that out"
+        )));
+    }
+    if by_frame && rare_events {
+        return Err(refused("rare_events counts no errors of frames: leave it or by_frame out"));
+    }
     let scene = scene_of(scene)?;
-    let detector: DetectorChoice = check(detector.parse())?;
+    let detector = Detector::of(detector)?;
     let settings = Settings {
         frames,
         seed,
         random_reflectance,
-        detector,
+        detector: detector.choice(),
         level: single_precision(level)?,
         camera: camera.map(camera_of).transpose()?.map(|told| told.camera()),
         stop: studies::stop::Stop::NEVER,
     };
-    let mut sweep = Sweep::single(scene, &settings);
-    sweep.rare_events = rare_events;
-    let done = Work::on(threads)?.run(py, progress, |mut ears| {
-        let mut results = Results::new(sweep.clone());
-        let run = Run::new(&sweep, Shard::WHOLE, None)?.until(ears.stop);
-        let begun = Instant::now();
-        run.advance(&mut results, |news| {
-            ears.done(news.frames);
-            true
-        })?;
-        let seconds = begun.elapsed().as_secs_f64();
-        let view = monte_carlo::view(&sweep.scene, random_reflectance).map_err(EvaluateFault::View)?;
-        Ok::<_, EvaluateFault>((results.summary(0), seconds, Plan::of(&view)))
-    })?;
-    let (found, seconds, plan) = done;
+    if let (Detector::Own(_), true) = (&detector, rare_events || settings.camera.is_some()) {
+        return Err(refused(
+            "rare_events and camera are for detectors by name, and a function has neither: leave them out",
+        ));
+    }
+    let work = Work::on(threads)?;
+    let begun = Instant::now();
+    let counts = Counts::new(by_frame);
+    let (found, errors_by_frame) = match &detector {
+        Detector::Own(function) => {
+            let evaluator = guarded(|| py.detach(|| check(Evaluator::new(&scene, settings))))?;
+            let labels = Labels {
+                features: true,
+                ..Labels::default()
+            };
+            let source = FrameSource::new(evaluator, labels);
+            check_batch(batch, &source, "")?;
+            read_by_function(py, &source, function, batch, &work, progress, counts)?.finish("")?
+        }
+        Detector::Named(choice) if by_frame => work
+            .run(py, progress, |ears| read_by_name(&scene, settings, counts, ears))?
+            .finish(choice.name())?,
+        Detector::Named(_) => {
+            let mut sweep = Sweep::single(scene.clone(), &settings);
+            sweep.rare_events = rare_events;
+            let found = work.run(py, progress, |mut ears| {
+                let mut results = Results::new(sweep.clone());
+                let run = Run::new(&sweep, Shard::WHOLE, None)?.until(ears.stop);
+                run.advance(&mut results, |news| {
+                    ears.done(news.frames);
+                    true
+                })?;
+                Ok::<_, SweepError>(results.summary(0))
+            })?;
+            (found, None)
+        }
+    };
+    let seconds = begun.elapsed().as_secs_f64();
+    let plan = guarded(|| py.detach(|| check(monte_carlo::view(&scene, random_reflectance).map(|view| Plan::of(&view)))))?;
     let plan = decisions(&plan).into_iter().map(|decision| Py::new(py, decision));
     Ok(Evaluation {
-        detector: found.detector.into(),
+        detector: detector.name()?,
         frames: found.frames,
         bits: found.bits,
         bit_errors: found.bit_errors,
@@ -155,6 +229,7 @@ pub fn evaluate<'py>(
         bvar: found.bvar,
         wvar: found.wvar,
         b2w: found.b2w,
+        errors_by_frame: errors_by_frame.map(|errors| errors.into_pyarray(py).unbind()),
         seconds,
         seed,
         level: level.into(),
@@ -162,23 +237,128 @@ pub fn evaluate<'py>(
     })
 }
 
-/// Why an evaluation cannot be done.
-enum EvaluateFault {
-    Sweep(SweepError),
-    View(sim::view::ViewError),
+/// Frames of which each one's errors are kept, at most: 4 GB.
+const BY_FRAME_MAX: u64 = 1 << 32;
+/// Frames that are drawn at a time, where nobody sees them.
+const BATCH: u64 = 4096;
+
+/// What reads the frames.
+enum Detector<'a, 'py> {
+    Named(DetectorChoice),
+    Own(&'a Bound<'py, PyAny>),
 }
 
-impl From<SweepError> for EvaluateFault {
-    fn from(fault: SweepError) -> Self {
-        Self::Sweep(fault)
-    }
-}
-
-impl std::fmt::Display for EvaluateFault {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Sweep(fault) => fault.fmt(f),
-            Self::View(fault) => fault.fmt(f),
+impl<'a, 'py> Detector<'a, 'py> {
+    fn of(object: Option<&'a Bound<'py, PyAny>>) -> PyResult<Self> {
+        let Some(object) = object else {
+            return Ok(Self::Named(DetectorChoice::KMeans));
+        };
+        if let Ok(name) = object.cast::<PyString>() {
+            return check(name.to_cow()?.parse()).map(Self::Named);
+        }
+        match object.is_callable() {
+            true => Ok(Self::Own(object)),
+            false => Err(PyTypeError::new_err(format!(
+                "detector is of type {}: give a name, such as 'ml', or a function that gets a DetectorInput",
+                object.get_type().name()?
+            ))),
         }
     }
+
+    /// By which frames are measured.
+    fn choice(&self) -> DetectorChoice {
+        match self {
+            Self::Named(choice) => *choice,
+            Self::Own(_) => DetectorChoice::KMeans,
+        }
+    }
+
+    fn name(&self) -> PyResult<String> {
+        match self {
+            Self::Named(choice) => Ok(choice.name().into()),
+            Self::Own(function) => match function.getattr("__name__").and_then(|name| name.extract()) {
+                Ok(name) => Ok(name),
+                Err(_) => Ok(function.get_type().name()?.to_string()),
+            },
+        }
+    }
+}
+
+/// The errors of frames, together and, if that is asked for, each.
+struct Counts {
+    tally: Tally,
+    by_frame: Option<Vec<u8>>,
+}
+
+impl Counts {
+    fn new(by_frame: bool) -> Self {
+        Self {
+            tally: Tally::default(),
+            by_frame: by_frame.then(Vec::new),
+        }
+    }
+
+    fn add(&mut self, frame: &LabelledFrame, read: PanelFrame) -> Result<(), AccumulatorError> {
+        if let Some(by_frame) = &mut self.by_frame {
+            by_frame.push(read.distance(frame.bits) as u8);
+        }
+        self.tally.push(frame, read)
+    }
+
+    fn finish(self, detector: &'static str) -> PyResult<(Summary, Option<Vec<u8>>)> {
+        Ok((Summary::of(&check(self.tally.finish())?, detector), self.by_frame))
+    }
+}
+
+/// Lets a function read all frames.
+fn read_by_function(
+    py: Python<'_>,
+    source: &FrameSource,
+    function: &Bound<'_, PyAny>,
+    batch: u64,
+    work: &Work,
+    progress: Option<&Bound<'_, PyAny>>,
+    mut counts: Counts,
+) -> PyResult<Counts> {
+    let end = source.evaluator().settings().frames;
+    let mut first = 0;
+    while first < end {
+        let count = batch.min(end - first) as usize;
+        let (images, frames) = draw(py, source, work, first, count)?;
+        let input = DetectorInput {
+            first,
+            images: pictures(py, source, images)?,
+            corners_px: all_corners(py, &frames)?,
+            features: all_features(py, &frames)?,
+        };
+        let read = arrays::panels_read(&function.call1((input,))?, first, count)?;
+        for (frame, read) in frames.iter().zip(read) {
+            check(counts.add(frame, read))?;
+        }
+        first += count as u64;
+        if let Some(progress) = progress {
+            progress.call1((count,))?;
+        }
+    }
+    Ok(counts)
+}
+
+/// Lets the detector that is set read all frames.
+fn read_by_name(scene: &Scene, settings: Settings, mut counts: Counts, mut ears: Ears) -> Result<Counts, EvaluateError> {
+    let stop = ears.stop;
+    let labels = Labels {
+        features: true,
+        reading: true,
+    };
+    let source = FrameSource::new(Evaluator::new(scene, Settings { stop, ..settings })?, labels);
+    let mut images = Vec::new();
+    for first in (0..settings.frames).step_by(BATCH as usize) {
+        let count = BATCH.min(settings.frames - first);
+        images.resize(count as usize * source.pixels(), 0);
+        for frame in source.draw_many(first, &mut images, stop)? {
+            counts.add(&frame, frame.read.unwrap_or_default())?;
+        }
+        ears.done(first + count);
+    }
+    Ok(counts)
 }

@@ -1,16 +1,12 @@
 //! Many random frames of a scene with the truth: data to train and to test detectors with.
 
-use std::sync::{Mutex, PoisonError};
-
 use link::panel::PanelFrame;
-use numpy::ndarray::{Array3, Array4};
+use numpy::ndarray::{Array2, Array3, Array4};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArray4};
 use pyo3::prelude::*;
-use rayon::prelude::*;
 use rx_pipeline::features::Features;
 use studies::detectors::DetectorChoice;
-use studies::monte_carlo::{EvaluateError, Evaluator, Settings, Workspace};
-use studies::stop::Stop;
+use studies::monte_carlo::{Evaluator, FrameSource, LabelledFrame, Labels, Settings};
 
 use crate::arrays;
 use crate::errors::{check, guarded, refused};
@@ -59,28 +55,28 @@ record! {
 /// An iterator over random frames of a scene: see frames.
 #[pyclass(module = "vocc")]
 pub struct Frames {
-    evaluator: Evaluator,
-    features: bool,
+    source: FrameSource,
     next: u64,
     end: u64,
     batch: Option<u64>,
     work: Work,
-    /// Those that threads have used and do not use now.
-    rooms: Mutex<Vec<Workspace>>,
 }
 
-/// What is known of one frame.
-struct Truth {
-    bits: PanelFrame,
-    corners: [[f32; 2]; 4],
-    across: bool,
-    features: Option<Box<Features>>,
-}
-
-/// Frames that a thread draws at a time.
-const PIECE: usize = 128;
 /// The most pixels of a batch: 4 GB.
 const BATCH_PIXELS_MAX: u64 = 1 << 32;
+
+/// Refuses batches that are too large.
+pub fn check_batch(batch: u64, source: &FrameSource, or: &str) -> PyResult<()> {
+    let most = BATCH_PIXELS_MAX / source.pixels() as u64;
+    if (1..=most).contains(&batch) {
+        return Ok(());
+    }
+    let region = source.region();
+    Err(refused(format!(
+        "batch = {batch}: give 1 to {most} frames of {} × {} pixels{or}",
+        region.width, region.height
+    )))
+}
 
 /// The same random frames as `evaluate` draws of a scene and a seed, with the truth: an iterator of Frame, or with `batch` of Batch, that
 /// many at a time.
@@ -127,25 +123,20 @@ pub fn frames(
         ..Settings::fast(n, seed, DetectorChoice::KMeans)
     };
     let evaluator = guarded(|| py.detach(|| check(Evaluator::new(&scene, settings))))?;
-    let region = evaluator.region();
-    let pixels = (region.width * region.height) as u64;
-    let most = BATCH_PIXELS_MAX / pixels;
-    if let Some(batch) = batch
-        && !(1..=most).contains(&batch)
-    {
-        return Err(refused(format!(
-            "batch = {batch}: give 1 to {most} frames of {} × {} pixels, or None for one by one",
-            region.width, region.height
-        )));
+    let labels = Labels {
+        features,
+        ..Labels::default()
+    };
+    let source = FrameSource::new(evaluator, labels);
+    if let Some(batch) = batch {
+        check_batch(batch, &source, ", or None for one by one")?;
     }
     Ok(Frames {
-        evaluator,
-        features,
+        source,
         next: first,
         end,
         work: Work::on(threads)?,
         batch,
-        rooms: Mutex::default(),
     })
 }
 
@@ -174,34 +165,33 @@ impl Frames {
     /// Rows and columns of the images.
     #[getter]
     fn shape(&self) -> (usize, usize) {
-        let region = self.evaluator.region();
+        let region = self.source.region();
         (region.height, region.width)
     }
 
     /// The sensor's column and row at which the images begin.
     #[getter]
     fn origin_px(&self) -> (usize, usize) {
-        let region = self.evaluator.region();
+        let region = self.source.region();
         (region.x, region.y)
     }
 }
 
 impl Frames {
     fn one<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let (frame, (height, width)) = (self.next, self.shape());
-        let mut grey = vec![0; height * width];
-        let drawn = guarded(|| py.detach(|| check(self.draw(frame, &mut grey))))?;
+        let (frame, shape) = (self.next, self.shape());
+        let mut grey = vec![0; self.source.pixels()];
+        let drawn = guarded(|| py.detach(|| check(self.source.draw(frame, &mut grey))))?;
         self.next += 1;
-        let image = check(numpy::ndarray::Array2::from_shape_vec((height, width), grey))?;
         let features = drawn.features.map(|features| {
             let values = Array3::from_shape_vec((8, 8, 3), triples(&features));
             Ok::<_, PyErr>(check(values)?.into_pyarray(py).unbind())
         });
         let frame = Frame {
             frame,
-            image: image.into_pyarray(py).unbind(),
+            image: check(Array2::from_shape_vec(shape, grey))?.into_pyarray(py).unbind(),
             bits: arrays::leds(py, drawn.bits),
-            corners_px: arrays::rows(py, drawn.corners),
+            corners_px: arrays::rows(py, drawn.corners_px),
             across: drawn.across,
             features: features.transpose()?,
         };
@@ -211,91 +201,51 @@ impl Frames {
     fn many<'py>(&mut self, py: Python<'py>, batch: u64) -> PyResult<Bound<'py, PyAny>> {
         let first = self.next;
         let count = batch.min(self.end - first) as usize;
-        let (height, width) = self.shape();
-        let (images, truths) = self.work.run(py, None, |ears| {
-            let mut images = vec![0; count * height * width];
-            let pieces = images.par_chunks_mut(PIECE * height * width).enumerate();
-            let truths = pieces.map(|(piece, images)| {
-                let from = first + (piece * PIECE) as u64;
-                self.piece(from, images, height * width, ears.stop)
-            });
-            let truths = truths.collect::<Result<Vec<_>, _>>()?;
-            let truths: Vec<Truth> = truths.into_iter().flatten().collect();
-            Ok::<_, EvaluateError>((images, truths))
-        })?;
+        let (images, frames) = draw(py, &self.source, &self.work, first, count)?;
         self.next += count as u64;
-        let bits: Vec<PanelFrame> = truths.iter().map(|truth| truth.bits).collect();
-        let corners = truths.iter().flat_map(|truth| truth.corners).flatten();
-        let corners = Array3::from_shape_vec((count, 4, 2), corners.collect());
-        let across: Vec<bool> = truths.iter().map(|truth| truth.across).collect();
-        let features = self.features.then(|| {
-            let values = truths.iter().filter_map(|truth| truth.features.as_deref());
-            let values = Array4::from_shape_vec((count, 8, 8, 3), values.flat_map(triples).collect());
-            Ok::<_, PyErr>(check(values)?.into_pyarray(py).unbind())
-        });
+        let bits: Vec<PanelFrame> = frames.iter().map(|frame| frame.bits).collect();
+        let across: Vec<bool> = frames.iter().map(|frame| frame.across).collect();
+        let features = self.source.labels().features.then(|| all_features(py, &frames));
         let batch = Batch {
             first,
-            images: check(Array3::from_shape_vec((count, height, width), images))?
-                .into_pyarray(py)
-                .unbind(),
+            images: pictures(py, &self.source, images)?,
             bits: arrays::all_leds(py, &bits),
-            corners_px: check(corners)?.into_pyarray(py).unbind(),
+            corners_px: all_corners(py, &frames)?,
             across: across.into_pyarray(py).unbind(),
             features: features.transpose()?,
         };
         Ok(Bound::new(py, batch)?.into_any())
     }
+}
 
-    /// Draws frames one after another into `images`, each of `pixels` pixels.
-    fn piece(&self, first: u64, images: &mut [u8], pixels: usize, stop: Stop) -> Result<Vec<Truth>, EvaluateError> {
-        let mut room = self.room();
-        let images = (first..).zip(images.chunks_exact_mut(pixels));
-        let truths = images.map(|(frame, image)| match stop.is_asked() {
-            true => Err(EvaluateError::Stopped),
-            false => self.draw_in(&mut room, frame, image),
-        });
-        let truths = truths.collect();
-        self.keep(room);
-        truths
-    }
+/// Draws `count` frames, one picture after another.
+pub fn draw(py: Python<'_>, source: &FrameSource, work: &Work, first: u64, count: usize) -> PyResult<(Vec<u8>, Vec<LabelledFrame>)> {
+    work.run(py, None, |ears| {
+        let mut images = vec![0; count * source.pixels()];
+        let frames = source.draw_many(first, &mut images, ears.stop)?;
+        Ok::<_, studies::monte_carlo::EvaluateError>((images, frames))
+    })
+}
 
-    fn draw(&self, frame: u64, image: &mut [u8]) -> Result<Truth, EvaluateError> {
-        let mut room = self.room();
-        let truth = self.draw_in(&mut room, frame, image);
-        self.keep(room);
-        truth
-    }
+/// Pictures, of shape (n, height, width).
+pub fn pictures(py: Python<'_>, source: &FrameSource, images: Vec<u8>) -> PyResult<Py<PyArray3<u8>>> {
+    let (region, count) = (source.region(), images.len() / source.pixels());
+    let images = Array3::from_shape_vec((count, region.height, region.width), images);
+    Ok(check(images)?.into_pyarray(py).unbind())
+}
 
-    fn draw_in(&self, room: &mut Workspace, frame: u64, image: &mut [u8]) -> Result<Truth, EvaluateError> {
-        let (bits, corners, features) = match self.features {
-            true => {
-                let observed = self.evaluator.observe(frame, room)?;
-                let features = Some(Box::new(observed.features));
-                (observed.bits, observed.corners, features)
-            }
-            false => {
-                let (bits, corners) = self.evaluator.render(frame, room)?;
-                (bits, corners, None)
-            }
-        };
-        image.copy_from_slice(room.grey());
-        let renderer = self.evaluator.renderer();
-        Ok(Truth {
-            bits,
-            corners: corners.points(),
-            across: renderer.straddles(0, &renderer.moment(self.evaluator.settings().seed, frame)),
-            features,
-        })
-    }
+/// Corners of frames, of shape (n, 4, 2).
+pub fn all_corners(py: Python<'_>, frames: &[LabelledFrame]) -> PyResult<Py<PyArray3<f32>>> {
+    let corners = frames.iter().flat_map(|frame| frame.corners_px).flatten();
+    let corners = Array3::from_shape_vec((frames.len(), 4, 2), corners.collect());
+    Ok(check(corners)?.into_pyarray(py).unbind())
+}
 
-    fn room(&self) -> Workspace {
-        let kept = self.rooms.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        kept.unwrap_or_else(|| self.evaluator.workspace())
-    }
-
-    fn keep(&self, room: Workspace) {
-        self.rooms.lock().unwrap_or_else(PoisonError::into_inner).push(room);
-    }
+/// Features of frames that have them, of shape (n, 8, 8, 3).
+pub fn all_features(py: Python<'_>, frames: &[LabelledFrame]) -> PyResult<Py<PyArray4<f32>>> {
+    let values = frames.iter().filter_map(|frame| frame.features.as_deref());
+    let values = Array4::from_shape_vec((frames.len(), 8, 8, 3), values.flat_map(triples).collect());
+    Ok(check(values)?.into_pyarray(py).unbind())
 }
 
 /// AGR, GRI and NGR of each LED, one LED after another.

@@ -40,7 +40,7 @@ mod native {
     #[pymodule_export]
     use crate::errors::VoccError;
     #[pymodule_export]
-    use crate::evaluate::{Evaluation, evaluate};
+    use crate::evaluate::{DetectorInput, Evaluation, evaluate};
     #[pymodule_export]
     use crate::frames::{Batch, Frame, Frames, frames};
     #[pymodule_export]

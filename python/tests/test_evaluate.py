@@ -99,12 +99,15 @@ def test_what_progress_raises_ends_the_call_and_comes_out() -> None:
         "vocc.evaluate('night', frames=10**10, detector='best', threads=2)",
         "vocc.optimize('night', frames=10**8, tolerance=0, threads=2)",
         "next(vocc.frames('paper', 10**6, batch=10**6, threads=2))",
+        "vocc.evaluate('night', frames=10**10, detector=lambda frames: frames.features[..., 0] - 1, threads=2)",
+        "vocc.evaluate('night', frames=10**9, detector=lambda frames: time.sleep(60), threads=2)",
+        "vocc.evaluate('night', frames=10**9, detector='ml', by_frame=True, threads=2)",
     ],
 )
 def test_control_c_ends_a_long_call(call: str) -> None:
     # Who runs the tests in the background may have them ignore Ctrl-C.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    code = f"{heard}\nimport vocc; print('begun', flush=True)\ntry:\n    {call}\nexcept KeyboardInterrupt:\n    print('interrupted')"
+    code = f"{heard}\nimport time, vocc; print('begun', flush=True)\ntry:\n    {call}\nexcept KeyboardInterrupt:\n    print('interrupted')"
     child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert child.stdout is not None and child.stdout.readline() == "begun\n"
     time.sleep(1.5)
@@ -146,6 +149,11 @@ print(seen)
         ({"camera": {"encoding": 9}}, "a gamma of 9 is not 1 to 4"),
         ({"camera": {"blur_sigma_px": 99}}, "a blur of 99 px is not 0.3 to 4 px"),
         ({"rare_events": True}, "this scene simulates no noise"),
+        ({"rare_events": True, "by_frame": True}, "rare_events counts no errors of frames"),
+        ({"frames": 2**32 + 1, "by_frame": True}, "give at most 4294967296 with by_frame"),
+        ({"detector": len, "rare_events": True}, "rare_events and camera are for detectors by name"),
+        ({"detector": len, "camera": {"encoding": 2.2}}, "rare_events and camera are for detectors by name"),
+        ({"detector": len, "batch": 0}, "batch = 0: give 1 to"),
     ],
 )
 def test_what_cannot_be_evaluated_is_refused(settings: dict, words: str) -> None:

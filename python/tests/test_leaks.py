@@ -45,6 +45,7 @@ SHORT: dict[str, Callable[[], object]] = {
 LONG: dict[str, Callable[[], object]] = {
     "decode": lambda: vocc.decode(image, detector="kmeans"),
     "evaluate": lambda: vocc.evaluate("paper", frames=1, threads=1),
+    "own detector": lambda: vocc.evaluate("paper", frames=2, threads=1, detector=lambda frames: frames.features[..., 0] - 1, by_frame=True),
     "frames": lambda: list(vocc.frames("paper", 2, batch=1)),
     "receiver": lambda: vocc.Receiver(detector="kmeans").feed(image),
 }

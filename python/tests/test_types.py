@@ -21,7 +21,7 @@ def test_right_code_passes_and_wrong_code_is_told(tmp_path: Path) -> None:
     right = check("mypy", "--strict", FOLDER / "typed_example.py")
     assert right.returncode == 0, right.stdout
     wrong = tmp_path / "wrong.py"
-    faults = ["vocc.evaluate('paper', detector='guess')", "vocc.Receiver().feed('text')", "vocc.Scene('day').plan()[0].bound"]
+    faults = ["vocc.evaluate('paper', detector='guess')", "vocc.evaluate('paper', detector=len)", "vocc.Receiver().feed('text')", "vocc.Scene('day').plan()[0].bound"]
     wrong.write_text("\n".join(["import vocc", *faults]))
     done = check("mypy", "--strict", wrong)
-    assert done.stdout.count("error:") == 3, done.stdout
+    assert done.stdout.count("error:") == 4, done.stdout

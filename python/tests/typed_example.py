@@ -14,6 +14,16 @@ for batch in vocc.frames(scene, 3, batch=2):
     first: int = batch.first
 found: vocc.Evaluation = vocc.evaluate(scene, frames=100, progress=print)
 low: float = found.ber_95[0]
+
+
+def brighter(frames: vocc.DetectorInput) -> NDArray[np.float32]:
+    soft: NDArray[np.float32] = frames.features[..., 0] - 1
+    return soft
+
+
+own: vocc.Evaluation = vocc.evaluate(scene, frames=100, detector=brighter, by_frame=True, batch=50)
+if own.errors_by_frame is not None:
+    worst: int = int(own.errors_by_frame.max())
 receiver = vocc.Receiver({"focal_px": 3636.4}, fps=30)
 texts: list[str] = [message.text for message in receiver.feed(image).messages]
 learnt: vocc.LearntCamera | None = receiver.camera

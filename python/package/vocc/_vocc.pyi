@@ -16,6 +16,7 @@ __all__ = [
     "Camera",
     "Decision",
     "Decoded",
+    "DetectorInput",
     "Evaluation",
     "Frame",
     "Frames",
@@ -50,6 +51,7 @@ _Camera: TypeAlias = Camera | LearntCamera | dict[str, Any]
 _Image: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32]
 _Level: TypeAlias = Literal["reference", "fine", "fast"]
 _Detector: TypeAlias = Literal["best", "ml", "kmeans", "kmeans-raw", "fisher", "fisher-ngr", "otsu", "genie"]
+_OwnDetector: TypeAlias = Callable[[DetectorInput], NDArray[np.bool_] | NDArray[np.floating[Any]]]
 _Channel: TypeAlias = Literal["brightest", "red", "green", "blue", "grey"]
 _Progress: TypeAlias = Callable[[int], object]
 
@@ -192,6 +194,18 @@ def frames(
 ) -> Frames[Batch]: ...
 
 @final
+class DetectorInput:
+    @property
+    def first(self) -> int: ...
+    @property
+    def images(self) -> NDArray[np.uint8]: ...
+    @property
+    def corners_px(self) -> NDArray[np.float32]: ...
+    @property
+    def features(self) -> NDArray[np.float32]: ...
+    def to_dict(self) -> dict[str, Any]: ...
+
+@final
 class Evaluation:
     @property
     def detector(self) -> str: ...
@@ -226,6 +240,8 @@ class Evaluation:
     @property
     def b2w(self) -> float | None: ...
     @property
+    def errors_by_frame(self) -> NDArray[np.uint8] | None: ...
+    @property
     def seconds(self) -> float: ...
     @property
     def seed(self) -> int: ...
@@ -240,13 +256,15 @@ def evaluate(
     *,
     frames: int = 1000,
     seed: int = 1,
-    detector: _Detector = "kmeans",
+    detector: _Detector | _OwnDetector = "kmeans",
     random_reflectance: bool = False,
     rare_events: bool = False,
     level: Literal["fine", "fast"] = "fast",
     camera: _Camera | None = None,
     threads: int | None = None,
     progress: _Progress | None = None,
+    batch: int = 1024,
+    by_frame: bool = False,
 ) -> Evaluation: ...
 
 @final
