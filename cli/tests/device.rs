@@ -298,6 +298,8 @@ fn first_firmware(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
                 | Request::ReadKey
                 | Request::WriteKey { .. }
                 | Request::EraseKey
+                | Request::TestPanel { .. }
+                | Request::ReadSensor
         )
     };
     instead(bytes, &unknown, is_later).unwrap_or_else(|| fake.exchange(bytes))

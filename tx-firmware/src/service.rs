@@ -15,9 +15,10 @@ use link::{
     framing::MESSAGE_MAX,
     intensity::IntensityLimit,
     l2a_table::{L2aTable, image::IMAGE_MAX},
+    panel::PanelFrame,
     serial::{
         ANSWER_FRAME_MAX, Answer, BodyError, CHUNK_MAX, Counters, Faults, FrameReader, Hello, Kind, Measured, REQUEST_FRAME_MAX, Refusal,
-        Request, SCHEMA, Status, TablePart, encode, wire_length,
+        Request, SCHEMA, Status, TEST_LEDS_MAX, TablePart, encode, wire_length,
     },
     symbol_rate::SymbolRate,
     waveform::{SymbolTiming, Waveform},
@@ -226,6 +227,8 @@ impl Conversation {
             Request::WriteIntensityLimit { most_mcd, led_diameter_um } => change_limit([most_mcd, led_diameter_um], device, memory),
             Request::ReadCarrier => Ok(carrier(device)),
             Request::WriteCarrier { millihertz, cycles } => change_carrier(millihertz, cycles, device, memory),
+            Request::TestPanel { bits, share, time_ms } => test(PanelFrame::from_bits(bits), share, time_ms, device),
+            Request::ReadSensor => Ok(device.read(Transmitter::sensor)),
             #[cfg(feature = "signing")]
             Request::ReadKey | Request::WriteKey { .. } | Request::EraseKey => key::act(request, device, memory),
             #[cfg(not(feature = "signing"))]
@@ -387,6 +390,16 @@ fn calibrate(measured: Measured, device: &mut impl Device, memory: &mut impl Mem
     })?;
     memory.save_calibration(&calibration)?;
     device.change(|transmitter| transmitter.set_calibration(calibration));
+    Ok(Answer::Done)
+}
+
+fn test(panel: PanelFrame, share: u8, time_ms: u16, device: &mut impl Device) -> Result<Answer<'static>, Refusal> {
+    if panel.count_on() > TEST_LEDS_MAX {
+        let [on, most] = [panel.count_on(), TEST_LEDS_MAX].map(|leds| leds as u8);
+        return Err(Refusal::TestPanel { on, most });
+    }
+    // LEDs that do not take the duty now are asked again with the next reading.
+    let _ = device.change(|transmitter| transmitter.test(panel, share, time_ms).is_ok());
     Ok(Answer::Done)
 }
 

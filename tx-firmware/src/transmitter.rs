@@ -8,7 +8,7 @@ use link::{
     intensity::IntensityLimit,
     l2a_table::{Illuminance, L2a, L2aTable},
     panel::PanelFrame,
-    serial::{Counters, Faults, Light, Status},
+    serial::{Answer, Counters, Faults, Light, SensorReading, Status},
     symbol_rate::SymbolRate,
     waveform::SymbolTiming,
 };
@@ -51,9 +51,22 @@ pub struct Transmitter<M> {
     /// The greatest duty by the latest evidence of the light.
     most_duty: Duty,
     dimming: Option<Dimming>,
+    test: Option<Test>,
+    /// The latest in each range of the sensor.
+    samples: [SensorReading; 2],
     now_ms: u64,
     faults: Faults,
     counters: Counters,
+}
+
+/// What is shown in the place of messages.
+#[derive(Clone, Copy, Debug)]
+struct Test {
+    panel: PanelFrame,
+    /// The share of the duty that messages have, in 1/255.
+    share: u8,
+    until_ms: u64,
+    next_range: SensorRange,
 }
 
 impl<M: LedMatrix> Transmitter<M> {
@@ -71,6 +84,8 @@ impl<M: LedMatrix> Transmitter<M> {
             known: None,
             most_duty: ceiling(M::FULL_DUTY_LX, NIGHT_LX),
             dimming: None,
+            test: None,
+            samples: [SensorReading::None; 2],
             now_ms: 0,
             faults: Faults::empty(),
             counters: Counters::default(),
@@ -88,6 +103,18 @@ impl<M: LedMatrix> Transmitter<M> {
             LightSample::Missing => &mut self.counters.missed_readings,
             LightSample::Light { .. } | LightSample::Saturated => &mut self.counters.readings,
         });
+        let (latest, other) = match range {
+            SensorRange::Operating => (0, SensorRange::CrossCheck),
+            SensorRange::CrossCheck => (1, SensorRange::Operating),
+        };
+        self.samples[latest] = match sample {
+            LightSample::Light { lux, .. } => SensorReading::Light(Illuminance::saturating_from_num(lux)),
+            LightSample::Saturated => SensorReading::Saturated,
+            LightSample::Missing => SensorReading::Missing,
+        };
+        if let Some(test) = &mut self.test {
+            test.next_range = other;
+        }
         let illuminance_lx = match self.light_watch.observe(self.now_ms, range, sample) {
             Evidence::Light(lux) => {
                 self.most_duty = ceiling(M::FULL_DUTY_LX, Illuminance::saturating_from_num(lux));
@@ -124,7 +151,10 @@ impl<M: LedMatrix> Transmitter<M> {
         // The size of a typical panel is not that of this one.
         let is_measured = !self.faults.contains(Faults::NO_CALIBRATION);
         let geometry = self.calibration.geometry().filter(|_| is_measured);
-        let panel = self.schedule.next_panel_of(geometry);
+        let panel = match self.test {
+            Some(test) => test.panel,
+            None => self.schedule.next_panel_of(geometry),
+        };
         let shown = self.matrix.show(panel);
         self.faults.set(Faults::LEDS, shown.is_err());
         count(if shown.is_ok() {
@@ -158,6 +188,35 @@ impl<M: LedMatrix> Transmitter<M> {
         self.schedule.stop();
     }
 
+    /// Shows `panel` in the place of messages for `time_ms`, with `share`/255 of their duty, and then goes on with them where they were;
+    /// 0 ms ends that at once. Panels stand still meanwhile, whatever the timing. A panel of at most
+    /// [`TEST_LEDS_MAX`](link::serial::TEST_LEDS_MAX) LEDs is within all limits that messages keep to.
+    ///
+    /// # Errors
+    /// Errors of the matrix, which then may not have the new duty; the next reading or [`watch`](Self::watch) tries again.
+    pub fn test(&mut self, panel: PanelFrame, share: u8, time_ms: u16) -> Result<(), M::Error> {
+        if self.test.is_none() && !self.timing.waveform().is_still() {
+            self.matrix.set_timing(SymbolTiming::still(self.timing.rate()));
+        }
+        self.test = Some(Test {
+            panel,
+            share,
+            until_ms: self.now_ms + u64::from(time_ms),
+            next_range: self.test.map_or(SensorRange::CrossCheck, |test| test.next_range),
+        });
+        self.dim().map(|_| ())
+    }
+
+    /// Ends a test whose time is over.
+    fn end_test(&mut self) {
+        if self.test.is_some_and(|test| test.until_ms <= self.now_ms) {
+            self.test = None;
+            if !self.timing.waveform().is_still() {
+                self.matrix.set_timing(self.timing);
+            }
+        }
+    }
+
     /// Replaces the table from the next reading on, and clears [`Faults::NO_TABLE`] and [`Faults::STORE`].
     pub fn set_table(&mut self, table: L2aTable) {
         self.table = table;
@@ -181,7 +240,7 @@ impl<M: LedMatrix> Transmitter<M> {
     /// Sets the symbol rate, at which to call [`tick`](Self::tick) from the next symbol on, and the waveform.
     pub fn set_timing(&mut self, timing: SymbolTiming) {
         self.timing = timing;
-        self.matrix.set_timing(timing);
+        self.matrix.set_timing(self.timing_shown());
     }
 
     /// Sets or clears faults that only the board detects, such as [`Faults::WATCHDOG`].
@@ -195,6 +254,7 @@ impl<M: LedMatrix> Transmitter<M> {
     }
 
     fn dim(&mut self) -> Result<Option<Dimming>, M::Error> {
+        self.end_test();
         let light = self.light_watch.light();
         if light == Light::Lost {
             self.most_duty = ceiling(M::FULL_DUTY_LX, NIGHT_LX);
@@ -212,7 +272,9 @@ impl<M: LedMatrix> Transmitter<M> {
             }
         };
         if let Some(dimming) = dimming {
-            self.matrix.set_duty(dimming.duty)?;
+            let share = self.test.map_or(u8::MAX, |test| test.share);
+            let duty = Duty::from_bits((u64::from(dimming.duty.to_bits()) * u64::from(share) / u64::from(u8::MAX)) as u32);
+            self.matrix.set_duty(duty)?;
             self.dimming = Some(dimming);
         }
         Ok(dimming)
@@ -237,7 +299,13 @@ impl<M> Transmitter<M> {
 
     /// The range for the next reading of the light sensor.
     pub fn next_range(&self) -> SensorRange {
-        self.light_watch.next_range()
+        self.test.map_or_else(|| self.light_watch.next_range(), |test| test.next_range)
+    }
+
+    /// What the light sensor read last in each range, as an answer.
+    pub fn sensor(&self) -> Answer<'static> {
+        let [operating, cross_check] = self.samples;
+        Answer::Sensor { operating, cross_check }
     }
 
     /// The current faults.
@@ -278,6 +346,14 @@ impl<M> Transmitter<M> {
     /// The rate at which to call [`tick`](Self::tick).
     pub fn symbol_rate(&self) -> SymbolRate {
         self.timing.rate()
+    }
+
+    /// The symbol rate and the waveform now: in a test, panels stand still.
+    pub fn timing_shown(&self) -> SymbolTiming {
+        match self.test {
+            Some(_) => SymbolTiming::still(self.timing.rate()),
+            None => self.timing,
+        }
     }
 
     /// The symbol rate and the waveform.
@@ -601,6 +677,94 @@ mod tests {
         assert!(delivered);
     }
 
+    /// LEDs that know whether panels stand still.
+    #[derive(Default)]
+    struct Carried {
+        inner: RecordingMatrix,
+        timing: SymbolTiming,
+    }
+
+    impl LedMatrix for Carried {
+        type Error = core::convert::Infallible;
+
+        fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
+            self.inner.show(panel)
+        }
+
+        fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error> {
+            self.inner.set_duty(duty)
+        }
+
+        fn set_timing(&mut self, timing: SymbolTiming) {
+            self.timing = timing;
+        }
+    }
+
+    const ROW: PanelFrame = PanelFrame::from_bits(0xff);
+
+    #[test]
+    fn a_test_is_shown_for_its_time_and_messages_go_on_where_they_were() {
+        let mut transmitter = transmitter(Carried::default());
+        let timing = SymbolTiming::new(SymbolRate::DEFAULT, link::waveform::Waveform::new(16).unwrap()).unwrap();
+        transmitter.set_timing(timing);
+        transmitter.send(b"goes on", Code::Tc256, Repeats::Forever).unwrap();
+        let mut undisturbed = transmitter.schedule.clone();
+        lit_at(&mut transmitter, 0, 100);
+        let duty = transmitter.matrix().inner.duty;
+        assert_eq!(transmitter.tick(), Ok(undisturbed.next_panel()));
+
+        transmitter.test(ROW, 51, 500).unwrap();
+        assert_eq!(transmitter.matrix().inner.duty, duty / 5);
+        assert!(transmitter.matrix().timing.waveform().is_still());
+        transmitter.watch(499).unwrap();
+        assert_eq!((transmitter.tick(), transmitter.matrix().inner.duty), (Ok(ROW), duty / 5));
+        assert_eq!(transmitter.timing(), timing);
+        transmitter.watch(500).unwrap();
+        assert_eq!(transmitter.tick(), Ok(undisturbed.next_panel()));
+        assert_eq!((transmitter.matrix().inner.duty, transmitter.matrix().timing), (duty, timing));
+
+        transmitter.test(ROW, 255, u16::MAX).unwrap();
+        assert_eq!((transmitter.tick(), transmitter.matrix().inner.duty), (Ok(ROW), duty));
+        transmitter.test(ROW, 255, 0).unwrap();
+        assert_eq!(transmitter.tick(), Ok(undisturbed.next_panel()));
+        assert_eq!(transmitter.matrix().timing, timing);
+    }
+
+    #[test]
+    fn a_test_is_dark_while_nothing_is_known_of_the_light_and_ends_then_too() {
+        let mut transmitter = transmitter(RecordingMatrix::default());
+        transmitter.test(ROW, 255, 300).unwrap();
+        assert_eq!((transmitter.tick(), transmitter.matrix().duty), (Ok(ROW), Duty::ZERO));
+        transmitter.watch(300).unwrap();
+        assert_eq!(transmitter.tick(), Ok(Schedule::new().next_panel()));
+    }
+
+    #[test]
+    fn a_test_reads_the_sensor_in_both_ranges() {
+        let mut transmitter = transmitter(RecordingMatrix::default());
+        assert_eq!(
+            transmitter.sensor(),
+            Answer::Sensor {
+                operating: SensorReading::None,
+                cross_check: SensorReading::None
+            }
+        );
+        transmitter.test(ROW, 255, 10_000).unwrap();
+        for (now_ms, word) in [(0, 1), (100, 2), (200, 1), (300, 2)] {
+            let range = transmitter.next_range();
+            transmitter.sense(now_ms, range, light(word.into(), word)).unwrap();
+            assert_ne!(transmitter.next_range(), range);
+        }
+        let [one, two] = [1, 2].map(|lux| SensorReading::Light(Illuminance::from_num(lux)));
+        let (operating, cross_check) = (two, one);
+        assert_eq!(transmitter.sensor(), Answer::Sensor { operating, cross_check });
+        transmitter.sense(400, SensorRange::CrossCheck, LightSample::Missing).unwrap();
+        let cross_check = SensorReading::Missing;
+        assert_eq!(transmitter.sensor(), Answer::Sensor { operating, cross_check });
+        transmitter.watch(20_000).unwrap();
+        assert_eq!(transmitter.next_range(), SensorRange::Operating);
+    }
+
     #[test]
     fn a_failing_matrix_is_reported_and_costs_one_symbol_or_one_reading() {
         let mut transmitter = transmitter(FragileMatrix::default());
@@ -641,17 +805,20 @@ mod tests {
     properties! {
         #[test]
         fn whatever_the_sensor_says_the_panel_keeps_to_its_l2a_or_the_night_limit(
-            events in prop::collection::vec(events(), 1..80),
+            events in prop::collection::vec((events(), prop::option::of(any::<(u8, u16)>())), 1..80),
         ) {
             let mut transmitter = transmitter(RecordingMatrix::default());
             let mut now_ms = 0;
-            for (wait_ms, sample) in events {
+            for ((wait_ms, sample), test) in events {
                 now_ms += wait_ms;
                 match sample {
                     Some(sample) => transmitter.sense(now_ms, transmitter.next_range(), sample),
                     None => transmitter.watch(now_ms),
                 }
                 .unwrap();
+                if let Some((share, time_ms)) = test {
+                    transmitter.test(ROW, share, time_ms).unwrap();
+                }
                 transmitter.tick().unwrap();
                 let illuminance_lx = transmitter.illuminance_lx().map_or(0.0, |lx| lx.to_num::<f64>());
                 let most_cd_m2 = match transmitter.status().light {

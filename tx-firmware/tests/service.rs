@@ -10,7 +10,9 @@ use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
 use link::l2a_table::image::IMAGE_MAX;
 use link::panel::PanelFrame;
-use link::serial::{ANSWER_FRAME_MAX, Answer, CHUNK_MAX, Faults, FrameReader, Kind, Measured, Refusal, Request, SCHEMA, VERSION, encode};
+use link::serial::{
+    ANSWER_FRAME_MAX, Answer, CHUNK_MAX, Faults, FrameReader, Kind, Measured, Refusal, Request, SCHEMA, SensorReading, VERSION, encode,
+};
 use link::waveform::SymbolTiming;
 use tx_firmware::calibration::BENCH;
 use tx_firmware::matrix::{Duty, LedMatrix, RecordingMatrix};
@@ -205,6 +207,28 @@ fn a_table_that_cannot_be_stored_does_not_run() {
     let cycles = 54;
     bench.expect(&Request::WriteCarrier { millihertz, cycles }, &Answer::Refused(Refusal::Store));
     assert_eq!(bench.transmitter.timing(), SymbolTiming::default());
+}
+
+#[test]
+fn a_test_panel_is_shown_if_it_is_no_brighter_than_a_message() {
+    let mut bench = Bench::new();
+    let test = |bits, time_ms| Request::TestPanel { bits, share: 255, time_ms };
+    for (bits, on) in [(u64::MAX, 64), (0x1_ffff_ffff, 33)] {
+        bench.expect(&test(bits, 1000), &Answer::Refused(Refusal::TestPanel { on, most: 32 }));
+        assert_ne!(bench.transmitter.tick(), Ok(PanelFrame::from_bits(bits)));
+    }
+    for bits in [0, 1 << 63, 0xffff_ffff, 0xaa55_aa55_aa55_aa55] {
+        bench.expect(&test(bits, 1000), &Answer::Done);
+        assert_eq!(bench.transmitter.tick(), Ok(PanelFrame::from_bits(bits)));
+    }
+    bench.expect(&test(0, 0), &Answer::Done);
+    assert_ne!(bench.transmitter.tick(), Ok(PanelFrame::default()));
+    let none = SensorReading::None;
+    let sensor = Answer::Sensor {
+        operating: none,
+        cross_check: none,
+    };
+    bench.expect(&Request::ReadSensor, &sensor);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::{BodyError, Measured, Status, VERSION};
+use crate::l2a_table::Illuminance;
 use crate::symbol_rate::{Outside, SymbolRate};
 use crate::waveform::Waveform;
 use postcard_schema::Schema;
@@ -61,6 +62,26 @@ pub enum Answer<'a> {
         /// The counter of its next signature, or, after a restart, a greater one; 0 without a key.
         counter: u32,
     },
+    /// What the light sensor read last.
+    Sensor {
+        /// In the range that suits most light.
+        operating: SensorReading,
+        /// In the other one.
+        cross_check: SensorReading,
+    },
+}
+
+/// What a light sensor read last in one of its ranges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+pub enum SensorReading {
+    /// It was not read in this range yet.
+    None,
+    /// It did not answer.
+    Missing,
+    /// There was too much light for this range.
+    Saturated,
+    /// An illuminance, before the sensor's gain.
+    Light(Illuminance),
 }
 
 /// The identity of a transmitter.
@@ -200,6 +221,14 @@ pub enum Refusal {
     /// The counter of the key's signatures is exhausted.
     #[error("its key has no counter left to sign with, and nothing was changed: give it a new key (`vocc device key`)")]
     NoCounter,
+    /// A test panel would be brighter than a message.
+    #[error("a test panel with {on} LEDs On is impossible, the most is {most}: show the others in another panel")]
+    TestPanel {
+        /// LEDs that are On.
+        on: u8,
+        /// The most possible.
+        most: u8,
+    },
 }
 
 /// The text about a refused carrier: thousandths of a symbol a second, and cycles a symbol.

@@ -50,7 +50,7 @@ mod frame;
 mod request;
 mod status;
 
-pub use answer::{Answer, Hello, Refusal, TablePart};
+pub use answer::{Answer, Hello, Refusal, SensorReading, TablePart};
 pub use calibration::Measured;
 pub use frame::{
     ANSWER_FRAME_MAX, BodyError, EncodeError, FRAME_OVERHEAD, Frame, FrameError, FrameReader, Kind, REQUEST_FRAME_MAX, encode, wire_length,
@@ -62,6 +62,9 @@ pub use status::{Counters, Faults, Light, Limit, Status};
 pub const VERSION: u8 = 1;
 /// The greatest number of bytes of a table in one frame.
 pub const CHUNK_MAX: usize = 128;
+/// The most LEDs that are On in a [test panel](Request::TestPanel): as many as in a message on average, to which the limit of the luminous
+/// intensity applies.
+pub const TEST_LEDS_MAX: u32 = crate::panel::LEDS as u32 / 2;
 
 /// Identifies the messages that every program knows: the CRC-32C of their layout in `docs/serial.md`. Two programs with the same number
 /// understand each other. Messages added later are not included, and a transmitter that does not know one refuses it as

@@ -109,4 +109,18 @@ pub enum Request<'a> {
     /// Erases every trace of the key: messages sent from now on are not signed. Answered by [`Answer::Key`](super::Answer::Key). Added
     /// later: an older transmitter refuses it as unknown.
     EraseKey,
+    /// Show this panel in the place of messages, dimmed no brighter than they are; they go on after it, where they were. Meanwhile the light
+    /// sensor is read in both of its ranges by turns. Answered by [`Answer::Done`](super::Answer::Done). Added later: an older transmitter
+    /// refuses it as unknown.
+    TestPanel {
+        /// Bit 8·row + column is On; at most [`TEST_LEDS_MAX`](super::TEST_LEDS_MAX) of them, so that no test is brighter than a message.
+        bits: u64,
+        /// The share of the light that a message has now, in 1/255.
+        share: u8,
+        /// For how long, ms, unless another request comes before; 0 ends a test at once.
+        time_ms: u16,
+    },
+    /// What the light sensor read last, in each of its ranges. Answered by [`Answer::Sensor`](super::Answer::Sensor). Added later: an older
+    /// transmitter refuses it as unknown.
+    ReadSensor,
 }

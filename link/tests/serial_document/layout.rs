@@ -2,7 +2,7 @@
 
 use std::slice::SliceIndex;
 
-use link::serial::{Answer, Counters, Faults, Light, Limit, Measured, Refusal, Request};
+use link::serial::{Answer, Counters, Faults, Light, Limit, Measured, Refusal, Request, SensorReading};
 use postcard_schema::Schema;
 use postcard_schema::schema::{DataModelType as Type, DataModelVariant as Variant, NamedType, NamedValue, NamedVariant};
 use pulldown_cmark::{Event, Parser, Tag, TagEnd};
@@ -35,6 +35,7 @@ pub fn added_by_the_types() -> Vec<String> {
         message::<Request<'_>>("request", REQUESTS..),
         message::<Answer<'_>>("answer", ANSWERS..),
         message::<Refusal>("refusal", REFUSALS..),
+        vec![format!("sensor reading: {}", choices::<SensorReading>())],
     ]
     .concat()
 }
@@ -106,7 +107,12 @@ fn message<T: Schema>(name: &str, numbers: impl SliceIndex<[usize], Output = [us
 
 fn choices<T: Schema>() -> String {
     let cases = cases(T::SCHEMA).iter().enumerate();
-    let words: Vec<String> = cases.map(|(number, case)| format!("{number} {}", spaced(case.name))).collect();
+    let words: Vec<String> = cases
+        .map(|(number, case)| match case.ty {
+            Variant::NewtypeVariant(inner) => format!("{number} {} {}", spaced(case.name), type_word(inner)),
+            _ => format!("{number} {}", spaced(case.name)),
+        })
+        .collect();
     words.join(", ")
 }
 

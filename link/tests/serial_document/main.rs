@@ -5,8 +5,8 @@ mod layout;
 use fixed::types::{U0F32, U1F31, U12F20, U32F32};
 use link::l2a_table::{Illuminance, Interval, L2a, L2aTable};
 use link::serial::{
-    Answer, Counters, Faults, Hello, Kind, Light, Limit, Measured, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, Seed, Status, TablePart,
-    encode, wire_length,
+    Answer, Counters, Faults, Hello, Kind, Light, Limit, Measured, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, Seed, SensorReading,
+    Status, TablePart, encode, wire_length,
 };
 
 const DOCUMENT: &str = include_str!("../../../docs/serial.md");
@@ -242,6 +242,30 @@ fn examples() -> Vec<String> {
         asked(25, "erase key", Request::EraseKey),
         told(25, "key, none", Answer::Key { id: None, counter: 0 }),
         told(26, "refused, no signing", Answer::Refused(Refusal::NoSigning)),
+        asked(
+            27,
+            "test panel, the top row at half of the light for 1.5 s",
+            Request::TestPanel {
+                bits: 0xff,
+                share: 128,
+                time_ms: 1500,
+            },
+        ),
+        told(27, "done", Answer::Done),
+        asked(28, "read sensor", Request::ReadSensor),
+        told(
+            28,
+            "sensor, 2000 lx, saturated in the other range",
+            Answer::Sensor {
+                operating: SensorReading::Light(Illuminance::lit("2000")),
+                cross_check: SensorReading::Saturated,
+            },
+        ),
+        told(
+            29,
+            "refused, test panel with 33 LEDs On",
+            Answer::Refused(Refusal::TestPanel { on: 33, most: 32 }),
+        ),
     ]
 }
 

@@ -80,7 +80,7 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
     let mut bytes = [0; 200];
     bytes.iter_mut().for_each(|byte| *byte = random.number() as u8);
     let some = &bytes[..random.below(40)];
-    let request = match random.below(22) {
+    let request = match random.below(24) {
         0 => Request::Hello,
         1 => Request::Status,
         2 => Request::ReadTable {
@@ -134,6 +134,12 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
             millihertz: random.below(350_000) as u32,
             cycles: random.below(40) as u16,
         },
+        21 => Request::TestPanel {
+            bits: random.number() & random.number(),
+            share: random.number() as u8,
+            time_ms: random.below(3) as u16,
+        },
+        22 => Request::ReadSensor,
         _ => Request::CommitTable { crc },
     };
     let sequence = random.number() as u32;
