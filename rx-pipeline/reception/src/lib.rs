@@ -26,10 +26,12 @@
 //! | [`whereabouts`] | where panels are, in metres |
 //! | [`learnt`] | the learnt camera, in words |
 //! | [`still`] | single frames |
+//! | [`bring_up`] | test panels, and what is wrong with a panel by their pictures |
 //! | [`picture`], [`colour`], [`deep`] | 8-bit grey from pictures, from colours, and from 9 to 16 bits |
 //! | [`bytes`] | messages that are not text |
 //! | [`stream`] | frames of uncompressed films: y4m, raw bytes |
 
+pub mod bring_up;
 pub mod bytes;
 pub mod colour;
 pub mod deep;

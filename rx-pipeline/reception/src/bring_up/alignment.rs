@@ -1,0 +1,240 @@
+//! Which frames show which step, by what changes in them alone: neither the camera's clock nor the moment of the start is known.
+//!
+//! Frames that are alike are a run. Thirteen runs in succession are the steps that name the LEDs if a panel and its complement differ
+//! wherever there is an LED, in all six pairs: of any other runs, one pair in two leaves an LED as it was. The steps that dim may look
+//! alike, so their frames follow from the length of the steps before.
+
+use super::{CODES, PAIRS, RAMP};
+
+/// The frames of a run, at least, unless each step has one frame.
+const RUN_MIN: usize = 3;
+/// The least share of what changes in the pairs that changes in all of them.
+const AGREEMENT_MIN: f32 = 0.3;
+
+/// The pictures of the steps: the means of the frames that show them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Aligned {
+    /// Those of the steps that name the LEDs.
+    pub codes: Vec<Vec<f32>>,
+    /// Those of the steps that dim; none if the frames end before.
+    pub ramp: Option<Vec<Vec<f32>>>,
+}
+
+/// Frames from `start` to before `end`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Run {
+    start: usize,
+    end: usize,
+}
+
+/// Finds the steps among `frames`, each of which has the level of the same pixels; none if they are not there.
+pub fn align(frames: &[Vec<f32>]) -> Option<Aligned> {
+    let singles = (0..frames.len()).map(|start| Run { start, end: start + 1 }).collect();
+    [runs(frames), singles]
+        .into_iter()
+        .filter_map(|runs| best(frames, &runs))
+        .max_by(|one, other| one.0.total_cmp(&other.0))
+        .map(|(_, aligned)| aligned)
+}
+
+/// The steps in `runs`, and how well they agree.
+fn best(frames: &[Vec<f32>], runs: &[Run]) -> Option<(f32, Aligned)> {
+    let pictures: Vec<Vec<f32>> = runs.iter().map(|run| mean(frames, run.inner())).collect();
+    let windows = pictures.windows(CODES).enumerate();
+    let (changed, first) = windows
+        .map(|(first, codes)| (all_changed(&codes[1..]), first))
+        .max_by(|one, other| one.0.total_cmp(&other.0))?;
+    let codes = &pictures[first..first + CODES];
+    let agreement = changed / mean_changed(&codes[1..]);
+    if agreement.is_nan() || agreement < AGREEMENT_MIN {
+        return None;
+    }
+    let (begin, end) = (runs[first + 1].start, runs[first + CODES - 1].end);
+    let step = (end - begin) as f32 / (2 * PAIRS) as f32;
+    let ramp = (0..RAMP.len()).map(|index| {
+        let at = |steps: f32| (end as f32 + (index as f32 + steps) * step) as usize;
+        let run = Run {
+            start: at(0.3),
+            end: at(0.7).max(at(0.3) + 1),
+        };
+        (run.end <= frames.len()).then(|| mean(frames, run))
+    });
+    let aligned = Aligned {
+        codes: codes.to_vec(),
+        ramp: ramp.collect(),
+    };
+    Some((agreement, aligned))
+}
+
+impl Run {
+    /// Without its ends, which may show two steps, if it has enough frames.
+    fn inner(self) -> Self {
+        match self.end - self.start {
+            4.. => Self {
+                start: self.start + 1,
+                end: self.end - 1,
+            },
+            _ => self,
+        }
+    }
+}
+
+/// The frames that are alike, in succession. Two runs that look the same are one with a flaw between.
+fn runs(frames: &[Vec<f32>]) -> Vec<Run> {
+    let changes: Vec<f32> = frames.windows(2).map(|pair| difference(&pair[0], &pair[1])).collect();
+    let limit = limit(&changes);
+    let mut runs: Vec<Run> = Vec::new();
+    let mut start = 0;
+    for end in 1..=frames.len() {
+        if changes.get(end - 1).is_some_and(|&change| change <= limit) {
+            continue;
+        }
+        let run = Run { start, end };
+        start = end;
+        if run.end - run.start < RUN_MIN {
+            continue;
+        }
+        match runs.last_mut() {
+            Some(last) if difference(&mean(frames, last.inner()), &mean(frames, run.inner())) <= limit => last.end = run.end,
+            _ => runs.push(run),
+        }
+    }
+    runs
+}
+
+/// The change between frames that separates steps from noise: it leaves the least variance of the logarithms on its two sides (Otsu 1979).
+fn limit(changes: &[f32]) -> f32 {
+    let most = changes.iter().copied().fold(0.0, f32::max);
+    let mut logs: Vec<f32> = changes.iter().map(|&change| (change + 1e-3 * most).ln()).collect();
+    logs.sort_by(f32::total_cmp);
+    let total: f32 = logs.iter().sum();
+    let (mut below, mut limit, mut greatest) = (0.0, most, 0.0);
+    for (count, pair) in (1..).zip(logs.windows(2)) {
+        below += pair[0];
+        let [under, over] = [count as f32, (logs.len() - count) as f32];
+        let between = under * over * (below / under - (total - below) / over).powi(2);
+        if between > greatest {
+            greatest = between;
+            limit = ((pair[0] + pair[1]) / 2.0).exp() - 1e-3 * most;
+        }
+    }
+    limit
+}
+
+/// The mean change of a pixel.
+fn difference(one: &[f32], other: &[f32]) -> f32 {
+    let changes = one.iter().zip(other).map(|(one, other)| (one - other).abs());
+    changes.sum::<f32>() / one.len().max(1) as f32
+}
+
+fn mean(frames: &[Vec<f32>], run: Run) -> Vec<f32> {
+    let shown = &frames[run.start..run.end];
+    let mut sum = vec![0.0; shown[0].len()];
+    for frame in shown {
+        for (sum, pixel) in sum.iter_mut().zip(frame) {
+            *sum += pixel / shown.len() as f32;
+        }
+    }
+    sum
+}
+
+/// By how much each pixel changes in each of the pairs.
+fn pair_changes(codes: &[Vec<f32>], pixel: usize) -> impl Iterator<Item = f32> {
+    codes.chunks_exact(2).map(move |pair| (pair[0][pixel] - pair[1][pixel]).abs())
+}
+
+/// What changes in all pairs, over all pixels.
+fn all_changed(codes: &[Vec<f32>]) -> f32 {
+    let pixels = 0..codes[0].len();
+    pixels.map(|pixel| pair_changes(codes, pixel).fold(f32::INFINITY, f32::min)).sum()
+}
+
+/// What changes in a pair on average, over all pixels.
+fn mean_changed(codes: &[Vec<f32>]) -> f32 {
+    let pixels = 0..codes[0].len();
+    pixels.map(|pixel| pair_changes(codes, pixel).sum::<f32>() / PAIRS as f32).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bring_up::walk;
+    use link::panel::{LEDS, PanelFrame};
+
+    fn levels(panel: PanelFrame, share: u8) -> Vec<f32> {
+        panel.shares().map(|on| 10.0 + on * f32::from(share)).to_vec()
+    }
+
+    /// Panels of a message: each differs.
+    fn message(count: u64) -> impl Iterator<Item = Vec<f32>> {
+        // SplitMix64.
+        (1..=count).map(|number| {
+            let bits = number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            let bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            let bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+            levels(PanelFrame::from_bits(bits ^ bits >> 31), 255)
+        })
+    }
+
+    /// Messages, the walk with so many frames a step, a frame between two steps where there is one, and messages.
+    fn film(frames: usize, is_mixed: bool) -> Vec<Vec<f32>> {
+        let mut film: Vec<Vec<f32>> = message(40).collect();
+        for step in walk() {
+            let picture = levels(step.panel, step.share);
+            if let (true, Some(before)) = (is_mixed, film.last()) {
+                film.push(before.iter().zip(&picture).map(|(one, other)| 0.3 * one + 0.7 * other).collect());
+            }
+            film.extend(std::iter::repeat_n(picture, frames));
+        }
+        film.extend(message(30));
+        film
+    }
+
+    fn shown() -> (Vec<Vec<f32>>, Vec<Vec<f32>>) {
+        let steps: Vec<Vec<f32>> = walk().map(|step| levels(step.panel, step.share)).collect();
+        (steps[..CODES].to_vec(), steps[CODES..CODES + RAMP.len()].to_vec())
+    }
+
+    #[test]
+    fn the_steps_are_found_between_messages_at_any_frame_rate() {
+        let (codes, ramp) = shown();
+        for (frames, is_mixed) in [(15, false), (14, true), (4, true), (50, true)] {
+            let aligned = align(&film(frames, is_mixed)).unwrap();
+            for (found, meant) in aligned.codes.iter().zip(&codes).chain(aligned.ramp.unwrap().iter().zip(&ramp)) {
+                assert!(difference(found, meant) < 1e-3, "{frames} frames a step");
+            }
+        }
+    }
+
+    #[test]
+    fn a_picture_of_each_step_is_enough() {
+        let (codes, ramp) = shown();
+        let aligned = align(&film(1, false)).unwrap();
+        assert_eq!(aligned.codes, codes);
+        assert_eq!(aligned.ramp, Some(ramp));
+    }
+
+    #[test]
+    fn a_film_that_ends_behind_the_codes_has_no_ramp() {
+        let film: Vec<Vec<f32>> = film(10, false).into_iter().take(40 + 10 * CODES + 15).collect();
+        let aligned = align(&film).unwrap();
+        assert_eq!((aligned.codes, aligned.ramp), (shown().0, None));
+    }
+
+    #[test]
+    fn messages_alone_and_nothing_at_all_are_no_walk() {
+        let messages: Vec<Vec<f32>> = message(500).collect();
+        let slow: Vec<Vec<f32>> = message(100).flat_map(|picture| std::iter::repeat_n(picture, 4)).collect();
+        for frames in [messages, slow, vec![vec![0.0; LEDS]; 300], vec![vec![]; 20], vec![]] {
+            assert!(align(&frames).is_none());
+        }
+    }
+
+    #[test]
+    fn a_flaw_in_a_step_does_not_end_it() {
+        let mut film = film(20, false);
+        film[40 + 25].iter_mut().for_each(|level| *level += 200.0);
+        let aligned = align(&film).unwrap();
+        assert!(difference(&aligned.codes[5], &shown().0[5]) < 1e-3);
+    }
+}
