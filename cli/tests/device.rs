@@ -318,6 +318,18 @@ fn firmware_that_knows_no_symbol_rates_is_told_from_other_refusals() {
 }
 
 #[test]
+fn firmware_that_shows_no_test_panels_says_so_and_keeps_what_it_has() {
+    let board = Board::start(first_firmware);
+    let test = ["device", "test"];
+    ends(
+        &board.vocc(&test),
+        2,
+        &["too old to show test panels", "nothing was changed", "flash"],
+    );
+    assert_eq!(board.stop().memory.timing, None);
+}
+
+#[test]
 fn firmware_that_signs_no_messages_takes_no_key() {
     let key = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-signing-key.toml");
     let _ = std::fs::remove_file(&key);

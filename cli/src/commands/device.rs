@@ -16,6 +16,7 @@ use crate::options::{Connection, Message, Port, Shared, seconds};
 use crate::output::{self, Verdict, line};
 use crate::stop::stop;
 
+mod bring_up;
 mod calibrate;
 mod calibration;
 mod key;
@@ -78,6 +79,8 @@ enum Action {
     },
     /// Compute a panel's calibration from pictures beside a grey card: see docs/calibration.md.
     Calibrate(calibrate::Arguments),
+    /// Test a board that was just built: its light sensor, its store, and its LEDs by eye or by a camera. See docs/hardware/bring-up.md.
+    Test(bring_up::Arguments),
     /// Simulate a transmitter: a serial port with the real firmware behind it, to try all other commands.
     Simulate(simulate::Arguments),
     /// Print or set the symbol rate, and a transmitter's carrier. A receiver forgets its rate at a restart.
@@ -125,6 +128,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
             calibration::run(port, file.as_deref(), shared)
         }
         Action::Calibrate(arguments) => calibrate::run(arguments, shared),
+        Action::Test(arguments) => bring_up::run(arguments, shared),
         Action::Simulate(arguments) => simulate::run(arguments, shared),
         Action::Rate { port, wanted } => rate::run(port, wanted, shared),
         Action::Key(arguments) => key::run(arguments, shared),

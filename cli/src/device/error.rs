@@ -115,6 +115,9 @@ pub enum DeviceError {
     /// The firmware predates keys.
     #[error("its firmware is too old to sign messages, and nothing was changed: flash the present one (docs/hardware.md)")]
     NoKey,
+    /// The firmware predates test panels.
+    #[error("its firmware is too old to show test panels, and nothing was changed: flash the present one (docs/hardware.md)")]
+    NoTest,
     /// The firmware predates the intensity limit.
     #[error(
         "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the present one (docs/hardware.md), or leave \

@@ -1,11 +1,11 @@
 // A transmitter's image on an emulated Raspberry Pi Pico.
 //
-//   node emulator.mjs IMAGE.elf FLASH.bin SOCKET [--max7219] [--edges] [--stage gate|buffer] [--slow-flash] [--time NAME]...
+//   node emulator.mjs IMAGE.elf FLASH.bin SOCKET [--max7219] [--edges] [--stage gate|buffer] [--fault FAULT]... [--slow-flash] [--time NAME]...
 //
 // IMAGE.elf is flashed into FLASH.bin if that is not there yet. SOCKET is UART 0, a Unix socket for one client at a time.
 // --max7219 puts a module with that chip in the place of the shift registers.
 // --edges follows each pulse of the dimming, --time counts the cycles of a function or an interrupt. --stage is what drives output enable:
-// see `output_enable.mjs`. With --slow-flash, erasing and programming take the longest that the datasheet allows.
+// see `output_enable.mjs`. --fault is one of the LEDs' wires: see `wires.mjs`. With --slow-flash, erasing and programming take the longest that the datasheet allows.
 //
 // Commands, beside those of `harness.mjs`:
 //
@@ -32,15 +32,16 @@ const { positionals, values } = parseArgs({
     max7219: { type: 'boolean' },
     edges: { type: 'boolean' },
     stage: { type: 'string' },
+    fault: { type: 'string', multiple: true, default: [] },
     'slow-flash': { type: 'boolean' },
     time: { type: 'string', multiple: true, default: [] },
   },
 });
 const [image, flashFile, socket] = positionals;
-const { max7219, edges, stage, time } = values;
+const { max7219, edges, stage, fault: faults, time } = values;
 const elf = fs.readFileSync(image);
 const stopwatch = time.length ? new Stopwatch(elf, time) : null;
-const { board: pico, flash, line } = plug(Pico, { elf, flash: flashFile, socket, report: say }, { max7219, edges, stage, stopwatch });
+const { board: pico, flash, line } = plug(Pico, { elf, flash: flashFile, socket, report: say }, { max7219, edges, stage, faults, stopwatch });
 flash.isSlow = values['slow-flash'];
 
 new Harness({

@@ -4,15 +4,18 @@
 // high and keep what they have when it falls (TLC5916, STP08DP05). Both have to show the same panel.
 
 import { OutputEnable, UNPOWERED } from './output_enable.mjs';
+import { Wires } from './wires.mjs';
 
 const LATCH_PIN = 17, OUTPUT_ENABLE_PIN = 20, CURRENT_PIN = 21, DIMMING_SLICE = 2;
 const COMPARE = 0x0c, TOP = 0x10, HIGH = 1;
 const LEDS_MASK = (1n << 64n) - 1n;
 
 export class Panel {
-  // `report` takes what happened; with `edges`, each pulse of the output-enable line is followed, which costs time. `stage` drives that line.
-  constructor(mcu, report, edges, stage) {
+  // `report` takes what happened; with `edges`, each pulse of the output-enable line is followed, which costs time. `stage` drives that line,
+  // and `faults` are those of the wires.
+  constructor(mcu, report, edges, stage, faults) {
     this.mcu = mcu;
+    this.wires = new Wires(faults);
     this.outputEnable = new OutputEnable(stage);
     this.shifted = 0n;
     this.litNanos = 0;
@@ -27,9 +30,14 @@ export class Panel {
   followLatch(spi, latch, report) {
     const shiftedBy = (frame, bits, all) =>
       ((this.shifted << BigInt(bits)) | (BigInt(frame) >> BigInt(all - bits))) & LEDS_MASK;
-    let running = null, taken = null;
+    const { lateBits } = this.wires;
+    const show = (panel) => report({ panel: digits(this.wires.lit(panel)) });
+    let running = null, taken = null, isLate = false;
     spi.onStart = (frame, bits, bitNanos) => (running = { frame, bits, bitNanos, since: this.mcu.clock.nanos });
     spi.onFrame = (frame, bits) => {
+      // Behind the edge that was meant, the next panel's bits are shifted.
+      if (isLate) show(shiftedBy(frame, lateBits, bits));
+      isLate = false;
       this.shifted = shiftedBy(frame, bits, bits);
       running = null;
     };
@@ -41,22 +49,25 @@ export class Panel {
     };
     const digits = (panel) => panel.toString(16).padStart(16, '0');
     latch.addListener((level) => {
-      if (level === HIGH) {
+      if (lateBits > 0) {
+        isLate ||= level === HIGH;
+      } else if (level === HIGH) {
         taken = soFar();
-        report({ panel: digits(taken) });
+        show(taken);
       } else if (taken !== null && taken !== soFar()) {
         report({ error: `a transparent latch keeps ${digits(soFar())} of ${digits(taken)}` });
       }
     });
   }
 
-  // A new period or pulse, in clock cycles.
+  // A new period or pulse, in clock cycles: for which the LEDs are lit.
   followDimming(slice, report) {
     const write = slice.writeRegister.bind(slice);
     slice.writeRegister = (offset, value) => {
       write(offset, value);
       if (offset === COMPARE || offset === TOP) {
-        report({ lit_cycles: slice.cc & 0xffff, period_cycles: slice.top + 1 });
+        const [high, period] = [slice.cc & 0xffff, slice.top + 1];
+        report({ lit_cycles: this.outputEnable.lights(HIGH) ? high : Math.max(period - high, 0), period_cycles: period });
       }
     };
   }

@@ -6,9 +6,9 @@ import { Opt3001 } from './opt3001.mjs';
 import { Panel } from './panel.mjs';
 
 export class Pico extends Board {
-  constructor(flash, report, { max7219 = false, edges = false, stage = 'gate', stopwatch = null } = {}) {
+  constructor(flash, report, { max7219 = false, edges = false, stage = 'gate', faults = [], stopwatch = null } = {}) {
     super(flash, report, { stopwatch });
-    Object.assign(this, { edges, stage });
+    Object.assign(this, { edges, stage, faults });
     this.module = max7219 ? new Max7219(this.report) : null;
     this.powerUp();
   }
@@ -19,7 +19,7 @@ export class Pico extends Board {
     this.sensor = Object.assign(new Opt3001(mcu, mcu.i2c[0]), { lux: light.lux });
     this.sensor.fail(light.fault);
     this.module?.connect(mcu);
-    this.panel = this.module ?? new Panel(mcu, this.report, this.edges, this.stage);
+    this.panel = this.module ?? new Panel(mcu, this.report, this.edges, this.stage, this.faults);
   }
 
   reset() {

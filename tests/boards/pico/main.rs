@@ -3,6 +3,7 @@
 //! The emulator is in `tests/boards/emulator`, and takes Node; the image takes a compiler for the Pico. Where one of them is absent and
 //! cannot be had, these tests are skipped.
 
+mod bring_up;
 mod carrier;
 mod closed_loop;
 mod desk_kit;
@@ -49,6 +50,8 @@ fn main() -> ExitCode {
         restart::a_panic_is_dark_and_restarts,
         desk_kit::the_desk_kit_is_read_by_a_camera_on_the_desk,
         desk_kit::the_desk_kit_is_dark_when_it_cannot_go_on,
+        bring_up::faults_of_the_wires_are_named,
+        bring_up::a_test_ends_without_its_computer,
         measure::it_is_small,
         measure::the_latch_keeps_time_under_serial_load,
         measure::the_duty_follows_a_step_of_the_light,

@@ -142,6 +142,8 @@ pub const WORKS: &[Work] = &[
     work("device rate", "27 --port %port --timeout 0.05"),
     work("device key", "--key <key.toml --port %port --timeout 0.05"),
     work("device send", "--message-file <message.txt --port %port --timeout 0.05"),
+    work("device test", "--port %port --timeout 0.05"),
+    work("device test", "--frames frames"),
     Work {
         again: Again::Clears,
         ..work(
@@ -216,6 +218,7 @@ pub const LARGEST: &[Work] = &[
     work("device rate", "27 --port %port --timeout 60"),
     work("device key", "--key <key.toml --port %port --timeout 60"),
     work("device send", "--message-file <long.txt --port %port --timeout 60"),
+    work("device test", "--port %port --timeout 60"),
     work("device calibrate", "--frames duties --illuminance-lx 10000 --out @panel.toml"),
     Work {
         input: Some("/dev/zero"),

@@ -6,7 +6,7 @@
 use link::orientation::Orientation;
 use link::panel::{LEDS, SIDE};
 
-use super::{PAIRS, RAMP, RAMP_PANEL, Reading};
+use super::{PAIRS, RAMP_PANEL, Reading};
 use crate::bring_up::Finding;
 
 /// Which share of its greatest difference an LED has in each pair, at least, to follow all of them.
@@ -18,8 +18,8 @@ const OUTLIERS: usize = 2;
 /// How far an LED may be off its place, in pitches.
 const OFF_MAX: f32 = 0.25;
 /// Which share of the light may be left at a duty of 0.
-const UNDIMMED_MAX: f32 = 0.2;
-/// How much brighter than at full duty LEDs are at a duty of 0, at least, if light grows where the duty falls.
+const UNDIMMED_MAX: f32 = 0.06;
+/// How much brighter than at full duty LEDs are at a lower one, at least, if light grows where the duty falls.
 const INVERTED_MIN: f32 = 1.02;
 
 /// What a place shows.
@@ -146,12 +146,14 @@ fn dimming(reading: &Reading, shown: &[Shown; LEDS]) -> Option<Finding> {
         };
         Some(mean(true)? - mean(false)?)
     };
-    let [none, .., full] = [0, 1, 2, 3, 4].map(|step: usize| contrast(&ramp[step.min(RAMP.len() - 1)]));
-    let (none, full) = (none?, full?);
+    let steps: Vec<f32> = ramp.iter().map(contrast).collect::<Option<_>>()?;
+    let (none, full) = (*steps.first()?, *steps.last()?);
     if none < reading.visible.max(UNDIMMED_MAX * full) {
         return None;
     }
-    Some(if none > INVERTED_MIN * full {
+    // At a duty of 0 the board may have the LEDs' low current on.
+    let brightest = steps.iter().copied().fold(0.0, f32::max);
+    Some(if brightest > INVERTED_MIN * full {
         Finding::EnableInverted
     } else {
         Finding::EnableStuck
@@ -369,7 +371,7 @@ fn tell_moved(shown: &[usize; SIDE], swapped: fn([usize; 2]) -> Finding, shows: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bring_up::{Aligned, CODES, walk};
+    use crate::bring_up::{Aligned, CODES, RAMP, walk};
     use link::panel::PanelFrame;
     use properties::prelude::*;
 
@@ -561,6 +563,13 @@ mod tests {
         // At full duty nothing is lit but what is dimmed.
         assert_eq!(diagnose(&read(&[], |share| 1.0 - share / DUTY)), [Finding::EnableInverted]);
         assert_eq!(diagnose(&read(&[], |_| 1.0)), [Finding::EnableStuck]);
+        // A duty of 0 has the low current.
+        let current = |share: f32| if share == 0.0 { 0.125 } else { 1.0 };
+        assert_eq!(
+            diagnose(&read(&[], |share| current(share) * (1.0 - share))),
+            [Finding::EnableInverted]
+        );
+        assert_eq!(diagnose(&read(&[], current)), [Finding::EnableStuck]);
     }
 
     #[test]

@@ -1,12 +1,14 @@
 //! A camera's frames of the walk: first where something changes, then what.
 
-use link::panel::LEDS;
-
 use super::lattice::{Lattice, Spots};
 use super::{Aligned, Reading, align};
 
 /// The least difference that counts, in grey levels.
 const VISIBLE_GREY: f32 = 4.0;
+/// How much On and Off differ at least, in grey levels: less is mistaken for noise.
+const CONTRAST_MIN_GREY: f32 = 16.0;
+/// The level of an LED that is Off from which frames count as overexposed.
+const WHITE_GREY: f32 = 230.0;
 /// Pixels along a side of what is kept of a frame, at most.
 const SIDE_PX: usize = 96;
 /// Frames that are kept, at most: 220 MB of them.
@@ -15,7 +17,7 @@ const FRAMES_MAX: usize = 6000;
 const ACTIVE_MIN: f32 = 0.3;
 
 /// Why pictures say nothing of a panel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FilmError {
     /// There are too few frames.
     #[error("{0} frames are too few: film all test panels, or take a picture of each")]
@@ -35,6 +37,22 @@ pub enum FilmError {
          changes"
     )]
     NoSteps,
+    /// The frames are white.
+    #[error(
+        "the frames are overexposed: LEDs that are Off have a grey level of {off:.0} of 255; expose shorter by a factor of four, and film          again"
+    )]
+    Overexposed {
+        /// The median level of an LED that is Off.
+        off: f32,
+    },
+    /// On and Off differ too little.
+    #[error(
+        "On and Off differ by {contrast:.0} grey levels, and {CONTRAST_MIN_GREY} are needed: go nearer, focus, or take away what shines on          the panel"
+    )]
+    Faint {
+        /// Their median difference.
+        contrast: f32,
+    },
     /// The LEDs form no lattice.
     #[error("{0} LEDs follow the test panels, and form no lattice: go nearer, and hold the camera upright and straight ahead")]
     NoLattice(usize),
@@ -197,6 +215,21 @@ impl Film {
             ramp: aligned.ramp.map(|ramp| ramp.iter().map(levels).collect()),
         };
         let reading = Reading::of_levels(&by_place, VISIBLE_GREY).ok_or(FilmError::NoSteps)?;
+        let [off, on] = lattice.seen().fold([vec![], vec![]], |[mut off, mut on], place| {
+            let [one, other] = reading.pairs[0].map(|levels| levels[place]);
+            off.push(one.min(other));
+            on.push(one.max(other));
+            [off, on]
+        });
+        let off = median(off);
+        let contrast = median(on) - off;
+        if contrast < CONTRAST_MIN_GREY {
+            return Err(if off >= WHITE_GREY {
+                FilmError::Overexposed { off }
+            } else {
+                FilmError::Faint { contrast }
+            });
+        }
         Ok(Reading {
             offsets: lattice.offsets(),
             ..reading
@@ -204,15 +237,17 @@ impl Film {
     }
 }
 
-/// So that a place may be any LED's.
-const _: () = assert!(LEDS == 64);
+fn median(mut levels: Vec<f32>) -> f32 {
+    levels.sort_by(f32::total_cmp);
+    levels.get(levels.len() / 2).copied().unwrap_or(0.0)
+}
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::bring_up::{Finding, diagnose, walk};
     use link::orientation::Orientation;
-    use link::panel::PanelFrame;
+    use link::panel::{LEDS, PanelFrame};
 
     const SIZE: [usize; 2] = [240, 180];
 
@@ -222,9 +257,13 @@ mod tests {
         /// An LED off its place, in pitches.
         off: Option<(usize, [f32; 2])>,
         noise: f32,
+        background: f32,
+        light: f32,
     }
 
     const STRAIGHT: View = View {
+        background: 30.0,
+        light: 150.0,
         corners: [[60.0, 40.0], [158.0, 40.0], [158.0, 138.0], [60.0, 138.0]],
         off: None,
         noise: 0.0,
@@ -235,7 +274,7 @@ mod tests {
         fn frame(&self, levels: &[f32; LEDS], state: &mut u64) -> Vec<u8> {
             let corners = rx_pipeline::corners::Corners::new(self.corners).unwrap();
             let homography = corners.homography();
-            let mut grey = vec![30.0_f32; SIZE[0] * SIZE[1]];
+            let mut grey = vec![self.background; SIZE[0] * SIZE[1]];
             for (led, level) in levels.iter().enumerate() {
                 let off = self.off.filter(|&(other, _)| other == led).map_or([0.0; 2], |(_, off)| off);
                 let [x, y] = homography.to_image([(led % 8) as f64 + f64::from(off[0]), (led / 8) as f64 + f64::from(off[1])]);
@@ -267,7 +306,7 @@ mod tests {
             let steps = walk().map(|step| (step.panel.bits(), step.share, 6));
             let mut frames = vec![];
             for (bits, share, count) in panels.clone().chain(steps).chain(panels) {
-                let light = 150.0 * f32::from(share) / 255.0;
+                let light = self.light * f32::from(share) / 255.0;
                 let levels = PanelFrame::from_bits(fault(bits)).shares().map(|on| on * light);
                 frames.extend((0..count).map(|_| self.frame(&levels, &mut state)));
             }
@@ -342,6 +381,17 @@ mod tests {
             panic!("{findings:?}");
         };
         assert!((right - 0.35).abs() < 0.06 && down.abs() < 0.06, "{right}, {down}");
+    }
+
+    #[test]
+    fn frames_that_are_too_bright_or_too_faint_say_so() {
+        let white = View {
+            background: 245.0,
+            ..STRAIGHT
+        };
+        assert!(matches!(white.findings(|bits| bits), Err(FilmError::Overexposed { off }) if (240.0..250.0).contains(&off)));
+        let faint = View { light: 10.0, ..STRAIGHT };
+        assert!(matches!(faint.findings(|bits| bits), Err(FilmError::Faint { contrast }) if (9.0..11.0).contains(&contrast)));
     }
 
     #[test]

@@ -237,6 +237,11 @@ impl Lattice {
         (0..LEDS).map(level).collect()
     }
 
+    /// The places of LEDs that follow the test.
+    pub fn seen(&self) -> impl Iterator<Item = usize> {
+        (0..LEDS).filter(|&place| self.spots[place].is_some())
+    }
+
     /// How far each spot is off its place, in pitches to the right and down.
     pub fn offsets(&self) -> [Option<[f32; 2]>; LEDS] {
         std::array::from_fn(|place| {

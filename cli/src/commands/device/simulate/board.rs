@@ -107,7 +107,7 @@ impl Board {
         if at > now {
             return None;
         }
-        let timing = self.transmitter.timing();
+        let timing = self.transmitter.timing_shown();
         self.next_symbol += Duration::from_secs_f64(1.0 / timing.rate().hz());
         let Ok(panel) = self.transmitter.tick();
         Some(Symbol {

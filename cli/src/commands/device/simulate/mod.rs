@@ -1,9 +1,10 @@
 //! `vocc device simulate`: a serial port with a transmitter behind it, without hardware.
 //!
 //! The transmitter is the firmware's: [`board`] gives it a clock, [`flash`] a memory, [`light_sensor`] light, [`leds`] a panel and
-//! [`terminal`] a port. [`orders`] are what a user tells it meanwhile; [`symbol_log`] and [`film`] record what it shows.
+//! [`terminal`] a port. [`orders`] are what a user tells it meanwhile, [`fault`] has what may be wrong with its wires; [`symbol_log`] and [`film`] record what it shows.
 
 mod board;
+mod fault;
 mod film;
 mod flash;
 mod leds;
@@ -23,6 +24,7 @@ use crate::outputs;
 use crate::stop::stop;
 
 use board::Board;
+use fault::Fault;
 use film::{Camera, Reel};
 use flash::Flash;
 use light_sensor::LightSensor;
@@ -60,6 +62,10 @@ pub struct Arguments {
     /// The same as a y4m film to a pipe, such as `>(vocc receive -)`.
     #[arg(long, value_name = "PIPE", conflicts_with = "frames")]
     film: Option<PathBuf>,
+    /// Plant a fault of the wires, for `vocc device test`: swap=LED,LED, dead=LED, stuck=LED, dead-row=ROW, late=BITS, mirror or enable. May
+    /// be repeated; LED 8·row + column.
+    #[arg(long, value_name = "FAULT")]
+    fault: Vec<Fault>,
     /// Frames to film, and then to end, whether or not standard input has ended.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
@@ -153,6 +159,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         }
         let now = clock.next();
         while let Some(symbol) = board.advance(now, &mut sensor) {
+            let symbol = arguments.fault.iter().fold(symbol, |symbol, fault| fault.plant(symbol));
             if let Some(log) = &mut symbol_log {
                 log.write(&symbol, shared.json)?;
             }

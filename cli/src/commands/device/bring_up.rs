@@ -1,0 +1,337 @@
+//! `vocc device test`: whether a board and its panel are built right, by eye or by a camera's pictures.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use clap::ValueEnum;
+use link::panel::{PanelFrame, SIDE};
+use link::serial::{Answer, Faults, Refusal, Request, SensorReading, Status};
+use reception::bring_up::{self, Part, Step, walk};
+use serde_json::{Value, json};
+use studies::stop::Stop;
+
+use super::rate;
+use crate::device::{DeviceError, table};
+use crate::frames::PixelArguments;
+use crate::options::{Connection, Port, Shared, seconds};
+use crate::output::{self, Verdict, line};
+use crate::stop::stop;
+
+mod pictures;
+
+/// Within which the light sensor is read in both ranges a few times.
+const SENSOR_TIME: Duration = Duration::from_millis(1200);
+/// How long a test panel outlives the time until the next one: a request may have to be repeated.
+const GRACE: Duration = Duration::from_secs(3);
+/// Between two looks at whether to stop.
+const NAP: Duration = Duration::from_millis(20);
+/// How much the light may differ between the sensor's ranges, for it may change meanwhile.
+const RANGES_RATIO_MAX: f64 = 2.0;
+
+/// Arguments of `vocc device test`.
+#[derive(clap::Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    port: Option<Port>,
+    /// Name the faults by a camera's view of the walk: a film, or a folder of its frames or of one picture for each test panel. No
+    /// transmitter is asked.
+    #[arg(long, value_name = "SOURCE", conflicts_with = "port")]
+    frames: Option<PathBuf>,
+    /// What drives the LEDs: it decides how wires are called, and whether a light sensor is expected.
+    #[arg(long, value_enum, default_value_t)]
+    kit: Kit,
+    /// Seconds of each test panel, 0.1 to 10. A camera should take eight frames or more of each.
+    #[arg(long, default_value_t = 0.5, value_name = "S", value_parser = seconds::<100, 10_000>)]
+    step: f64,
+    /// Show only the test panels that a camera needs.
+    #[arg(long, requires = "port")]
+    camera: bool,
+    #[command(flatten)]
+    pixels: PixelArguments,
+}
+
+/// What drives the LEDs.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum Kit {
+    /// Shift registers, and a light sensor.
+    #[default]
+    Road,
+    /// A module with a MAX7219, and no light sensor.
+    Desk,
+}
+
+impl From<Kit> for bring_up::Kit {
+    fn from(kit: Kit) -> Self {
+        match kit {
+            Kit::Road => Self::Road,
+            Kit::Desk => Self::Desk,
+        }
+    }
+}
+
+/// Tests a board, or tells what pictures of the test show.
+pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+    if let Some(source) = &arguments.frames {
+        return pictures::run(source, arguments.kit.into(), arguments.pixels, shared);
+    }
+    let port = arguments
+        .port
+        .as_ref()
+        .context("name the port with --port, or pictures with --frames")?;
+    let mut client = port.greet_transmitter()?;
+    let stop = stop();
+    let sensor = read_sensor(&mut client, stop).with_context(|| port.name())?;
+    let status = super::status(&mut client, port)?;
+    let store = check_store(&mut client, &status).with_context(|| port.name())?;
+    let report = Report {
+        sensor,
+        sensor_fault: sensor_fault(sensor, &status, arguments.kit),
+        store_fault: store,
+        is_dark: status.duty == 0,
+    };
+    if !shared.json {
+        report.print(&client, port, &status)?;
+    }
+    let steps: Vec<Step> = walk()
+        .filter(|step| !arguments.camera || matches!(step.part, Part::Codes | Part::Ramp))
+        .filter(|_| !report.is_dark)
+        .collect();
+    let shown = Walk {
+        client: &mut client,
+        stop,
+        step: Duration::from_secs_f64(arguments.step),
+        is_quiet: shared.json,
+    }
+    .show(&steps);
+    let shown = shown.with_context(|| port.name())?;
+    if shared.json {
+        output::json(&report.as_json(&client, port, &status, &steps[..shown]))?;
+    } else if shown > 0 {
+        line("if anything else was seen, docs/hardware/bring-up.md says which wire that points to")?;
+    }
+    let is_done = shown == steps.len() && !report.is_dark && report.sensor_fault.is_none() && report.store_fault.is_none();
+    Ok(if is_done { Verdict::Yes } else { Verdict::No })
+}
+
+/// What was found before the walk.
+struct Report {
+    sensor: [SensorReading; 2],
+    sensor_fault: Option<String>,
+    store_fault: Option<String>,
+    is_dark: bool,
+}
+
+impl Report {
+    fn print(&self, client: &Connection, port: &Port, status: &Status) -> anyhow::Result<()> {
+        let identity = client.identity();
+        line(&format!("{}: {}, firmware {}", port.name(), identity.board, identity.firmware))?;
+        let [operating, cross_check] = self.sensor.map(in_words);
+        line(&format!("light sensor: {operating}; in its other range: {cross_check}"))?;
+        line(&match &self.sensor_fault {
+            Some(fault) => format!("  wrong: {fault}"),
+            None => "  right".into(),
+        })?;
+        line("store: the symbol rate written, the table read back")?;
+        line(&match &self.store_fault {
+            Some(fault) => format!("  wrong: {fault}"),
+            None => "  right".into(),
+        })?;
+        let duty = status.duty.to_num::<f64>();
+        line(&if self.is_dark {
+            "panel: its duty is 0, so test panels are dark: `vocc device status` says why; it takes light, or two seconds without any"
+                .into()
+        } else {
+            format!("panel: duty {duty:.4}; test panels have at most that")
+        })
+    }
+
+    fn as_json(&self, client: &Connection, port: &Port, status: &Status, shown: &[Step]) -> Value {
+        let identity = client.identity();
+        let [operating, cross_check] = self.sensor.map(as_value);
+        let shown = shown.iter().map(|step| {
+            let part = name(step.part);
+            json!({ "part": part, "bits": step.panel.to_string(), "share": f64::from(step.share) / 255.0 })
+        });
+        json!({
+            "port": port.name(),
+            "board": identity.board,
+            "firmware": identity.firmware,
+            "light": format!("{:?}", status.light).to_lowercase(),
+            "duty": status.duty.to_num::<f64>(),
+            "sensor_lx": operating,
+            "sensor_other_range_lx": cross_check,
+            "sensor_fault": self.sensor_fault,
+            "store_fault": self.store_fault,
+            "faults": super::faults(status),
+            "shown": shown.collect::<Vec<_>>(),
+        })
+    }
+}
+
+fn in_words(reading: SensorReading) -> String {
+    match reading {
+        SensorReading::None => "not read".into(),
+        SensorReading::Missing => "no answer".into(),
+        SensorReading::Saturated => "too much light".into(),
+        SensorReading::Light(lux) => format!("{:.2} lx", lux.to_num::<f64>()),
+    }
+}
+
+fn as_value(reading: SensorReading) -> Value {
+    match reading {
+        SensorReading::None => Value::Null,
+        SensorReading::Missing => "missing".into(),
+        SensorReading::Saturated => "saturated".into(),
+        SensorReading::Light(lux) => lux.to_num::<f64>().into(),
+    }
+}
+
+const fn name(part: Part) -> &'static str {
+    match part {
+        Part::Codes => "codes",
+        Part::Ramp => "ramp",
+        Part::Rows => "rows",
+        Part::Columns => "columns",
+        Part::Leds => "leds",
+    }
+}
+
+/// What is wrong with the light sensor.
+fn sensor_fault(sensor: [SensorReading; 2], status: &Status, kit: Kit) -> Option<String> {
+    const WIRES: &str = "look at SDA (GPIO 4, pin 6), SCL (GPIO 5, pin 7), their pull-ups, and its supply, 3V3 (pin 36)";
+    let is_absent = |reading: &SensorReading| matches!(reading, SensorReading::None | SensorReading::Missing);
+    let is_lost = status.faults.intersects(Faults::SENSOR_MISSING.union(Faults::SENSOR_SILENT));
+    match sensor {
+        _ if status.faults.contains(Faults::SENSOR_STUCK) => {
+            Some("it gives the same register in both ranges: take its supply away and give it back".into())
+        }
+        sensor if (is_lost || sensor.iter().all(is_absent)) && matches!(kit, Kit::Desk) => None,
+        sensor if is_lost || sensor.iter().any(is_absent) => Some(format!("it does not answer: {WIRES}; without a sensor give --kit desk")),
+        [SensorReading::Light(one), SensorReading::Light(other)] => {
+            let [one, other] = [one, other].map(|lux| lux.to_num::<f64>().max(1.0));
+            let ratio = one.max(other) / one.min(other);
+            (ratio > RANGES_RATIO_MAX).then(|| {
+                format!(
+                    "its two ranges differ by a factor of {ratio:.1}: give it steady light, and see whether it is the sensor of the build"
+                )
+            })
+        }
+        _ => None,
+    }
+}
+
+/// Reads the sensor in both ranges, while all LEDs are Off.
+fn read_sensor(client: &mut Connection, stop: Stop) -> Result<[SensorReading; 2], DeviceError> {
+    test(client, PanelFrame::default(), u8::MAX, SENSOR_TIME + GRACE)?;
+    wait(SENSOR_TIME, stop);
+    client.ask(&Request::ReadSensor, |answer| match answer {
+        Answer::Sensor { operating, cross_check } => Some([operating, cross_check]),
+        _ => None,
+    })
+}
+
+/// What is wrong with the store: it takes the symbol rate that is in use anyway.
+fn check_store(client: &mut Connection, status: &Status) -> Result<Option<String>, DeviceError> {
+    let before = rate::in_use(client)?.symbol_rate_hz;
+    let millihertz = (before * 1e3).round() as u32;
+    let written = client.ask(&Request::WriteSymbolRate { millihertz }, |answer| match answer {
+        Answer::SymbolRate { millihertz } => Some(millihertz),
+        _ => None,
+    });
+    let failed = "the flash memory failed: flash the board anew; if it fails again, replace it";
+    match written {
+        Err(DeviceError::Refused(Refusal::Store)) => return Ok(Some(failed.into())),
+        written => written?,
+    };
+    let has_failed = status.faults.contains(Faults::STORE);
+    let held = table::pull(client)?;
+    Ok(if has_failed {
+        Some("something in the flash memory was damaged: write table and calibration again, and test again".into())
+    } else if held.crc() != status.table_crc {
+        Some("the table that came back is not the one in use: read it again, and look at the cable".into())
+    } else {
+        None
+    })
+}
+
+/// Shows a test panel.
+fn test(client: &mut Connection, panel: PanelFrame, share: u8, time: Duration) -> Result<(), DeviceError> {
+    let request = Request::TestPanel {
+        bits: panel.bits(),
+        share,
+        time_ms: u16::try_from(time.as_millis()).unwrap_or(u16::MAX),
+    };
+    let outcome = client.ask(&request, |answer| (answer == Answer::Done).then_some(()));
+    outcome.map_err(|error| match error {
+        DeviceError::Refused(Refusal::Unknown) => DeviceError::NoTest,
+        other => other,
+    })
+}
+
+fn wait(time: Duration, stop: Stop) {
+    let begun = Instant::now();
+    while begun.elapsed() < time && !stop.is_asked() {
+        std::thread::sleep(NAP.min(time.saturating_sub(begun.elapsed())));
+    }
+}
+
+/// Shows one test panel after another.
+struct Walk<'a> {
+    client: &'a mut Connection,
+    stop: Stop,
+    step: Duration,
+    is_quiet: bool,
+}
+
+impl Walk<'_> {
+    /// Shows the steps, and says what to see; returns how many were shown. Messages then go on.
+    fn show(self, steps: &[Step]) -> anyhow::Result<usize> {
+        let mut shown = 0;
+        let mut part = None;
+        for (index, step) in steps.iter().enumerate() {
+            if self.stop.is_asked() || output::is_unread() {
+                break;
+            }
+            if part != Some(step.part) {
+                part = Some(step.part);
+                self.say(what_to_see(step.part))?;
+            }
+            test(self.client, step.panel, step.share, self.step + GRACE)?;
+            if let Some(place) = place(&steps[..=index]) {
+                self.say(&place)?;
+            }
+            wait(self.step, self.stop);
+            shown += 1;
+        }
+        // At once, also after Ctrl-C; without an answer, soon.
+        test(self.client, PanelFrame::default(), u8::MAX, Duration::ZERO)?;
+        Ok(shown)
+    }
+
+    fn say(&self, text: &str) -> anyhow::Result<()> {
+        if self.is_quiet { Ok(()) } else { line(text) }
+    }
+}
+
+const fn what_to_see(part: Part) -> &'static str {
+    match part {
+        Part::Codes => "for a camera: a dark panel, then twelve, each with half of the LEDs lit, each the complement of another",
+        Part::Ramp => "duty: a chequerboard, dark at first, then brighter in four steps",
+        Part::Rows => "rows: one whole row at a time, from the top down",
+        Part::Columns => "columns: one whole column at a time, from the left to the right",
+        Part::Leds => "LEDs: exactly one at a time, along each row from the left to the right, from the top row down",
+    }
+}
+
+/// Which row, column or LED the last of these steps lights.
+fn place(steps: &[Step]) -> Option<String> {
+    let part = steps.last()?.part;
+    let number = steps.iter().filter(|step| step.part == part).count() - 1;
+    match part {
+        Part::Codes | Part::Ramp => None,
+        Part::Rows => Some(format!("  row {number}")),
+        Part::Columns => Some(format!("  column {number}")),
+        Part::Leds => Some(format!("  row {}, column {}", number / SIDE, number % SIDE)),
+    }
+}
