@@ -36,7 +36,7 @@ fn tested(programs: &Programs, folder: &Path, options: &[&str]) -> (Value, Vec<F
     let test = ["device", "test", "--camera", "--step", "0.3"];
     let told = vocc(programs, folder, &test, terminal.name()).json();
     record.extend(&board.real_time(false));
-    record.extend(&board.run_ms(200));
+    record.extend(&board.run_ms(1_000));
     let aligned = align(&levels(&record)).expect("the test panels were shown");
     let reading = Reading::of_levels(&aligned, VISIBLE).expect("64 LEDs");
     assert!(reading.ramp.is_some(), "the record ends before the ramp");

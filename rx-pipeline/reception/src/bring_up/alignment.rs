@@ -2,7 +2,7 @@
 //!
 //! Frames that are alike are a run. Thirteen runs in succession are the steps that name the LEDs if a panel and its complement differ
 //! wherever there is an LED, in all six pairs: of any other runs, one pair in two leaves an LED as it was. The steps that dim may look
-//! alike, so their frames follow from the length of the steps before.
+//! alike: their frames then follow from when they end.
 
 use super::{CODES, PAIRS, RAMP};
 
@@ -10,6 +10,9 @@ use super::{CODES, PAIRS, RAMP};
 const RUN_MIN: usize = 3;
 /// The least share of what changes in the pairs that changes in all of them.
 const AGREEMENT_MIN: f32 = 0.3;
+
+/// How far the end of the steps that dim may be off, in steps.
+const ENDS_OFF_MAX: f32 = 1.5;
 
 /// The pictures of the steps: the means of the frames that show them.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,19 +54,38 @@ fn best(frames: &[Vec<f32>], runs: &[Run]) -> Option<(f32, Aligned)> {
     }
     let (begin, end) = (runs[first + 1].start, runs[first + CODES - 1].end);
     let step = (end - begin) as f32 / (2 * PAIRS) as f32;
-    let ramp = (0..RAMP.len()).map(|index| {
-        let at = |steps: f32| (end as f32 + (index as f32 + steps) * step) as usize;
-        let run = Run {
-            start: at(0.3),
-            end: at(0.7).max(at(0.3) + 1),
-        };
-        (run.end <= frames.len()).then(|| mean(frames, run))
-    });
+    let ramp = ramp_runs(&runs[first + CODES..], end, step).map(|run| (run.end <= frames.len()).then(|| mean(frames, run)));
     let aligned = Aligned {
         codes: codes.to_vec(),
-        ramp: ramp.collect(),
+        ramp: ramp.into_iter().collect(),
     };
     Some((agreement, aligned))
+}
+
+/// The frames of the steps that dim, behind frame `start`: a run each, or, if some look alike, a fifth of the time to the end of the run
+/// that ends when they should.
+fn ramp_runs(runs: &[Run], start: usize, step: f32) -> [Run; RAMP.len()] {
+    let steps = |frames: usize| frames as f32 / step;
+    let is_step = |run: &Run| (0.5..1.6).contains(&steps(run.end - run.start));
+    if let Some(each) = runs.first_chunk()
+        && each.iter().all(is_step)
+    {
+        return each.map(Run::inner);
+    }
+    let meant = RAMP.len() as f32;
+    let off = |run: &Run| (steps(run.end - start) - meant).abs();
+    let last = runs.iter().min_by(|one, other| off(one).total_cmp(&off(other)));
+    let step = match last.filter(|last| off(last) < ENDS_OFF_MAX) {
+        Some(last) => (last.end - start) as f32 / meant,
+        None => step,
+    };
+    std::array::from_fn(|index| {
+        let at = |steps: f32| (start as f32 + (index as f32 + steps) * step) as usize;
+        Run {
+            start: at(0.3),
+            end: at(0.7).max(at(0.3) + 1),
+        }
+    })
 }
 
 impl Run {
@@ -202,6 +224,27 @@ mod tests {
             let aligned = align(&film(frames, is_mixed)).unwrap();
             for (found, meant) in aligned.codes.iter().zip(&codes).chain(aligned.ramp.unwrap().iter().zip(&ramp)) {
                 assert!(difference(found, meant) < 1e-3, "{frames} frames a step");
+            }
+        }
+    }
+
+    #[test]
+    fn a_clock_that_is_unsteady_finds_the_steps_that_dim() {
+        let (codes, ramp) = shown();
+        for is_dimmed in [true, false] {
+            let mut film: Vec<Vec<f32>> = message(40).collect();
+            let steps = walk().take(CODES + RAMP.len());
+            for (number, step) in steps.enumerate() {
+                let frames = if number < CODES { 30 } else { 24 };
+                let share = if is_dimmed { step.share } else { 255 };
+                film.extend(std::iter::repeat_n(levels(step.panel, share), frames));
+            }
+            film.extend(message(12));
+            let aligned = align(&film).unwrap();
+            assert_eq!(aligned.codes.len(), codes.len());
+            for (found, meant) in aligned.ramp.unwrap().iter().zip(&ramp) {
+                let meant = if is_dimmed { meant } else { &ramp[RAMP.len() - 1] };
+                assert!(difference(found, meant) < 1e-3, "dimmed: {is_dimmed}");
             }
         }
     }

@@ -208,6 +208,9 @@ struct Local {
     is_done: [bool; LEDS],
 }
 
+/// What all LEDs of a line do, and what is then said of the line.
+type LineFinding = (Shown, fn(usize) -> Finding);
+
 /// The row that a row shows, and whether from right to left.
 type RowShown = (usize, bool);
 
@@ -230,12 +233,8 @@ impl Local {
 
     fn tell(mut self, findings: &mut Vec<Finding>) {
         self.tell_chain(findings);
-        self.tell_lines(
-            findings,
-            |row, along| at(row, along),
-            [(Dark, Finding::RowDead), (Lit, Finding::RowStuck)],
-        );
-        let columns: [(Shown, fn(usize) -> Finding); 2] = [(Dark, Finding::ColumnDead), (Lit, Finding::ColumnStuck)];
+        self.tell_lines(findings, at, [(Dark, Finding::RowDead), (Lit, Finding::RowStuck)]);
+        let columns: [LineFinding; 2] = [(Dark, Finding::ColumnDead), (Lit, Finding::ColumnStuck)];
         self.tell_lines(findings, |column, along| at(along, column), columns);
         let rows: [RowShown; SIDE] = std::array::from_fn(|row| self.row_shown(row));
         let columns: [usize; SIDE] = std::array::from_fn(|column| self.column_shown(column, &rows));
@@ -253,7 +252,7 @@ impl Local {
     fn tell_chain(&mut self, findings: &mut Vec<Finding>) {
         let is_silent = |row: &usize| (0..SIDE).all(|column| matches!(self.shown[at(*row, column)], Dark | Lit));
         let silent = (0..SIDE).rev().take_while(is_silent).count();
-        if silent >= 2 && silent < SIDE {
+        if (2..SIDE).contains(&silent) {
             let first = SIDE - silent;
             findings.push(Finding::ChainBroken(first));
             self.is_done[at(first, 0)..].fill(true);
@@ -261,7 +260,7 @@ impl Local {
     }
 
     /// Rows or columns that are dark or lit as a whole; `led` is the LED along a line.
-    fn tell_lines(&mut self, findings: &mut Vec<Finding>, led: fn(usize, usize) -> usize, states: [(Shown, fn(usize) -> Finding); 2]) {
+    fn tell_lines(&mut self, findings: &mut Vec<Finding>, led: fn(usize, usize) -> usize, states: [LineFinding; 2]) {
         for line in 0..SIDE {
             let leds: Vec<usize> = (0..SIDE).map(|along| led(line, along)).filter(|&led| !self.is_done[led]).collect();
             for (state, finding) in states {

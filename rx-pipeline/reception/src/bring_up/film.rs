@@ -39,7 +39,8 @@ pub enum FilmError {
     NoSteps,
     /// The frames are white.
     #[error(
-        "the frames are overexposed: LEDs that are Off have a grey level of {off:.0} of 255; expose shorter by a factor of four, and film          again"
+        "the frames are overexposed: LEDs that are Off have a grey level of {off:.0} of 255; expose shorter by a factor of four, and film \
+         again"
     )]
     Overexposed {
         /// The median level of an LED that is Off.
@@ -47,7 +48,8 @@ pub enum FilmError {
     },
     /// On and Off differ too little.
     #[error(
-        "On and Off differ by {contrast:.0} grey levels, and {CONTRAST_MIN_GREY} are needed: go nearer, focus, or take away what shines on          the panel"
+        "On and Off differ by {contrast:.0} grey levels, and {CONTRAST_MIN_GREY} are needed: go nearer, focus, or take away what shines on \
+         the panel"
     )]
     Faint {
         /// Their median difference.
