@@ -117,7 +117,7 @@ pub enum Request<'a> {
         bits: u64,
         /// The share of the light that a message has now, in 1/255.
         share: u8,
-        /// For how long, ms, unless another request comes before; 0 ends a test at once.
+        /// For how long, ms, unless another test panel comes before; 0 ends a test at once.
         time_ms: u16,
     },
     /// What the light sensor read last, in each of its ranges. Answered by [`Answer::Sensor`](super::Answer::Sensor). Added later: an older
