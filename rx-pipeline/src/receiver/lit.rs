@@ -1,6 +1,7 @@
 //! The places of a lattice that have been lit of late.
 
-use link::panel::{LEDS, PanelFrame};
+use crate::lattice::Lattice;
+use link::panel::{LEDS, PanelFrame, SIDE};
 
 /// What a frame changes of how often a place is lit (share). Higher: known sooner, and from fewer symbols.
 const GAIN: f32 = 0.125;
@@ -8,6 +9,11 @@ const GAIN: f32 = 0.125;
 const LIT: f32 = 0.1;
 /// Frames that tell that (count). Fewer: LEDs that happened to be Off look like places without one.
 const FRAMES: u8 = 12;
+
+/// LEDs that have been lit and would no longer be on the panel, from which on a panel at rest has not moved there (count).
+const LEFT: usize = 4;
+/// Places of a panel (pitches from its first LED).
+const ON_PANEL: core::ops::Range<f32> = -0.5..SIDE as f32 - 0.5;
 
 /// How often each place has been lit in the last frames.
 #[derive(Clone, Debug)]
@@ -31,6 +37,17 @@ impl Lit {
         self.frames = self.frames.saturating_add(1);
     }
 
+    /// Whether `there` leaves out LEDs of the panel that has been on `lattice`.
+    pub fn leaves_leds(&self, lattice: &Lattice, there: &Lattice) -> bool {
+        let Some(places) = self.places() else { return false };
+        let is_left = |led: &usize| {
+            let [column, row] = [led % SIDE, led / SIDE].map(|place| place as f32);
+            let at = there.coordinates(lattice.position(column, row));
+            at.is_none_or(|at| !at.iter().all(|along| ON_PANEL.contains(along)))
+        };
+        (0..LEDS).filter(|led| places >> led & 1 == 1).filter(is_left).count() >= LEFT
+    }
+
     /// The places that have been lit, as bits; none after too few frames to tell.
     pub fn places(&self) -> Option<u64> {
         let lit = |places: u64, led: usize| places | u64::from(self.share[led] > LIT) << led;
@@ -41,6 +58,36 @@ impl Lit {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A panel at rest stays where its LEDs have been lit; one that is followed a line off may go back to its place.
+    #[test]
+    fn a_panel_leaves_no_line_that_was_lit() {
+        let lattice = Lattice {
+            centre: [40.0, 40.0],
+            column: [5.0, 0.5],
+            row: [-0.5, 5.0],
+            tilt: [0.0; 2],
+        };
+        let beside = |columns: f32, rows: f32| Lattice {
+            centre: core::array::from_fn(|i| lattice.centre[i] + columns * lattice.column[i] + rows * lattice.row[i]),
+            ..lattice
+        };
+        let after = |bits: u64| {
+            let mut lit = Lit::NONE;
+            (0..FRAMES).for_each(|_| lit.see(PanelFrame::from_bits(bits)));
+            lit
+        };
+        let whole = after(u64::MAX);
+        assert!(!whole.leaves_leds(&lattice, &beside(0.3, -0.3)));
+        for (columns, rows) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -2.0)] {
+            assert!(whole.leaves_leds(&lattice, &beside(columns, rows)));
+        }
+        // The last row has never been lit.
+        let without_last = after(u64::MAX >> SIDE);
+        assert!(!without_last.leaves_leds(&lattice, &beside(0.0, -1.0)));
+        assert!(without_last.leaves_leds(&lattice, &beside(0.0, 1.0)));
+        assert!(!Lit::NONE.leaves_leds(&lattice, &beside(1.0, 0.0)));
+    }
 
     /// A panel whose LEDs are every second place of the lattice: none of its frames shows all of them.
     #[test]

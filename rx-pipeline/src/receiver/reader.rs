@@ -377,7 +377,7 @@ impl Reader {
         match (near, here) {
             // What is left of a panel at the picture's rim looks like one that is a line off.
             (Some(near), here @ Err(Loss::Cells(_))) if !has_room(&near, input.frame) => here,
-            (Some(near), here) if !near.is_close_to(&expected) => {
+            (Some(near), here) if !near.is_close_to(&expected) && !self.is_held(track, &expected, &near) => {
                 let elsewhere = self.attempt(track, near, Gate::ELSEWHERE, input, profile);
                 let elsewhere = self.on_its_line(track, elsewhere, input, profile);
                 better(here, elsewhere)
@@ -386,6 +386,17 @@ impl Reader {
             (Some(_), Err(_)) => self.attempt(track, expected, Gate::STILL, input, profile),
             (None, Err(loss)) => Err(loss),
         }
+    }
+
+    /// Whether a panel that hardly moves is still on `lattice`, because LEDs that have been lit there would be missing from `there`.
+    #[cfg(feature = "carrier")]
+    fn is_held(&self, track: &Track, lattice: &Lattice, there: &Lattice) -> bool {
+        track.is_steady() && self.lit.leaves_leds(lattice, there)
+    }
+
+    #[cfg(not(feature = "carrier"))]
+    fn is_held(&self, _: &Track, _: &Lattice, _: &Lattice) -> bool {
+        false
     }
 
     /// The attempt, or one a line beside it where that explains more.
@@ -400,7 +411,9 @@ impl Reader {
         for _ in 0..LINES_MOVED {
             let observation = observation(input.frame, input.locator);
             let beside = found.0.line_beside(observation, input.tools.residuals);
-            let Some(beside) = beside else { break };
+            let Some(beside) = beside.filter(|beside| !self.is_held(track, &input.expected, beside)) else {
+                break;
+            };
             match self.attempt(track, beside, Gate::ELSEWHERE, input, profile) {
                 Ok(other) if other.2 > found.2 => found = other,
                 _ => break,
