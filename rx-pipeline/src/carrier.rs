@@ -190,9 +190,9 @@ impl Carrier {
         let is_of_one = detection.mixed.is_none() || is_sure(&detection.soft);
         let soft = if is_of_one { detection.soft } else { SoftPanel::ERASED };
         self.readings.push(number, time, &soft);
-        self.see(time, detection);
         self.is_new = false;
-        self.follow();
+        let is_sighting = self.see(time, detection);
+        self.follow(is_sighting);
         let Some(fit) = self.fit else {
             let is_tried = core::mem::take(&mut self.is_tried);
             return is_tried.then_some(Reread(Source::Frames {
@@ -220,11 +220,11 @@ impl Carrier {
         }))
     }
 
-    /// Remembers what a frame shows.
-    fn see(&mut self, time: f64, detection: &Detection) {
+    /// Remembers what a frame shows; false if it shows no single symbol.
+    fn see(&mut self, time: f64, detection: &Detection) -> bool {
         let is_known = detection.modulation > 0.0 && detection.modulation.is_finite();
         if !is_known || detection.mixed.is_some() && !is_sure(&detection.soft) {
-            return;
+            return false;
         }
         self.history.forget_before(time - MEMORY_PERIODS);
         self.since_last = self.since_last.saturating_add(1);
@@ -237,14 +237,17 @@ impl Carrier {
         });
         self.reversals = self.history.reversals();
         (self.last, self.since_last) = (Some((detection.soft, time)), 0);
+        true
     }
 
     /// Looks for a carrier, or follows the one that was found.
-    fn follow(&mut self) {
+    fn follow(&mut self, is_sighting: bool) {
         if let Some(fit) = self.fit {
             self.fit = Some(self.refined(fit));
         }
-        self.look_for_a_change();
+        if is_sighting {
+            self.look_for_a_change();
+        }
         self.wait = self.wait.saturating_sub(1);
         if self.wait > 0 || !self.is_suspected() {
             return;
@@ -281,11 +284,30 @@ impl Carrier {
             return;
         }
         self.history.hide(first);
-        let found = self.search();
-        let still = still_score(self.history.sightings());
-        let best = self.rivals.first().map_or(still, |best| best.score.max(still));
-        // A carrier that is contradicted for long is no longer believed, whether there is another or not.
-        if best < CHANGED - loss && since < COARSE_FRAMES {
+        let sightings = self.history.sightings();
+        let still = still_score(sightings);
+        let same = self.fit.map(|fit| {
+            let at = AtFrequency::new(sightings, fit.time, fit.frequency);
+            at.score(step(fit.phase) as u8, fit.shape)
+        });
+        let enough = CHANGED - loss;
+        if same.is_some_and(|same| same >= enough) {
+            // Only the brightness has changed.
+            self.history.forget_hidden();
+            self.is_contradicted = false;
+            return;
+        }
+        let found = if still < enough { self.search() } else { None };
+        let best = match found {
+            None if still >= enough => still,
+            _ => self.rivals.first().map_or(still, |best| best.score),
+        };
+        // A panel that goes on being still has no carrier to forget; one that is contradicted for long is no longer believed.
+        let is_over = match self.fit {
+            Some(_) => best >= enough || since >= COARSE_FRAMES,
+            None => still < enough && best >= enough,
+        };
+        if !is_over {
             self.history.show_all();
             return;
         }

@@ -48,10 +48,9 @@ fn messages_arrive_by_a_carrier() {
 fn messages_arrive_line_by_line() {
     let films = ROLLING_SEEDS.map(Film::of_rolling_camera);
     assert!(films.iter().all(|film| film.line_delay_s != 0.0));
-    let fates = films.map(received);
-    let delivered = fates.iter().filter(|fate| fate.delivered.is_some()).count();
-    assert!(delivered + 1 >= ROLLING_SEEDS.len(), "{delivered}");
-    assert_eq!(fates.iter().map(|fate| fate.wrong).sum::<usize>(), 0);
+    for fate in films.map(received) {
+        assert!(fate.delivered.is_some() && fate.wrong == 0, "{fate:?}");
+    }
 }
 
 /// Frames of a still panel keep their sign: no reading is the complement of the panel.
@@ -138,19 +137,17 @@ fn a_carrier_that_changes_in_mid_film_is_learnt_anew() {
     println!("{latest} frames after a change at the latest");
 }
 
-/// The same of a carrier that jumps by a quarter of a cycle, line by line.
+/// The same line by line.
 #[test]
-fn a_carrier_that_jumps_is_learnt_anew_line_by_line() {
-    for seed in [5, 7, 10, 12] {
+fn a_carrier_that_changes_is_learnt_anew_line_by_line() {
+    let jumps = [3, 7, 10, 12].map(|seed| (seed, 100, Film::of_rolling_camera(seed).cycles, 0.25));
+    let begins = [8, 10, 12].map(|seed| (seed, 60, 0, 0.0));
+    for (seed, frames, cycles, late) in jumps.into_iter().chain(begins) {
         let film = Film::of_rolling_camera(seed);
-        let change = Change {
-            frames: 100,
-            cycles: film.cycles,
-            late: 0.25,
-        };
+        assert_ne!(film.line_delay_s, 0.0);
         let fate = received(Film {
-            frames: change.frames + CHANGED_FRAMES,
-            change: Some(change),
+            frames: frames + CHANGED_FRAMES,
+            change: Some(Change { frames, cycles, late }),
             ..film
         });
         assert!(fate.delivered.is_some() && fate.wrong == 0, "{seed}: {fate:?}");

@@ -68,8 +68,8 @@ const SEEN_MIN: f32 = 0.1;
 const STILL_SURE: f32 = 0.97;
 /// A wave of which the signs are less sure is looked for anew (nats).
 const UNSURE: f32 = 1.0;
-/// A wave that explains less of the last frames than this share of what it explained before is contradicted.
-const CONTRADICTED: f32 = 0.5;
+/// A wave that leaves more of the last frames than this multiple of what it left before is contradicted (mean squares).
+const CONTRADICTED: f32 = 1.7;
 /// Frames since the change, when a wave is first contradicted (count).
 const NOTICED_FRAMES: usize = 8;
 /// By how much brightness has to vary more among the LEDs of a frame than when a wave was last looked for in vain (squared relative deviation).
@@ -82,6 +82,8 @@ const OTHER_PLACE: f32 = 0.15;
 const SEARCH_FRAMES: u32 = 4;
 /// See there.
 const SEARCH_FRAMES_MAX: u32 = 64;
+/// Frames from one search to the next while several waves may be: trying them on all readings takes long (count).
+const RIVALS_FRAMES: u32 = 4 * SEARCH_FRAMES;
 /// See there.
 const FOLLOW_FRAMES: u32 = 4;
 
@@ -175,8 +177,8 @@ pub(super) struct Lines {
     rivals: heapless::Vec<Wave, RIVALS>,
     wait: u32,
     pause: u32,
-    /// The number of the first frame since the wave may have begun, ended or changed.
-    since: Option<u64>,
+    /// The time of the first frame since the wave may have begun, ended or changed (frame periods).
+    since: Option<f64>,
     /// How much brightness varies among the LEDs of a frame (squared relative deviation), and how much it did when a wave was last looked for
     /// in vain.
     uneven: f32,
@@ -275,8 +277,7 @@ impl Lines {
                 self.pause = (2 * pause).min(SEARCH_FRAMES_MAX);
                 pause
             }
-            // Trying them on all readings takes long.
-            Known::Rivals => 4 * SEARCH_FRAMES,
+            Known::Rivals => RIVALS_FRAMES,
             _ => SEARCH_FRAMES,
         };
         found
@@ -295,50 +296,46 @@ impl Lines {
 
     fn suspect_change(&mut self) {
         let back = NOTICED_FRAMES.min(self.len - 1);
-        (self.since, self.wait) = (Some(self.last(back).number), SEARCH_FRAMES);
+        (self.since, self.wait) = (Some(self.last(back).time), SEARCH_FRAMES);
     }
 
     /// Looks for a wave in the frames since a change, and forgets those before if there is one, or if none has come for long.
-    fn search_since(&mut self, since: u64) -> Known {
-        let count = self.latest(FRAMES).take_while(|seen| seen.number >= since).count();
+    fn search_since(&mut self, since: f64) -> Known {
         if self.wave.is_some_and(|wave| !self.is_contradicted(&wave)) {
             self.since = None;
             return Known::Before;
         }
-        if count < FRAMES_MIN {
+        let count = self.latest(FRAMES).take_while(|seen| seen.time >= since).count();
+        let is_long = count >= COARSE_FRAMES || self.last(0).time - since > COARSE_PERIODS;
+        if count < FRAMES_MIN && !is_long {
             return self.known();
         }
         let (len, wave) = (core::mem::replace(&mut self.len, count), self.wave.take());
         let found = self.search();
-        if found == Known::Nothing && count < COARSE_FRAMES {
+        if found == Known::Nothing && !is_long {
             (self.len, self.wave) = (len, wave);
             self.learn_means();
             return self.known();
         }
-        (self.since, self.uneven_before, self.pause) = (None, self.uneven, SEARCH_FRAMES);
+        (self.since, self.uneven_before) = (None, self.uneven);
+        if found == Known::Rivals {
+            self.wait = RIVALS_FRAMES;
+        }
         found
     }
 
-    /// Whether a wave explains much less of the last frames than it explained before.
+    /// Whether a wave leaves much more of the last frames than it left before.
     fn is_contradicted(&self, wave: &Wave) -> bool {
-        let recent = self.explained(wave, RECENT_FRAMES);
-        self.len > RECENT_FRAMES && recent < CONTRADICTED * wave.explained
+        self.len > RECENT_FRAMES && self.left(wave, RECENT_FRAMES) > CONTRADICTED * wave.variance
     }
 
-    /// The share of what varies in the LEDs' contrasts that a wave explains in the last frames.
-    fn explained(&self, wave: &Wave, frames: usize) -> f32 {
-        let count = (LEDS * self.len.min(frames)) as f32;
-        let (mut left, mut squares, mut sum) = (0.0, 0.0, 0.0);
-        for seen in self.latest(frames) {
-            for led in 0..LEDS {
-                let light = self.light(seen, led).abs();
-                let off = light - wave.amplitude * wave.contrast(seen, led).abs();
-                left += off * off;
-                squares += light * light;
-                sum += light;
-            }
-        }
-        1.0 - left / (squares - sum * sum / count).max(f32::MIN_POSITIVE)
+    /// What a wave leaves of the LEDs' contrasts in the last frames (mean square).
+    fn left(&self, wave: &Wave, frames: usize) -> f32 {
+        let of_frame = |seen: &Seen| -> f32 {
+            let off = |led: usize| self.light(seen, led).abs() - wave.amplitude * wave.contrast(seen, led).abs();
+            (0..LEDS).map(off).map(|off| off * off).sum()
+        };
+        self.latest(frames).map(of_frame).sum::<f32>() / (LEDS * self.len.min(frames)).max(1) as f32
     }
 
     /// Whether an outer line of LEDs shows nothing of the wave, where the others do.
@@ -365,6 +362,9 @@ impl Lines {
     /// Forgets the light of the last frames, but not the wave.
     pub fn forget_lights(&mut self) {
         (self.len, self.wait, self.means) = (0, FRAMES_MIN as u32, [0.0; LEDS]);
+        if self.since.take().is_some() {
+            self.wave = None;
+        }
     }
 
     fn known(&self) -> Known {

@@ -15,6 +15,9 @@ const ON: f32 = 0.6;
 /// and how many of the others, at most (count).
 const OFF: u32 = 1;
 
+/// How much better the LEDs of the coarser lattice stand out: twice or more if there are no LEDs between them, as much if they are Off.
+const STANDS_OUT: f32 = 1.5;
+
 /// A lattice of which one place is known to be an LED.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Coarser {
@@ -45,7 +48,7 @@ impl Coarser {
     }
 
     /// The panel in a frame whose LEDs are such places of a `lattice`: that LED is whichever of the panel makes the LEDs stand out most from
-    /// the places between them. None if no such panel lies within the frame.
+    /// the places between them. None if no such panel lies within the frame, or if its LEDs stand out no better than those of `lattice`.
     pub fn panel(&self, frame: &Frame<'_>, lattice: &Lattice) -> Option<Lattice> {
         let [a, b] = self.step.map(|step| step as f32);
         let [column, row] = [0, 1].map(|axis| {
@@ -68,7 +71,9 @@ impl Coarser {
             };
             Some((stands_out(frame, &panel)?, panel))
         });
-        panels.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, panel)| panel)
+        let least = STANDS_OUT * stands_out(frame, lattice)?;
+        let best = panels.max_by(|a, b| a.0.total_cmp(&b.0));
+        best.filter(|(stands_out, _)| *stands_out > least).map(|(_, panel)| panel)
     }
 }
 
@@ -128,5 +133,24 @@ mod tests {
             .and_then(|coarser| coarser.panel(&frame, &across))
             .expect("a panel");
         assert_eq!((panel.centre, panel.column, panel.row), ([48.0, 40.0], [8.0, 0.0], [0.0, 8.0]));
+    }
+
+    #[test]
+    fn a_panel_that_shows_a_chequerboard_stays() {
+        const CHEQUERBOARD: u64 = 0xaa55_aa55_aa55_aa55;
+        let panel = Lattice {
+            centre: [100.0, 100.0],
+            column: [8.0, 0.0],
+            row: [0.0, 8.0],
+            tilt: [0.0; 2],
+        };
+        let mut pixels = std::vec![20; 200 * 200];
+        for led in (0..LEDS).filter(|led| CHEQUERBOARD >> led & 1 == 1) {
+            let [x, y] = panel.position((led % SIDE) as f32, (led / SIDE) as f32);
+            pixels[y as usize * 200 + x as usize] = 200;
+        }
+        let frame = Frame::new(&pixels, 200, 200).expect("a frame");
+        let coarser = Coarser::of(CHEQUERBOARD).expect("every second place is lit");
+        assert_eq!(coarser.panel(&frame, &panel), None);
     }
 }
