@@ -59,14 +59,21 @@ pub struct Transmitter<M> {
     counters: Counters,
 }
 
+/// The greatest share of a message's duty that a test may have if messages have a carrier: 32/44, so that a panel that stands still, of
+/// which at most 44 LEDs are On, is no brighter than one with a carrier, whose LEDs are On half of the time. A board may have prepared
+/// panels of the message, which stand still when a test begins.
+const STILL_SHARE: [u64; 2] = [32, 44];
+
 /// What is shown in the place of messages.
 #[derive(Clone, Copy, Debug)]
 struct Test {
     panel: PanelFrame,
-    /// The share of the duty that messages have, in 1/255.
+    /// The share of the greatest duty that a test may have, in 1/255.
     share: u8,
     until_ms: u64,
     next_range: SensorRange,
+    /// Whether the matrix was told that panels stand still.
+    is_still: bool,
 }
 
 impl<M: LedMatrix> Transmitter<M> {
@@ -189,20 +196,19 @@ impl<M: LedMatrix> Transmitter<M> {
     }
 
     /// Shows `panel` in the place of messages for `time_ms`, with `share`/255 of their duty, and then goes on with them where they were;
-    /// 0 ms ends that at once. Panels stand still meanwhile, whatever the timing. A panel of at most
+    /// 0 ms ends that at once. Panels stand still meanwhile, whatever the timing; if messages have a carrier, the test has `share`/255 of
+    /// 32/44 of their duty, for their panels that are prepared already stand still, too. A panel of at most
     /// [`TEST_LEDS_MAX`](link::serial::TEST_LEDS_MAX) LEDs is within all limits that messages keep to.
     ///
     /// # Errors
     /// Errors of the matrix, which then may not have the new duty; the next reading or [`watch`](Self::watch) tries again.
     pub fn test(&mut self, panel: PanelFrame, share: u8, time_ms: u16) -> Result<(), M::Error> {
-        if self.test.is_none() && !self.timing.waveform().is_still() {
-            self.matrix.set_timing(SymbolTiming::still(self.timing.rate()));
-        }
         self.test = Some(Test {
             panel,
             share,
             until_ms: self.now_ms + u64::from(time_ms),
             next_range: self.test.map_or(SensorRange::CrossCheck, |test| test.next_range),
+            is_still: self.test.is_some_and(|test| test.is_still),
         });
         self.dim().map(|_| ())
     }
@@ -211,10 +217,31 @@ impl<M: LedMatrix> Transmitter<M> {
     fn end_test(&mut self) {
         if self.test.is_some_and(|test| test.until_ms <= self.now_ms) {
             self.test = None;
+            // The carrier first: it only takes light away, and the duty of messages may then follow.
             if !self.timing.waveform().is_still() {
                 self.matrix.set_timing(self.timing);
             }
         }
+    }
+
+    /// Lets the panels of a test stand still, once they have its duty.
+    fn hold_test(&mut self) {
+        if let Some(test) = &mut self.test
+            && !test.is_still
+        {
+            test.is_still = true;
+            if !self.timing.waveform().is_still() {
+                self.matrix.set_timing(SymbolTiming::still(self.timing.rate()));
+            }
+        }
+    }
+
+    /// A message's duty, or a test's share of it.
+    fn duty_shown(&self, duty: Duty) -> Duty {
+        let Some(test) = self.test else { return duty };
+        let [most, of] = if self.timing.waveform().is_still() { [1, 1] } else { STILL_SHARE };
+        let share = u64::from(duty.to_bits()) * u64::from(test.share) * most / (u64::from(u8::MAX) * of);
+        Duty::from_bits(share as u32)
     }
 
     /// Replaces the table from the next reading on, and clears [`Faults::NO_TABLE`] and [`Faults::STORE`].
@@ -262,7 +289,11 @@ impl<M: LedMatrix> Transmitter<M> {
         let calibration = self.calibration.with_duty_at_most(self.most_duty);
         let dimmed = |(l2a, lx)| Dimming::new(l2a, lx, &calibration);
         let dimming = match light {
-            Light::Unknown => return Ok(None),
+            Light::Unknown => {
+                // All is dark.
+                self.hold_test();
+                return Ok(None);
+            }
             Light::Measured | Light::Held | Light::Daylight => self.known.map(dimmed),
             Light::Lost => {
                 self.ambient.fall_back(NIGHT_LX);
@@ -272,9 +303,8 @@ impl<M: LedMatrix> Transmitter<M> {
             }
         };
         if let Some(dimming) = dimming {
-            let share = self.test.map_or(u8::MAX, |test| test.share);
-            let duty = Duty::from_bits((u64::from(dimming.duty.to_bits()) * u64::from(share) / u64::from(u8::MAX)) as u32);
-            self.matrix.set_duty(duty)?;
+            self.matrix.set_duty(self.duty_shown(dimming.duty))?;
+            self.hold_test();
             self.dimming = Some(dimming);
         }
         Ok(dimming)
@@ -351,8 +381,8 @@ impl<M> Transmitter<M> {
     /// The symbol rate and the waveform now: in a test, panels stand still.
     pub fn timing_shown(&self) -> SymbolTiming {
         match self.test {
-            Some(_) => SymbolTiming::still(self.timing.rate()),
-            None => self.timing,
+            Some(test) if test.is_still => SymbolTiming::still(self.timing.rate()),
+            _ => self.timing,
         }
     }
 
@@ -679,24 +709,42 @@ mod tests {
 
     /// LEDs that know whether panels stand still.
     #[derive(Default)]
-    struct Carried {
+    struct TimedMatrix {
         inner: RecordingMatrix,
         timing: SymbolTiming,
+        /// The greatest duty that panels had while they stood still.
+        most_still: Duty,
+        is_broken: bool,
     }
 
-    impl LedMatrix for Carried {
-        type Error = core::convert::Infallible;
+    impl TimedMatrix {
+        fn note(&mut self) {
+            if self.timing.waveform().is_still() {
+                self.most_still = self.most_still.max(self.inner.duty);
+            }
+        }
+    }
 
-        fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {
-            self.inner.show(panel)
+    impl LedMatrix for TimedMatrix {
+        type Error = Broken;
+
+        fn show(&mut self, panel: PanelFrame) -> Result<(), Broken> {
+            self.inner.panel = panel;
+            Ok(())
         }
 
-        fn set_duty(&mut self, duty: Duty) -> Result<(), Self::Error> {
-            self.inner.set_duty(duty)
+        fn set_duty(&mut self, duty: Duty) -> Result<(), Broken> {
+            if self.is_broken {
+                return Err(Broken);
+            }
+            self.inner.duty = duty;
+            self.note();
+            Ok(())
         }
 
         fn set_timing(&mut self, timing: SymbolTiming) {
             self.timing = timing;
+            self.note();
         }
     }
 
@@ -704,7 +752,7 @@ mod tests {
 
     #[test]
     fn a_test_is_shown_for_its_time_and_messages_go_on_where_they_were() {
-        let mut transmitter = transmitter(Carried::default());
+        let mut transmitter = transmitter(TimedMatrix::default());
         let timing = SymbolTiming::new(SymbolRate::DEFAULT, link::waveform::Waveform::new(16).unwrap()).unwrap();
         transmitter.set_timing(timing);
         transmitter.send(b"goes on", Code::Tc256, Repeats::Forever).unwrap();
@@ -714,20 +762,54 @@ mod tests {
         assert_eq!(transmitter.tick(), Ok(undisturbed.next_panel()));
 
         transmitter.test(ROW, 51, 500).unwrap();
-        assert_eq!(transmitter.matrix().inner.duty, duty / 5);
+        // A fifth of 32/44.
+        let fifth = Duty::from_bits((u64::from(duty.to_bits()) * 32 / (44 * 5)) as u32);
+        assert_eq!(transmitter.matrix().inner.duty, fifth);
         assert!(transmitter.matrix().timing.waveform().is_still());
         transmitter.watch(499).unwrap();
-        assert_eq!((transmitter.tick(), transmitter.matrix().inner.duty), (Ok(ROW), duty / 5));
+        assert_eq!((transmitter.tick(), transmitter.matrix().inner.duty), (Ok(ROW), fifth));
         assert_eq!(transmitter.timing(), timing);
         transmitter.watch(500).unwrap();
         assert_eq!(transmitter.tick(), Ok(undisturbed.next_panel()));
         assert_eq!((transmitter.matrix().inner.duty, transmitter.matrix().timing), (duty, timing));
 
         transmitter.test(ROW, 255, u16::MAX).unwrap();
-        assert_eq!((transmitter.tick(), transmitter.matrix().inner.duty), (Ok(ROW), duty));
+        let most = Duty::from_bits((u64::from(duty.to_bits()) * 32 / 44) as u32);
+        assert_eq!((transmitter.tick(), transmitter.matrix().inner.duty), (Ok(ROW), most));
         transmitter.test(ROW, 255, 0).unwrap();
         assert_eq!(transmitter.tick(), Ok(undisturbed.next_panel()));
         assert_eq!(transmitter.matrix().timing, timing);
+    }
+
+    /// A panel of a message with 44 LEDs On, which the board has prepared, may stand still with a test's duty.
+    #[test]
+    fn with_a_carrier_no_panel_stands_still_at_more_than_its_share_of_the_duty() {
+        let timing = SymbolTiming::new(SymbolRate::DEFAULT, link::waveform::Waveform::new(16).unwrap()).unwrap();
+        for is_broken in [false, true] {
+            let mut transmitter = transmitter(TimedMatrix::default());
+            transmitter.set_timing(timing);
+            lit_at(&mut transmitter, 0, 100);
+            let duty = transmitter.matrix().inner.duty;
+            transmitter.matrix.most_still = Duty::ZERO;
+            transmitter.matrix.is_broken = is_broken;
+            assert_eq!(transmitter.test(ROW, 255, 500).is_err(), is_broken);
+            assert_eq!(transmitter.timing_shown().waveform().is_still(), !is_broken);
+            transmitter.matrix.is_broken = false;
+            transmitter.watch(100).unwrap();
+            assert!(transmitter.matrix().timing.waveform().is_still());
+            lit_at(&mut transmitter, 200, 100);
+            transmitter.test(ROW, 255, 0).unwrap();
+            let matrix = transmitter.matrix();
+            assert_eq!((matrix.inner.duty, matrix.timing), (duty, timing));
+            let most = duty.to_num::<f64>() * 32.0 / 44.0;
+            assert!(matrix.most_still > 0 && matrix.most_still.to_num::<f64>() <= most);
+        }
+        // Without a carrier a message's panels stand still at their whole duty anyway.
+        let mut transmitter = transmitter(TimedMatrix::default());
+        lit_at(&mut transmitter, 0, 100);
+        let duty = transmitter.matrix().inner.duty;
+        transmitter.test(ROW, 255, 500).unwrap();
+        assert_eq!(transmitter.matrix().inner.duty, duty);
     }
 
     #[test]
