@@ -10,6 +10,8 @@ use super::{CODES, PAIRS, RAMP};
 const RUN_MIN: usize = 3;
 /// The least share of what changes in the pairs that changes in all of them.
 const AGREEMENT_MIN: f32 = 0.3;
+/// The least share of the mean pair's change that each pair has: a pair of which one panel was not shown has half.
+const PAIR_MIN: f32 = 0.7;
 
 /// How far the end of the steps that dim may be off, in steps.
 const ENDS_OFF_MAX: f32 = 1.5;
@@ -45,6 +47,7 @@ fn best(frames: &[Vec<f32>], runs: &[Run]) -> Option<(f32, Aligned)> {
     let pictures: Vec<Vec<f32>> = runs.iter().map(|run| mean(frames, run.inner())).collect();
     let windows = pictures.windows(CODES).enumerate();
     let (changed, first) = windows
+        .filter(|(_, codes)| are_whole(&codes[1..]))
         .map(|(first, codes)| (all_changed(&codes[1..]), first))
         .max_by(|one, other| one.0.total_cmp(&other.0))?;
     let codes = &pictures[first..first + CODES];
@@ -171,6 +174,15 @@ fn all_changed(codes: &[Vec<f32>]) -> f32 {
     pixels.map(|pixel| pair_changes(codes, pixel).fold(f32::INFINITY, f32::min)).sum()
 }
 
+/// Whether about as much changes in each pair as in the others: each LED changes in all of them.
+fn are_whole(codes: &[Vec<f32>]) -> bool {
+    let mean = mean_changed(codes);
+    codes.chunks_exact(2).all(|pair| {
+        let changed: f32 = pair[0].iter().zip(&pair[1]).map(|(one, other)| (one - other).abs()).sum();
+        changed >= PAIR_MIN * mean
+    })
+}
+
 /// What changes in a pair on average, over all pixels.
 fn mean_changed(codes: &[Vec<f32>]) -> f32 {
     let pixels = 0..codes[0].len();
@@ -262,6 +274,16 @@ mod tests {
         let film: Vec<Vec<f32>> = film(10, false).into_iter().take(40 + 10 * CODES + 15).collect();
         let aligned = align(&film).unwrap();
         assert_eq!((aligned.codes, aligned.ramp), (shown().0, None));
+    }
+
+    /// A board may have been too slow for the step: then the next one follows, a dark panel.
+    #[test]
+    fn a_pair_of_which_one_panel_is_lost_is_no_walk() {
+        let film: Vec<Vec<f32>> = film(10, false);
+        let last = 40 + 10 * (CODES - 1);
+        let lost: Vec<Vec<f32>> = film.iter().take(last).chain(&film[last + 10..last + 20]).cloned().collect();
+        assert!(align(&film[..last + 20]).is_some());
+        assert!(align(&lost).is_none());
     }
 
     #[test]
