@@ -1,11 +1,13 @@
 // A transmitter's image on an emulated Raspberry Pi Pico.
 //
-//   node emulator.mjs IMAGE.elf FLASH.bin SOCKET [--max7219] [--edges] [--stage gate|buffer] [--fault FAULT]... [--slow-flash] [--time NAME]...
+//   node emulator.mjs IMAGE.elf FLASH.bin SOCKET [--max7219] [--edges] [--stage gate|buffer] [--fault FAULT]... [--slow-flash]
+//       [--time NAME]...
 //
 // IMAGE.elf is flashed into FLASH.bin if that is not there yet. SOCKET is UART 0, a Unix socket for one client at a time.
 // --max7219 puts a module with that chip in the place of the shift registers.
 // --edges follows each pulse of the dimming, --time counts the cycles of a function or an interrupt. --stage is what drives output enable:
-// see `output_enable.mjs`. --fault is one of the LEDs' wires: see `wires.mjs`. With --slow-flash, erasing and programming take the longest that the datasheet allows.
+// see `output_enable.mjs`. --fault is one of the LEDs' wires: see `wires.mjs`. With --slow-flash, erasing and programming take the longest
+// that the datasheet allows.
 //
 // Commands, beside those of `harness.mjs`:
 //

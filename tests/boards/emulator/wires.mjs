@@ -3,7 +3,7 @@
 //   swap=LED,LED    the wires of two LEDs are exchanged; LED 8·row + column
 //   dead-row=ROW    no LED of the row is lit
 //   stuck=LED       an LED is lit all the time
-//   late=BITS       the latch takes what was shifted after so many more edges of the shift clock, 1 to 8
+//   late=BITS       the latch takes what was shifted BITS edges of the shift clock later, 1 to 8
 
 const ROW = 0xffn, ROW_BITS = 8n;
 

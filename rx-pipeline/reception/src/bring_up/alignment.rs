@@ -210,7 +210,7 @@ mod tests {
         })
     }
 
-    /// Messages, the walk with so many frames a step, a frame between two steps where there is one, and messages.
+    /// Messages, the walk with `frames` frames a step, a frame between two steps where there is one, and messages.
     fn film(frames: usize, is_mixed: bool) -> Vec<Vec<f32>> {
         let mut film: Vec<Vec<f32>> = message(40).collect();
         for step in walk() {

@@ -13,7 +13,7 @@ pub enum Finding {
     },
     /// LEDs are not where their bits belong, but as if the panel hung so.
     Turned(Orientation),
-    /// Each LED shows the bit of the one so many before it in the chain; behind it, if that is negative.
+    /// Each LED shows the bit of the LED that is this number of places before it in the chain; behind it, if that is negative.
     ChainShifted(i8),
     /// LEDs are lit by a 0.
     Complemented,
@@ -55,7 +55,7 @@ pub enum Finding {
     LedsJoined([usize; 2]),
     /// An LED follows no single bit.
     LedUnclear(usize),
-    /// An LED is off its place by so many pitches to the right and down.
+    /// An LED is off its place by these pitches to the right and down.
     OffLattice(usize, [f32; 2]),
 }
 

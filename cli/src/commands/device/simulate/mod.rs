@@ -1,7 +1,8 @@
 //! `vocc device simulate`: a serial port with a transmitter behind it, without hardware.
 //!
 //! The transmitter is the firmware's: [`board`] gives it a clock, [`flash`] a memory, [`light_sensor`] light, [`leds`] a panel and
-//! [`terminal`] a port. [`orders`] are what a user tells it meanwhile, [`fault`] has what may be wrong with its wires; [`symbol_log`] and [`film`] record what it shows.
+//! [`terminal`] a port. [`orders`] are what a user tells it meanwhile, [`fault`] has what may be wrong with its wires; [`symbol_log`] and
+//! [`film`] record what it shows.
 
 mod board;
 mod fault;
