@@ -118,6 +118,19 @@ pub enum DeviceError {
     /// The firmware predates test panels.
     #[error("its firmware is too old to show test panels, and nothing was changed: flash the present one (docs/hardware.md)")]
     NoTest,
+    /// A test panel's time is too short for the symbol rate.
+    #[error(
+        "--step {step_s} is too short at {symbol_rate_hz} symbols a second: a test panel needs {least_s:.2} s or more; give a longer --step, \
+         or raise the symbol rate by `vocc device rate`"
+    )]
+    ShortStep {
+        /// Its time, s.
+        step_s: f64,
+        /// The least, s.
+        least_s: f64,
+        /// The rate in use.
+        symbol_rate_hz: f64,
+    },
     /// The firmware predates the intensity limit.
     #[error(
         "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the present one (docs/hardware.md), or leave \
