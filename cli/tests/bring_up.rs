@@ -60,7 +60,7 @@ fn the_walk_says_what_to_see_and_messages_go_on_behind_it() {
     let symbols = place.join("symbols.txt");
     let mut board = Simulator::start(&["--light-lx", "1000", "--symbols", name(&symbols)]);
     says(&board.vocc(&["device", "send", "--message", "goes on"]), 0, &[]);
-    let walked = board.vocc(&["device", "test", "--step", "0.1"]);
+    let walked = board.vocc(&["device", "test", "--step", "0.15"]);
     prints(
         &walked,
         0,
@@ -106,9 +106,11 @@ fn the_walk_says_what_to_see_and_messages_go_on_behind_it() {
 #[test]
 fn a_board_that_lacks_something_is_no() {
     let board = Simulator::start(&["--light-lx", "0.1"]);
-    let dark = board.vocc(&["device", "test", "--step", "0.1"]);
+    let short = board.vocc(&["device", "test", "--step", "0.1"]);
+    says(&short, 2, &["--step 0.1 is too short at 90 symbols a second", "0.11 s"]);
+    let dark = board.vocc(&["device", "test", "--step", "0.15"]);
     prints(&dark, 1, &["its duty is 0"]);
-    let told: Value = serde_json::from_slice(&board.vocc(&["device", "test", "--json", "--step", "0.1"]).stdout).expect("JSON");
+    let told: Value = serde_json::from_slice(&board.vocc(&["device", "test", "--json", "--step", "0.15"]).stdout).expect("JSON");
     assert_eq!((&told["shown"], &told["duty"]), (&json!([]), &json!(0.0)));
 }
 
@@ -150,6 +152,7 @@ fn findings(frames: &Path) -> Vec<Value> {
     let output = vocc(&["device", "test", "--json", "--frames", name(frames)]);
     let told: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(told["found"], json!(true), "{told}");
+    assert_eq!(told["duty_seen"], json!(true), "{told}");
     let findings = told["findings"].as_array().expect("a list").clone();
     says(&output, i32::from(!findings.is_empty()), &[]);
     findings
@@ -160,6 +163,25 @@ fn a_film_of_a_healthy_panel_has_no_finding() {
     let frames = filmed("bring-up-healthy", &[]);
     assert_eq!(findings(&frames), Vec::<Value>::new());
     prints(&vocc(&["device", "test", "--frames", name(&frames)]), 0, &["all 64 LEDs"]);
+
+    // Without the end, of which the duty is the last part.
+    let mut pictures: Vec<PathBuf> = std::fs::read_dir(&frames)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "png"))
+        .collect();
+    pictures.sort();
+    let found = (1..pictures.len()).rev().step_by(5).find_map(|count| {
+        let _ = std::fs::remove_file(&pictures[count]);
+        for picture in &pictures[count..(count + 5).min(pictures.len())] {
+            let _ = std::fs::remove_file(picture);
+        }
+        let told: Value = serde_json::from_slice(&vocc(&["device", "test", "--json", "--frames", name(&frames)]).stdout).expect("JSON");
+        (told["duty_seen"] == json!(false)).then_some(told)
+    });
+    let told = found.expect("a film without the duty");
+    assert_eq!((&told["found"], &told["findings"]), (&json!(true), &json!([])));
+    prints(&vocc(&["device", "test", "--frames", name(&frames)]), 0, &["duty: not seen"]);
 }
 
 #[test]

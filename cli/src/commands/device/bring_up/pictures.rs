@@ -63,10 +63,10 @@ pub fn run(source: &Path, kit: Kit, pixels: PixelArguments, shared: &Shared) -> 
     };
     drop(progress);
     match reading {
-        Ok(reading) => report(&name, &diagnose(&reading), kit, shared),
+        Ok(reading) => report(&name, &diagnose(&reading), reading.ramp.is_some(), kit, shared),
         Err(why) => {
             if shared.json {
-                output::json(&json!({ "source": name, "found": false, "why": why.to_string(), "findings": [] }))?;
+                output::json(&json!({ "source": name, "found": false, "why": why.to_string(), "duty_seen": false, "findings": [] }))?;
             } else {
                 line(&format!("{name}: no panel: {why}"))?;
             }
@@ -111,10 +111,10 @@ fn each_frame(source: &Path, pixels: PixelArguments, mut take: impl FnMut(&[u8],
     Ok(())
 }
 
-fn report(name: &str, findings: &[Finding], kit: Kit, shared: &Shared) -> anyhow::Result<Verdict> {
+fn report(name: &str, findings: &[Finding], is_duty_seen: bool, kit: Kit, shared: &Shared) -> anyhow::Result<Verdict> {
     if shared.json {
         let findings: Vec<Value> = findings.iter().map(|finding| as_json(finding, kit)).collect();
-        output::json(&json!({ "source": name, "found": true, "why": null, "findings": findings }))?;
+        output::json(&json!({ "source": name, "found": true, "why": null, "duty_seen": is_duty_seen, "findings": findings }))?;
     } else if findings.is_empty() {
         line(&format!(
             "{name}: all {} LEDs follow the test panels, each at its place",
@@ -122,6 +122,9 @@ fn report(name: &str, findings: &[Finding], kit: Kit, shared: &Shared) -> anyhow
         ))?;
     }
     if !shared.json {
+        if !is_duty_seen {
+            line(&format!("{name}: duty: not seen; film all of the walk's first two parts"))?;
+        }
         for finding in findings {
             line(&format!("{name}: {finding}"))?;
             line(&format!("  look at: {}", finding.wire(kit)))?;
