@@ -142,6 +142,21 @@ impl Growing {
         self.put()
     }
 
+    /// Writes all bytes to the disk, so that little can fail, and little time passes, when it is kept.
+    fn settle(&mut self) -> std::io::Result<()> {
+        self.flush()?;
+        match &self.0 {
+            Target::Through(_) => Ok(()),
+            Target::Aside(file) => file.as_file().sync_all(),
+            Target::Active(active) => active.file.sync_all(),
+        }
+    }
+
+    /// Whether another file has its place by now.
+    fn is_overtaken(&self, path: &Path) -> bool {
+        !matches!(self.0, Target::Through(_)) && path.exists()
+    }
+
     fn open(place: Place, path: &Path) -> std::io::Result<Self> {
         Ok(Self(match place {
             Place::Output => Target::Through(Box::new(Output)),
@@ -211,6 +226,41 @@ impl Seek for Growing {
             Target::Active(active) => active.file.seek(to),
         }
     }
+}
+
+/// Renames new files into place, in this order: all of them, or none. The last one says that the others are complete.
+///
+/// # Errors
+/// If not every byte can be written, or a file has appeared in the place of one; then none of them is there.
+pub fn keep_new(mut files: Vec<(PathBuf, Growing)>) -> anyhow::Result<()> {
+    let cannot = |path: &Path| format!("cannot write {}", path.display());
+    for (path, file) in &mut files {
+        file.settle().with_context(|| cannot(path))?;
+    }
+    let whole = stop::writing();
+    let mut kept: Vec<PathBuf> = Vec::with_capacity(files.len());
+    let put = files.iter().try_for_each(|(path, file)| {
+        ensure!(
+            !file.is_overtaken(path),
+            "{} has appeared in the meantime, and stays as it is: name another place",
+            path.display()
+        );
+        Ok(())
+    });
+    let put = put.and_then(|()| {
+        files.into_iter().try_for_each(|(path, file)| {
+            file.put().with_context(|| cannot(&path))?;
+            kept.push(path);
+            Ok(())
+        })
+    });
+    if put.is_err() {
+        // Some of them without the others say nothing.
+        kept.iter().for_each(|path| drop(std::fs::remove_file(path)));
+    }
+    drop(whole);
+    stop::give_way();
+    put
 }
 
 /// Writes all bytes, and reports errors of the final flush.
@@ -311,6 +361,42 @@ mod tests {
         torn.write_all(b"torn").and_then(|()| torn.flush()).expect("written");
         drop(torn);
         assert_eq!(names(folder.path()), ["file", "file.active"]);
+    }
+
+    #[test]
+    fn several_are_kept_together_or_not_at_all() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let paths = ["data", "more", "about"].map(|name| folder.path().join(name));
+        let grown = || {
+            let files = paths.iter().map(|path| {
+                let mut file = Growing::create(path).expect("a file");
+                file.write_all(b"new").expect("room");
+                (path.clone(), file)
+            });
+            files.collect::<Vec<_>>()
+        };
+        let files = grown();
+        write(&paths[1], "mine").expect("written");
+        let refused = format!("{:#}", keep_new(files).expect_err("overtaken"));
+        assert!(refused.contains("more has appeared in the meantime"), "{refused}");
+        assert_eq!(names(folder.path()), ["more"]);
+        assert_eq!(std::fs::read(&paths[1]).expect("there"), b"mine");
+        std::fs::remove_file(&paths[1]).expect("removed");
+        // What fails at the last one takes the others with it.
+        #[cfg(unix)]
+        {
+            let lost = folder.path().join("lost");
+            std::fs::create_dir(&lost).expect("room");
+            let last = lost.join("about");
+            let mut files = grown();
+            files[2] = (last.clone(), Growing::create(&last).expect("a file"));
+            std::fs::remove_dir_all(&lost).expect("removed");
+            let refused = format!("{:#}", keep_new(files).expect_err("no folder"));
+            assert!(refused.contains("cannot write") && refused.contains("about"), "{refused}");
+            assert_eq!(names(folder.path()), [""; 0]);
+        }
+        keep_new(grown()).expect("kept");
+        assert_eq!(names(folder.path()), ["about", "data", "more"]);
     }
 
     #[cfg(unix)]

@@ -87,7 +87,7 @@ impl Array {
     }
 }
 
-/// Arrays that grow side by side, and are all there after [`Arrays::keep`], or none of them.
+/// Arrays that grow side by side, and are all there once they are closed and kept, or none of them.
 pub enum Arrays {
     /// A file each.
     Folder(Vec<(PathBuf, Growing)>),
@@ -193,25 +193,14 @@ impl Arrays {
         }
     }
 
-    /// Puts all into their places.
+    /// The files, complete, with their places, for [`files::keep_new`].
     ///
     /// # Errors
-    /// When not every byte can be kept; then no array is there.
-    pub fn keep(self) -> anyhow::Result<()> {
+    /// When bytes are missing, or the last ones cannot be written.
+    pub fn close(self) -> anyhow::Result<Vec<(PathBuf, Growing)>> {
         match self {
-            Self::Archive(archive) => archive.keep(),
-            Self::Folder(files) => {
-                let mut kept = Vec::with_capacity(files.len());
-                for (path, file) in files {
-                    if let Err(error) = file.keep() {
-                        // Some arrays without the others say nothing.
-                        kept.iter().for_each(|path: &PathBuf| drop(std::fs::remove_file(path)));
-                        return Err(error).with_context(|| format!("cannot write {}", path.display()));
-                    }
-                    kept.push(path);
-                }
-                Ok(())
-            }
+            Self::Folder(files) => Ok(files),
+            Self::Archive(archive) => Ok(vec![archive.close()?]),
         }
     }
 }
@@ -252,7 +241,7 @@ impl Archive {
     }
 
     /// Writes what stands before each array, and the list at the end.
-    fn keep(mut self) -> anyhow::Result<()> {
+    fn close(mut self) -> anyhow::Result<(PathBuf, Growing)> {
         let mut list = Vec::new();
         let mut end = 0;
         for place in 0..self.entries.len() {
@@ -280,7 +269,7 @@ impl Archive {
         list.extend((end as u32).to_le_bytes());
         list.extend([0, 0]);
         self.write_at(end, &list)?;
-        self.file.keep().with_context(|| format!("cannot write {}", self.path.display()))
+        Ok((self.path, self.file))
     }
 }
 
@@ -330,8 +319,9 @@ mod tests {
         let mut archive = Arrays::in_archive(&path, &arrays()).expect("a file");
         grow(&mut separate);
         grow(&mut archive);
-        separate.keep().expect("kept");
-        archive.keep().expect("kept");
+        for arrays in [separate, archive] {
+            files::keep_new(arrays.close().expect("complete")).expect("kept");
+        }
         let archive = std::fs::read(&path).expect("there");
         assert_eq!(archive.len() as u64, archive_size(&arrays()));
         for array in arrays() {
@@ -348,8 +338,9 @@ mod tests {
         let path = folder.path().join("both.npz");
         let half = Arrays::in_archive(&path, &arrays()).expect("a file");
         assert!(
-            half.keep()
-                .expect_err("half")
+            half.close()
+                .err()
+                .expect("half")
                 .to_string()
                 .contains("bytes.npy has 128 bytes of 140")
         );

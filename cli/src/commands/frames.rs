@@ -1,5 +1,6 @@
 //! `vocc frames`: frames with the truth, for detectors that are not ours.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
@@ -119,6 +120,16 @@ struct About<'a> {
     scene: &'a Scene,
 }
 
+impl About<'_> {
+    /// Its file, written and not kept yet.
+    fn file(&self, path: PathBuf) -> anyhow::Result<(PathBuf, Growing)> {
+        let mut file = Growing::create(&path)?;
+        let written = writeln!(file, "{}", serde_json::to_string_pretty(self)?);
+        written.with_context(|| format!("cannot write {}", path.display()))?;
+        Ok((path, file))
+    }
+}
+
 /// Draws, writes and reports.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let scene = shared.scene(&arguments.scene)?;
@@ -172,7 +183,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     if !is_whole && (counted.frames == 0 || !target.keeps_part()) {
         return Ok(interrupted_before());
     }
-    target.keep()?;
+    let mut closed = target.close()?;
     let Region { x, y, width, height } = source.region();
     let facts = Facts {
         frames: counted.frames,
@@ -186,6 +197,15 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         detector: arguments.detector.map(DetectorChoice::name),
         bit_errors: arguments.detector.map(|_| counted.bit_errors),
     };
+    if is_whole && !is_archive {
+        let about = About {
+            version: env!("CARGO_PKG_VERSION"),
+            facts: &facts,
+            scene: &scene,
+        };
+        closed.push(about.file(arguments.out.join(ABOUT))?);
+    }
+    files::keep_new(closed)?;
     if !is_whole {
         output::tell(format_args!(
             "interrupted: {} has {} frames of {}, and no {ABOUT}",
@@ -193,13 +213,6 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
             counted.frames,
             arguments.count
         ));
-    } else if !is_archive {
-        let about = About {
-            version: env!("CARGO_PKG_VERSION"),
-            facts: &facts,
-            scene: &scene,
-        };
-        files::write(&arguments.out.join(ABOUT), serde_json::to_string_pretty(&about)? + "\n")?;
     }
     let report = Report {
         out: &arguments.out,
@@ -444,13 +457,13 @@ impl Target {
         }
     }
 
-    fn keep(self) -> anyhow::Result<()> {
+    /// The files that are not in their places yet.
+    fn close(self) -> anyhow::Result<Vec<(PathBuf, Growing)>> {
         match self {
-            Self::Arrays(arrays) => arrays.keep(),
+            Self::Arrays(arrays) => arrays.close(),
             Self::Pictures(mut pictures) => {
                 pictures.write_rows()?;
-                let kept = pictures.table.keep();
-                kept.with_context(|| format!("cannot write {}", pictures.folder.join(TRUTH).display()))
+                Ok(vec![(pictures.folder.join(TRUTH), pictures.table)])
             }
         }
     }
@@ -458,7 +471,6 @@ impl Target {
 
 impl Pictures {
     fn add_row(&mut self, number: u64, path: &Path, frame: &LabelledFrame) -> anyhow::Result<()> {
-        use std::io::Write;
         let name = path.file_name().unwrap_or_default().display();
         let corners = frame.corners_px.map(|[x, y]| format!("{x},{y}")).join(",");
         let read = frame.read.map_or(String::new(), |read| format!(",{read}"));
@@ -471,7 +483,6 @@ impl Pictures {
     }
 
     fn write_rows(&mut self) -> anyhow::Result<()> {
-        use std::io::Write;
         let written = self.table.write_all(&self.rows);
         self.rows.clear();
         written.with_context(|| format!("cannot write {}", self.folder.join(TRUTH).display()))
