@@ -219,9 +219,13 @@ fn what_cannot_be_written_is_refused() {
     let before = files();
     let file = place.join("file");
     std::fs::write(&file, "mine").expect("room");
+    // Bits that a detector has read in another run.
+    let stale = place.join("stale");
+    std::fs::create_dir(&stale).expect("room");
+    std::fs::write(stale.join("read.npy"), "old").expect("room");
     let new = name(&place.join("new")).to_owned();
     let archive = name(&place.join("new.npz")).to_owned();
-    let cases: [(&[&str], &[&str]); 12] = [
+    let cases: [(&[&str], &[&str]); 13] = [
         (
             &["--out", name(&there)],
             &["holds frames already, such as frames.npy", "name a new folder"],
@@ -230,6 +234,7 @@ fn what_cannot_be_written_is_refused() {
             &["--out", name(&there), "--format", "png"],
             &["holds frames already, such as frames.npy"],
         ),
+        (&["--out", name(&stale)], &["holds frames already, such as read.npy"]),
         (&["--out", name(&file)], &["is no folder: name a folder, or FILE.npz"]),
         (&["--out", "frames.npy"], &["name a folder for several files, or FILE.npz for one"]),
         (&["--out", &archive, "--format", "png"], &["--format png needs a folder"]),
@@ -238,7 +243,7 @@ fn what_cannot_be_written_is_refused() {
         (&["--out", &new, "--count", "10000001"], &["is not in 1..=10000000"]),
         (
             &["--out", &new, "--first", "18446744073709551615"],
-            &["--first 18446744073709551615 is too large: give at most 18446744073709550615"],
+            &["18446744073709551615 is not in 0..=9007199254740992"],
         ),
         (
             &["--out", &archive, "--count", "10000000"],
@@ -252,6 +257,10 @@ fn what_cannot_be_written_is_refused() {
     }
     assert_eq!(files(), before);
     assert!(!place.join("new.npz").exists() && !Path::new("frames.npy").exists());
+    // The last numbers.
+    let last = place.join("last");
+    says(&run("frames --count 200 --first 9007199254740992 --out", &[name(&last)]), 0, &[]);
+    assert!(last.join("frames.json").exists());
     // The most that an archive is said to hold is taken: only the scene is at fault then.
     let told = text(&run("frames --count 10000000 --out", &[&archive]).stderr);
     let (_, most) = told.split_once("give at most ").expect("a number");

@@ -24,6 +24,8 @@ use crate::stop::stop;
 
 /// The most frames at a time: 20 GB of pictures at 50 m.
 const MOST_FRAMES: u64 = 10_000_000;
+/// The largest number of a first frame: JSON's readers know whole numbers up to it.
+const FIRST_MAX: u64 = 1 << 53;
 /// Frames that each thread draws before they are written.
 const FRAMES_A_THREAD: usize = 128;
 /// What is written last: where it is, all is.
@@ -60,7 +62,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=MOST_FRAMES))]
     count: u64,
     /// The number of the first frame.
-    #[arg(long, value_name = "K", default_value_t = 0)]
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=FIRST_MAX))]
     first: u64,
     /// The files in a folder: npy (arrays) or png (pictures, and the truth as CSV).
     #[arg(long, default_value = "npy")]
@@ -133,14 +135,7 @@ impl About<'_> {
 /// Draws, writes and reports.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let scene = shared.scene(&arguments.scene)?;
-    let end = arguments.first.checked_add(arguments.count);
-    let end = end.with_context(|| {
-        format!(
-            "--first {} is too large: give at most {}",
-            arguments.first,
-            u64::MAX - arguments.count
-        )
-    })?;
+    let end = arguments.first + arguments.count;
     let is_archive = check_out(arguments)?;
     let settings = Settings {
         random_reflectance: arguments.random_reflectance,
@@ -163,7 +158,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         files::check_new(&arguments.out)?;
         (None, Target::Arrays(Arrays::in_archive(&arguments.out, &arrays)?))
     } else {
-        let held = prepare_folder(arguments, &arrays)?;
+        let held = prepare_folder(&arguments.out)?;
         let target = match arguments.format {
             Format::Npy => Target::Arrays(Arrays::in_folder(&arguments.out, &arrays)?),
             Format::Png => Target::pictures(&arguments.out, labels)?,
@@ -293,12 +288,15 @@ fn check_archive(path: &Path, arrays: &[Array]) -> anyhow::Result<()> {
 }
 
 /// Makes the folder, in which no other frames may be, and holds it.
-fn prepare_folder(arguments: &Arguments, arrays: &[Array]) -> anyhow::Result<Option<std::fs::File>> {
-    let folder = &arguments.out;
+fn prepare_folder(folder: &Path) -> anyhow::Result<Option<std::fs::File>> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let held = outputs::hold(folder)?;
     outputs::check_recording(folder)?;
-    let names = arrays.iter().map(Array::file).chain([TRUTH.into(), ABOUT.into()]);
+    // Those of other options, too: a detector's bits of an earlier run are not of these frames.
+    let names = NAMES
+        .map(|name| format!("{name}.npy"))
+        .into_iter()
+        .chain([TRUTH.into(), ABOUT.into()]);
     for name in names {
         let path = folder.join(&name);
         ensure!(
@@ -311,6 +309,9 @@ fn prepare_folder(arguments: &Arguments, arrays: &[Array]) -> anyhow::Result<Opt
     Ok(held)
 }
 
+/// The names of all [`arrays`].
+const NAMES: [&str; 6] = ["frames", "truth", "corners", "across", "features", "read"];
+
 /// The arrays of `count` frames; the order is that of [`bytes_of`].
 fn arrays(source: &FrameSource, count: u64) -> Vec<Array> {
     let Region { width, height, .. } = source.region();
@@ -321,16 +322,16 @@ fn arrays(source: &FrameSource, count: u64) -> Vec<Array> {
         shape: [&[count], sides].concat(),
     };
     let mut arrays = vec![
-        array("frames", "|u1", &[height as u64, width as u64]),
-        array("truth", "|b1", &[leds]),
-        array("corners", "<f4", &[4, 2]),
-        array("across", "|b1", &[]),
+        array(NAMES[0], "|u1", &[height as u64, width as u64]),
+        array(NAMES[1], "|b1", &[leds]),
+        array(NAMES[2], "<f4", &[4, 2]),
+        array(NAMES[3], "|b1", &[]),
     ];
     if source.labels().features {
-        arrays.push(array("features", "<f4", &[leds, 3]));
+        arrays.push(array(NAMES[4], "<f4", &[leds, 3]));
     }
     if source.labels().reading {
-        arrays.push(array("read", "|b1", &[leds]));
+        arrays.push(array(NAMES[5], "|b1", &[leds]));
     }
     arrays
 }
