@@ -18,9 +18,17 @@ const NOTES: [&str; 2] = [".failed", ".rounds"];
 const LEARNT: &str = "camera.toml";
 /// Files of one frame after another, complete at any number of frames: an interrupted command has fewer.
 const TABLE: &str = "pictures/truth.csv";
+/// Folders of frames: where the last file is, all are.
+const ARRAYS: &str = "arrays/";
+const PICTURES: &str = "pictures/";
+const LAST: &str = "frames.json";
 const RECORDING: &str = "received.mcap";
 /// The first and last bytes of a complete recording.
 const MCAP: &[u8] = b"\x89MCAP0\r\n";
+/// Kinds of a recording's first and last record, and of the one that ends its data.
+const HEADER: u8 = 0x01;
+const FOOTER: u8 = 0x02;
+const DATA_END: u8 = 0x0f;
 /// Signal of an aborted program (SIGABRT).
 const ABORTED: i32 = 6;
 
@@ -190,11 +198,14 @@ impl Reference {
             let is_old = over_old && bytes == OLD;
             let is_kept = self.resumes() || !self.work.repeats;
             let is_learnt = matches!(fault, Fault::Signal(..)) && name == LEARNT && keys(bytes) == keys(whole);
-            let is_shorter = matches!(fault, Fault::Signal(..)) && is_beginning(name, bytes, whole);
+            let can_finish = matches!(fault, Fault::Signal(Signal::Interrupt | Signal::Terminate, _));
+            let is_shorter = can_finish && is_beginning(name, left, whole);
             if !is_old && !is_kept && !is_learnt && !is_shorter && bytes != whole {
                 return Err(format!("{name} is {} bytes of {}", bytes.len(), whole.len()));
             }
         }
+        let is_cut = [ABORTED, Signal::Kill.number()].map(Some).contains(&outcome.signal());
+        sets_are_whole(&self.written, left, is_cut)?;
         if over_old && left.len() != self.written.len() {
             return Err("an old file is gone".into());
         }
@@ -224,13 +235,52 @@ impl Reference {
     }
 }
 
+/// Checks that folders of frames which say that they are complete are, and that arrays are all there or none, unless the program was cut
+/// off.
+fn sets_are_whole(written: &Files, left: &Files, is_cut: bool) -> Result<(), String> {
+    for folder in [ARRAYS, PICTURES] {
+        let is_told = left.contains_key(&format!("{folder}{LAST}"));
+        let is_begun = left.keys().any(|name| name.starts_with(folder));
+        let is_owed = is_told || folder == ARRAYS && is_begun && !is_cut;
+        let missing = written.keys().find(|name| name.starts_with(folder) && !left.contains_key(*name));
+        if let Some(name) = missing.filter(|_| is_owed) {
+            return Err(format!("it left a part of {folder}, without {name}"));
+        }
+    }
+    Ok(())
+}
+
 /// Whether a file is what a command leaves if it is interrupted after fewer frames.
-fn is_beginning(name: &str, bytes: &[u8], whole: &[u8]) -> bool {
+fn is_beginning(name: &str, left: &Files, whole: &[u8]) -> bool {
+    let bytes = &left[name];
     match name {
-        TABLE => bytes.ends_with(b"\n") && whole.starts_with(bytes),
-        RECORDING => bytes.starts_with(MCAP) && bytes.ends_with(MCAP) && bytes.len() < whole.len(),
+        TABLE => {
+            let is_picture = |name: &&String| name.starts_with(&format!("{PICTURES}frame-")) && name.ends_with(".png");
+            let rows = bytes.iter().filter(|&&byte| byte == b'\n').count();
+            let is_told = left.contains_key(&format!("{PICTURES}{LAST}"));
+            // The first line names the columns.
+            !is_told && bytes.ends_with(b"\n") && whole.starts_with(bytes) && rows == 1 + left.keys().filter(is_picture).count()
+        }
+        RECORDING => is_recording(bytes) && bytes.len() < whole.len(),
         _ => false,
     }
+}
+
+/// Whether a recording is complete: records from its first magic bytes to its last ones, and those at the ends.
+fn is_recording(bytes: &[u8]) -> bool {
+    let inner = bytes.strip_prefix(MCAP).and_then(|bytes| bytes.strip_suffix(MCAP));
+    let Some(mut rest) = inner else { return false };
+    let mut kinds = Vec::new();
+    while let Some((&kind, after)) = rest.split_first() {
+        let content = after.split_first_chunk().and_then(|(&length, content)| {
+            let length = usize::try_from(u64::from_le_bytes(length)).ok()?;
+            content.get(length..)
+        });
+        let Some(next) = content else { return false };
+        kinds.push(kind);
+        rest = next;
+    }
+    kinds.first() == Some(&HEADER) && kinds.contains(&DATA_END) && kinds.last() == Some(&FOOTER)
 }
 
 /// The keys that a TOML file sets, without comments, and whether its last line is complete.
@@ -239,4 +289,44 @@ fn keys(toml: &[u8]) -> (Vec<&[u8]>, bool) {
     let lines = lines.filter(|line| !line.starts_with(b"#"));
     let keys = lines.map(|line| line.split(|&byte| byte == b'=').next().unwrap_or_default());
     (keys.collect(), toml.ends_with(b"\n"))
+}
+
+/// Tests the judge itself: what is broken does not pass.
+pub fn passes_nothing_broken() {
+    let files = |names: &[&str]| names.iter().map(|name| (String::from(*name), b"a\n".to_vec())).collect::<Files>();
+    let written = files(&["arrays/frames.json", "arrays/frames.npy", "arrays/truth.npy"]);
+    let judged = |names: &[&str], is_cut| sets_are_whole(&written, &files(names), is_cut).is_ok();
+    assert!(judged(&[], false) && sets_are_whole(&written, &written, false).is_ok());
+    assert!(judged(&["arrays/frames.npy"], true) && !judged(&["arrays/frames.npy"], false));
+    assert!(!judged(&["arrays/frames.json", "arrays/frames.npy"], true));
+    assert!(!judged(&["arrays/frames.npy", "arrays/truth.npy"], false));
+
+    let table = |rows: &[u8], others: &[&str]| {
+        let mut left = files(others);
+        left.insert(TABLE.into(), rows.into());
+        is_beginning(TABLE, &left, b"head\n1\n2\n3\n")
+    };
+    let pictures = ["pictures/frame-000000.png", "pictures/frame-000001.png"];
+    assert!(table(b"head\n1\n2\n", &pictures));
+    assert!(!table(b"head\n1\n", &pictures) && !table(b"head\n1\n2", &pictures) && !table(b"head\n1\n3\n", &pictures));
+    assert!(!table(b"head\n1\n2\n", &[&pictures[..], &["pictures/frames.json"]].concat()));
+
+    let record = |kind: u8, content: &[u8]| [&[kind][..], &(content.len() as u64).to_le_bytes(), content].concat();
+    let recording = |records: &[Vec<u8>]| [MCAP, &records.concat(), MCAP].concat();
+    let [header, data, end, footer] = [HEADER, 0x05, DATA_END, FOOTER].map(|kind| record(kind, b"some"));
+    let all = [header, data, end, footer];
+    assert!(is_recording(&recording(&all)));
+    for missing in [0, 2, 3] {
+        let some = all
+            .iter()
+            .enumerate()
+            .filter(|(place, _)| *place != missing)
+            .map(|(_, record)| record.clone());
+        assert!(!is_recording(&recording(&some.collect::<Vec<_>>())), "{missing}");
+    }
+    let whole = recording(&all);
+    for at in 0..whole.len() {
+        assert!(!is_recording(&[&whole[..at], &whole[at + 1..]].concat()), "{at}");
+    }
+    assert!(!is_recording(MCAP) && !is_recording(&[MCAP, MCAP].concat()));
 }

@@ -54,6 +54,7 @@ type Test = fn(&Workshop);
 
 fn main() -> ExitCode {
     let tests = tests![
+        what_is_broken_does_not_pass,
         every_command_is_disturbed,
         a_reader_who_leaves_changes_only_what_he_reads,
         every_command_ends_at_once_at_its_largest,
@@ -69,6 +70,11 @@ fn program() -> Result<PathBuf, Unready> {
         Some(path) => Ok(std::fs::canonicalize(path)?),
         None => programs::vocc(),
     }
+}
+
+/// The judge finds fault with broken files.
+fn what_is_broken_does_not_pass(_: &Workshop) {
+    judge::passes_nothing_broken();
 }
 
 /// The tested commands are exactly those in the program's help.
