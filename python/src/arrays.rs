@@ -163,19 +163,42 @@ pub fn panel(object: &Bound<'_, PyAny>) -> PyResult<PanelFrame> {
             _ => Err(refused(format!("bits = {text:?}: {wanted}"))),
         };
     }
-    let Ok(array) = object.extract::<PyReadonlyArray2<'_, bool>>() else {
-        let told = match object.cast::<PyUntypedArray>() {
-            Ok(array) => format!("an array of shape {:?} and type {}", array.shape(), array.dtype()),
-            Err(_) => format!("of type {}", object.get_type().name()?),
-        };
-        return Err(PyTypeError::new_err(format!("bits are {told}: {wanted}")));
+    let Ok(array) = object.cast::<PyUntypedArray>() else {
+        let kind = object.get_type().name()?;
+        return Err(PyTypeError::new_err(format!("bits are of type {kind}: {wanted}")));
     };
-    if array.shape() != [SIDE, SIDE] {
-        return Err(refused(format!("bits are of shape {:?}: {wanted}", array.shape())));
+    check_unmasked(object, "bits are")?;
+    let shape = array.shape();
+    if array.dtype().kind() != b'b' || shape.len() != 2 {
+        let kind = array.dtype();
+        return Err(PyTypeError::new_err(format!(
+            "bits are an array of shape {shape:?} and type {kind}: {wanted}"
+        )));
     }
+    if shape != [SIDE, SIDE] {
+        return Err(refused(format!("bits are of shape {shape:?}: {wanted}")));
+    }
+    let array = on_bytes(object)?;
     let on = array.as_array();
     let bits = on.iter().enumerate();
-    Ok(PanelFrame::from_bits(bits.fold(0, |bits, (led, &on)| bits | u64::from(on) << led)))
+    Ok(PanelFrame::from_bits(
+        bits.fold(0, |bits, (led, &on)| bits | u64::from(on != 0) << led),
+    ))
+}
+
+/// The bytes of an array of bool: True is any but 0, where another program wrote them, and Rust's bool has only 0 and 1.
+fn on_bytes<'py>(object: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, u8>> {
+    Ok(object.call_method1("view", ("uint8",))?.extract()?)
+}
+
+/// Refuses an array with a mask, which would be read as if it had none.
+fn check_unmasked(object: &Bound<'_, PyAny>, what: &str) -> PyResult<()> {
+    match object.hasattr("mask")? {
+        true => Err(PyTypeError::new_err(format!(
+            "{what} an array with a mask, which says nothing of the LEDs below it: give its filled(False), or filled(0.0) for soft values"
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// What a function that reads frames returns.
@@ -188,6 +211,7 @@ pub fn panels_read(object: &Bound<'_, PyAny>, first: u64, count: usize) -> PyRes
         let kind = object.get_type().name()?;
         return Err(PyTypeError::new_err(format!("the detector returned {kind}: {READING}")));
     };
+    check_unmasked(object, "the detector returned")?;
     let told = format!(
         "the detector returned an array of shape {:?} and type {}",
         array.shape(),
@@ -199,8 +223,8 @@ pub fn panels_read(object: &Bound<'_, PyAny>, first: u64, count: usize) -> PyRes
     }
     match array.dtype().kind() {
         b'b' => {
-            let bits = object.extract::<PyReadonlyArrayDyn<'_, bool>>()?;
-            Ok(panels_of(bits.as_array().iter().copied()))
+            let bits = on_bytes(object)?;
+            Ok(panels_of(bits.as_array().iter().map(|&on| on != 0)))
         }
         b'f' => {
             // Soft values of any width and order of bytes.
