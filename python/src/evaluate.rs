@@ -108,7 +108,8 @@ pub fn single_precision(level: &str) -> PyResult<Level> {
 ///
 /// A function gets a DetectorInput of up to `batch` frames, in order, in the thread that calls, and returns an array of shape (n, 8, 8) or
 /// (n, 64), LED 8*row + column: bool, True for On, or float, soft values such as log likelihood ratios, On above 0. What it raises ends the
-/// call. The truth of other frames to learn from is in `frames`, of another seed.
+/// call. Detectors by name need no `batch`, and count the same with any. The truth of other frames to learn from is in
+/// `frames`, of another seed.
 ///
 /// Raises VoccError where the scene cannot be seen, an argument is out of its range, or what the function returns has another shape or is
 /// not a number; TypeError where it returns another type.
@@ -160,6 +161,9 @@ pub fn evaluate<'py>(
     }
     if by_frame && rare_events {
         return Err(refused("rare_events counts no errors of frames: leave it or by_frame out"));
+    }
+    if batch == 0 {
+        return Err(refused("batch = 0: give 1 frame or more at a time"));
     }
     let scene = scene_of(scene)?;
     let detector = Detector::of(detector)?;

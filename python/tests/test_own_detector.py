@@ -130,6 +130,12 @@ def test_what_is_no_detector_is_refused() -> None:
             vocc.evaluate("night", frames=10, detector=detector)
 
 
+def test_no_frames_at_a_time_are_refused_for_all_detectors() -> None:
+    for detector in ("kmeans", agr):
+        with pytest.raises(vocc.VoccError, match="batch = 0: give 1"):
+            vocc.evaluate("night", frames=10, detector=detector, batch=0)
+
+
 def test_what_it_raises_comes_out_at_once() -> None:
     calls = 0
 
