@@ -3,10 +3,12 @@
 use crate::lattice::Lattice;
 use link::panel::{LEDS, PanelFrame, SIDE};
 
-/// What a frame changes of how often a place is lit (share). Higher: known sooner, and from fewer symbols.
-const GAIN: f32 = 0.125;
-/// A place is an LED's if it has been lit in more of the last frames (share). A place between LEDs never is, an LED is in half of them.
-const LIT: f32 = 0.1;
+/// Frames over which it is averaged how often a place is lit (count). Lower: known sooner, and from fewer symbols.
+const MEMORY: u8 = 8;
+/// What a frame in which a place is lit adds to its level, which is then 248 at most.
+const GAIN: u8 = 31;
+/// A place is an LED's if its level is higher. A place between LEDs is at 0, an LED that is lit in half of the frames at 124.
+const LIT: u8 = 25;
 /// Frames that tell that (count). Fewer: LEDs that happened to be Off look like places without one.
 const FRAMES: u8 = 12;
 
@@ -18,21 +20,21 @@ const ON_PANEL: core::ops::Range<f32> = -0.5..SIDE as f32 - 0.5;
 /// How often each place has been lit in the last frames.
 #[derive(Clone, Debug)]
 pub(super) struct Lit {
-    share: [f32; LEDS],
+    level: [u8; LEDS],
     frames: u8,
 }
 
 impl Lit {
     pub const NONE: Self = Self {
-        share: [0.0; LEDS],
+        level: [0; LEDS],
         frames: 0,
     };
 
     /// Takes in the bits of a frame.
     pub fn see(&mut self, bits: PanelFrame) {
-        for (led, share) in self.share.iter_mut().enumerate() {
-            let lit = if bits.led(led) { 1.0 } else { 0.0 };
-            *share += GAIN * (lit - *share);
+        for (led, level) in self.level.iter_mut().enumerate() {
+            *level -= *level / MEMORY;
+            *level += if bits.led(led) { GAIN } else { 0 };
         }
         self.frames = self.frames.saturating_add(1);
     }
@@ -50,7 +52,7 @@ impl Lit {
 
     /// The places that have been lit, as bits; none after too few frames to tell.
     pub fn places(&self) -> Option<u64> {
-        let lit = |places: u64, led: usize| places | u64::from(self.share[led] > LIT) << led;
+        let lit = |places: u64, led: usize| places | u64::from(self.level[led] > LIT) << led;
         (self.frames >= FRAMES).then(|| (0..LEDS).fold(0, lit))
     }
 }
