@@ -74,6 +74,11 @@ pub fn diagnose(reading: &Reading) -> Vec<Finding> {
     findings
 }
 
+/// Places that show the bits of several LEDs.
+pub(super) fn of_several(reading: &Reading) -> usize {
+    shown(reading).iter().filter(|shown| matches!(shown, Several { .. })).count()
+}
+
 /// What each place shows.
 fn shown(reading: &Reading) -> [Shown; LEDS] {
     let differences: [[f32; PAIRS]; LEDS] =

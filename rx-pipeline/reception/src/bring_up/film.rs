@@ -1,5 +1,6 @@
 //! A camera's frames of the walk: first where something changes, then what.
 
+use super::diagnosis::of_several;
 use super::lattice::{Lattice, Spots};
 use super::{Aligned, Reading, align};
 
@@ -15,6 +16,9 @@ const SIDE_PX: usize = 96;
 const FRAMES_MAX: usize = 6000;
 /// Which share of the greatest activity a pixel has, at least, to belong to the panel.
 const ACTIVE_MIN: f32 = 0.3;
+
+/// LEDs that wires may make show several others, at most: two columns. More are out of focus, or overexposed.
+const BLURRED_MAX: usize = 16;
 
 /// Why pictures say nothing of a panel.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -55,6 +59,12 @@ pub enum FilmError {
         /// Their median difference.
         contrast: f32,
     },
+    /// Many LEDs show what others do.
+    #[error("{0} of the LEDs show the light of others, too: focus, go nearer, or expose shorter, and film again")]
+    Blurred(usize),
+    /// A part of the panel is not in the frames.
+    #[error("the frames cut off a part of the panel: film all of it, and some room around it")]
+    Cut,
     /// The LEDs form no lattice.
     #[error("{0} LEDs follow the test panels, and form no lattice: go nearer, and hold the camera upright and straight ahead")]
     NoLattice(usize),
@@ -81,11 +91,11 @@ impl Activity {
         }
     }
 
-    /// Takes the next frame's grey, row by row.
+    /// Takes the next frame's grey, row by row, in frames of this width.
     ///
     /// # Errors
-    /// [`FilmError`] if it is too large or one too many.
-    pub fn add(&mut self, grey: &[u8]) -> Result<(), FilmError> {
+    /// [`FilmError`] if it has not the size of those before, or is one too many.
+    pub fn add(&mut self, grey: &[u8], width: usize) -> Result<(), FilmError> {
         self.frames += 1;
         if self.frames > FRAMES_MAX {
             return Err(FilmError::Many);
@@ -93,7 +103,8 @@ impl Activity {
         if self.last.is_empty() {
             self.last = grey.to_vec();
             self.sum = vec![0.0; grey.len()];
-        } else if grey.len() != self.last.len() {
+        }
+        if (grey.len(), width) != (self.last.len(), self.width) {
             return Err(FilmError::Size);
         }
         for ((sum, last), &now) in self.sum.iter_mut().zip(&mut self.last).zip(grey) {
@@ -131,12 +142,14 @@ impl Activity {
             to = [to[0].max(x + 1), to[1].max(y + 1)];
         }
         let size = [self.width, height];
-        let room = ((to[0] - from[0]).max(to[1] - from[1]) / 12).max(2);
+        // LEDs at the rim that do not change: two columns of them, with their distances.
+        let room = ((to[0] - from[0]).max(to[1] - from[1]) / 4).max(2);
         let from = from.map(|start| start.saturating_sub(room));
         let to: [usize; 2] = std::array::from_fn(|axis| (to[axis] + room).min(size[axis]));
         let longest = (to[0] - from[0]).max(to[1] - from[1]);
         Ok(Region {
             width: self.width,
+            height,
             from,
             to,
             bin: longest.div_ceil(SIDE_PX),
@@ -149,6 +162,7 @@ impl Activity {
 pub struct Region {
     /// Of the frame.
     width: usize,
+    height: usize,
     from: [usize; 2],
     to: [usize; 2],
     bin: usize,
@@ -158,6 +172,15 @@ impl Region {
     /// Pixels of it along and down.
     fn size(&self) -> [usize; 2] {
         std::array::from_fn(|axis| (self.to[axis] - self.from[axis]) / self.bin)
+    }
+
+    /// Whether a place of its averaged pixels is in the frame.
+    fn has(&self, at: [f64; 2]) -> bool {
+        let frame = [self.width, self.height];
+        (0..2).all(|axis| {
+            let pixel = self.from[axis] as f64 + at[axis] * self.bin as f64;
+            (0.0..frame[axis] as f64).contains(&pixel)
+        })
     }
 
     fn of(&self, grey: &[u8]) -> Vec<f32> {
@@ -211,6 +234,9 @@ impl Film {
         let aligned = align(&self.frames).ok_or(FilmError::NoSteps)?;
         let spots = Spots::of(&aligned.codes, self.region.size()[0], VISIBLE_GREY);
         let lattice = Lattice::through(&spots).ok_or(FilmError::NoLattice(spots.count()))?;
+        if !lattice.places().all(|at| self.region.has(at)) {
+            return Err(FilmError::Cut);
+        }
         let levels = |picture: &Vec<f32>| lattice.levels(picture, self.region.size());
         let by_place = Aligned {
             codes: aligned.codes.iter().map(levels).collect(),
@@ -231,6 +257,10 @@ impl Film {
             } else {
                 FilmError::Faint { contrast }
             });
+        }
+        let blurred = of_several(&reading);
+        if blurred > BLURRED_MAX {
+            return Err(FilmError::Blurred(blurred));
         }
         Ok(Reading {
             offsets: lattice.offsets(),
@@ -254,6 +284,7 @@ mod tests {
     const SIZE: [usize; 2] = [240, 180];
 
     /// Where a camera sees the LEDs, and how they look.
+    #[derive(Clone, Copy)]
     struct View {
         corners: [[f32; 2]; 4],
         /// An LED off its place, in pitches.
@@ -261,11 +292,14 @@ mod tests {
         noise: f32,
         background: f32,
         light: f32,
+        /// The radius of an LED's light (pitches).
+        radius: f32,
     }
 
     const STRAIGHT: View = View {
         background: 30.0,
         light: 150.0,
+        radius: 0.25,
         corners: [[60.0, 40.0], [158.0, 40.0], [158.0, 138.0], [60.0, 138.0]],
         off: None,
         noise: 0.0,
@@ -280,7 +314,7 @@ mod tests {
             for (led, level) in levels.iter().enumerate() {
                 let off = self.off.filter(|&(other, _)| other == led).map_or([0.0; 2], |(_, off)| off);
                 let [x, y] = homography.to_image([(led % 8) as f64 + f64::from(off[0]), (led / 8) as f64 + f64::from(off[1])]);
-                let radius = corners.pitch_px() / 4.0;
+                let radius = corners.pitch_px() * self.radius;
                 let reach = radius as i32 + 3;
                 for py in y as i32 - reach..=y as i32 + reach {
                     for px in x as i32 - reach..=x as i32 + reach {
@@ -318,7 +352,7 @@ mod tests {
         fn findings(&self, fault: impl Fn(u64) -> u64) -> Result<Vec<Finding>, FilmError> {
             let frames = self.film(fault);
             let mut activity = Activity::new(SIZE[0]);
-            frames.iter().try_for_each(|frame| activity.add(frame))?;
+            frames.iter().try_for_each(|frame| activity.add(frame, SIZE[0]))?;
             let mut film = Film::of(activity.region()?);
             frames.iter().try_for_each(|frame| film.add(frame))?;
             Ok(diagnose(&film.read()?))
@@ -348,6 +382,34 @@ mod tests {
         for (number, view) in views.iter().enumerate() {
             assert_eq!(view.findings(|bits| bits), Ok(vec![]), "view {number}");
         }
+    }
+
+    /// A healthy panel that a camera does not see well is refused, and nothing is found wrong with it.
+    #[test]
+    fn what_is_not_seen_well_is_no_fault() {
+        // The light of an LED reaches its neighbours.
+        for (radius, light) in [(0.9, 80.0), (1.1, 60.0)] {
+            let soft = View { radius, light, ..STRAIGHT };
+            assert!(matches!(soft.findings(|bits| bits), Err(FilmError::Blurred(_))), "{radius} pitches");
+        }
+        let soft = View {
+            radius: 0.7,
+            light: 100.0,
+            ..STRAIGHT
+        };
+        assert_eq!(soft.findings(|bits| bits), Ok(vec![]));
+        // The right column is beyond the frame.
+        let cut = View {
+            corners: [[140.0, 40.0], [246.0, 40.0], [246.0, 146.0], [140.0, 146.0]],
+            ..STRAIGHT
+        };
+        assert_eq!(cut.findings(|bits| bits), Err(FilmError::Cut));
+        // Columns at the rim that are lit all the time change as little as what is around the panel.
+        let columns = 0x0303_0303_0303_0303_u64;
+        assert_eq!(
+            STRAIGHT.findings(|bits| bits | columns),
+            Ok(vec![Finding::ColumnStuck(0), Finding::ColumnStuck(1)])
+        );
     }
 
     #[test]
@@ -401,10 +463,11 @@ mod tests {
         let mut activity = Activity::new(SIZE[0]);
         assert_eq!(activity.region(), Err(FilmError::Few(0)));
         for _ in 0..20 {
-            activity.add(&vec![7; SIZE[0] * SIZE[1]]).unwrap();
+            activity.add(&vec![7; SIZE[0] * SIZE[1]], SIZE[0]).unwrap();
         }
         assert_eq!(activity.region(), Err(FilmError::Still));
-        assert_eq!(activity.add(&[7; 100]), Err(FilmError::Size));
+        assert_eq!(activity.add(&[7; 100], 10), Err(FilmError::Size));
+        assert_eq!(activity.add(&vec![7; SIZE[0] * SIZE[1]], SIZE[1]), Err(FilmError::Size));
         assert_eq!(STRAIGHT.findings(|_| 0), Err(FilmError::Still));
         // One LED alone.
         assert_eq!(STRAIGHT.findings(|bits| bits & 1), Err(FilmError::NoLattice(1)));

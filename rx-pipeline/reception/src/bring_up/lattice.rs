@@ -237,6 +237,11 @@ impl Lattice {
         (0..LEDS).map(level).collect()
     }
 
+    /// Where each LED is, in pixels.
+    pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
+        (0..LEDS).map(|place| self.spots[place].map_or_else(|| self.pixel(place), |spot| spot.at))
+    }
+
     /// The places of LEDs that follow the test.
     pub fn seen(&self) -> impl Iterator<Item = usize> {
         (0..LEDS).filter(|&place| self.spots[place].is_some())

@@ -41,7 +41,7 @@ pub fn run(source: &Path, kit: Kit, pixels: PixelArguments, shared: &Shared) -> 
     let mut activity: Option<Activity> = None;
     each_frame(source, pixels, |grey, width| {
         count();
-        activity.get_or_insert_with(|| Activity::new(width)).add(grey)
+        activity.get_or_insert_with(|| Activity::new(width)).add(grey, width)
     })?;
     if stop().is_asked() {
         return Ok(Verdict::No);
