@@ -86,7 +86,12 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         .as_ref()
         .context("name the port with --port, or pictures with --frames")?;
     let mut client = port.greet_transmitter()?;
-    let symbol_rate_hz = rate::in_use(&mut client).with_context(|| port.name())?.symbol_rate_hz;
+    let rate = rate::in_use(&mut client).map_err(|error| match error {
+        // It is older than test panels, too.
+        DeviceError::NoSymbolRate => DeviceError::NoTest,
+        error => error,
+    });
+    let symbol_rate_hz = rate.with_context(|| port.name())?.symbol_rate_hz;
     let least_s = SYMBOLS_MIN / symbol_rate_hz;
     if arguments.step < least_s {
         return Err(DeviceError::ShortStep {
