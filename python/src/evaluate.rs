@@ -162,11 +162,11 @@ pub fn evaluate<'py>(
     if by_frame && rare_events {
         return Err(refused("rare_events counts no errors of frames: leave it or by_frame out"));
     }
-    if batch == 0 {
-        return Err(refused("batch = 0: give 1 frame or more at a time"));
-    }
     let scene = scene_of(scene)?;
     let detector = Detector::of(detector)?;
+    if batch == 0 && matches!(detector, Detector::Named(_)) {
+        return Err(refused("batch = 0: give 1 frame or more at a time"));
+    }
     let settings = Settings {
         frames,
         seed,
