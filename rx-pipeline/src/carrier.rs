@@ -27,7 +27,7 @@ mod waveform;
 use crate::corners::Corners;
 use crate::detect::{Detection, correlation};
 use crate::symbols::is_sure;
-use change::{CHANGED, changed_at};
+use change::{CHANGED, Change, change};
 use fit::{ALL_SHAPES, AtFrequency, Fit, Shown, mean_modulation, step, still_losses, still_score};
 use history::{History, Sighting};
 use lines::{Known, Lines};
@@ -97,14 +97,13 @@ pub(crate) struct Carrier {
     is_new: bool,
     /// Whether the last frames contradict it.
     is_contradicted: bool,
+    /// The last readings, with the signs that they were seen with.
     readings: Readings,
     /// Carriers that explain the frames as well as each other, and whether they are to be tried on the readings.
     rivals: heapless::Vec<Fit, RIVALS>,
     is_tried: bool,
     /// Searches without a carrier.
     searches: u32,
-    /// Sightings that show the complement of an earlier one.
-    reversals: usize,
     /// The carrier as lines see it that are exposed one after another.
     lines: Lines,
     /// The rows of LEDs that are inverted in all frames.
@@ -125,14 +124,13 @@ impl Carrier {
         rivals: heapless::Vec::new(),
         is_tried: false,
         searches: 0,
-        reversals: 0,
         lines: Lines::NONE,
         rows: Rows::NONE,
     };
 
     /// Whether frames have shown the complement of others, as those of a still panel never do.
     pub fn is_likely(&self) -> bool {
-        self.fit.is_some() || self.lines.is_known() || self.reversals >= REVERSALS_MIN
+        self.fit.is_some() || self.lines.is_known() || self.is_reversed()
     }
 
     /// Whether it is known, and each line has its own sign.
@@ -235,7 +233,6 @@ impl Carrier {
             modulation: detection.modulation,
             pair: (alike.abs() > SAME).then_some((self.since_last, alike < 0.0)),
         });
-        self.reversals = self.history.reversals();
         (self.last, self.since_last) = (Some((detection.soft, time)), 0);
         true
     }
@@ -276,9 +273,9 @@ impl Carrier {
 
     /// Forgets the frames before a change of the carrier, if those since are explained clearly better without them.
     fn look_for_a_change(&mut self) {
-        let changed = self.changed_at();
+        let changed = self.change();
         self.is_contradicted = changed.is_some();
-        let Some((first, loss)) = changed else { return };
+        let Some(Change { first, loss }) = changed else { return };
         let since = self.history.sightings().len() - first;
         if since < SIGHTINGS_MIN || !since.is_multiple_of(SEARCH_FRAMES as usize) {
             return;
@@ -286,10 +283,7 @@ impl Carrier {
         self.history.hide(first);
         let sightings = self.history.sightings();
         let still = still_score(sightings);
-        let same = self.fit.map(|fit| {
-            let at = AtFrequency::new(sightings, fit.time, fit.frequency);
-            at.score(step(fit.phase) as u8, fit.shape)
-        });
+        let same = self.fit.map(|fit| fit.on(sightings).score(fit.phase_step(), fit.shape));
         let enough = CHANGED - loss;
         if same.is_some_and(|same| same >= enough) {
             // Only the brightness has changed.
@@ -313,27 +307,25 @@ impl Carrier {
         }
         self.history.forget_hidden();
         self.readings.forget_before(self.history.sightings()[0].time);
-        self.reversals = self.history.reversals();
         (self.fit, self.is_contradicted, self.searches, self.wait) = (None, false, 0, SEARCH_FRAMES);
         if let Some(found) = found {
             self.begin(found);
         }
     }
 
-    /// The number of the sighting at which the carrier has changed, or at which it began on a panel that was still, and what the sightings
-    /// since cost as if it had not (nats).
-    fn changed_at(&self) -> Option<(usize, f32)> {
+    /// The change of the carrier, or its beginning on a panel that was still.
+    fn change(&self) -> Option<Change> {
         let sightings = self.history.sightings();
-        let from = |losses: &mut dyn Iterator<Item = f32>, number: usize| (number, losses.skip(number).sum());
         let Some(fit) = &self.fit else {
             let modulation = mean_modulation(sightings.get(..SIGHTINGS_MIN)?);
-            let losses = || still_losses(sightings, modulation);
-            let first = changed_at(losses()).filter(|&first| first >= SIGHTINGS_MIN)?;
-            return Some(from(&mut losses(), first));
+            return change(still_losses(sightings, modulation)).filter(|change| change.first >= SIGHTINGS_MIN);
         };
-        let at = AtFrequency::new(sightings, fit.time, fit.frequency);
-        let losses = || at.losses(step(fit.phase) as u8, fit.shape);
-        Some(from(&mut losses(), changed_at(losses())?))
+        change(fit.on(sightings).losses(fit.phase_step(), fit.shape))
+    }
+
+    /// Whether frames have shown the complement of others.
+    fn is_reversed(&self) -> bool {
+        self.history.reversals() >= REVERSALS_MIN
     }
 
     /// How sure the sign of a frame is by the carrier's phase (nats): by how much worse the nearest phases at which it is the other explain
@@ -384,7 +376,7 @@ impl Carrier {
 
     /// Whether it is worth while to look for a carrier: frames have shown the complement of others, or contrasts that differ much.
     fn is_suspected(&self) -> bool {
-        self.reversals >= REVERSALS_MIN || {
+        self.is_reversed() || {
             let last = self.history.last(COARSE_FRAMES);
             last.len() == COARSE_FRAMES && still_score(last) < -UNEVEN * COARSE_FRAMES as f32
         }
@@ -427,7 +419,7 @@ impl Carrier {
         let rivals = candidates.iter().filter(|other| best.differs(other, sightings) > OTHER);
         let rival = rivals.map(|other| other.score).fold(still, f32::max);
         let alternates = (ALTERNATES..0.5 - ALTERNATES).contains(&best.frequency) && best.shape > 0;
-        let is_reversed = self.history.reversals() >= REVERSALS_MIN;
+        let is_reversed = self.is_reversed();
         let margin = if is_reversed { CLEARLY } else { BY_CONTRAST };
         if !(is_reversed || alternates) || sightings.len() < SIGHTINGS_MIN || best.score < still + margin {
             self.rivals.clear();

@@ -56,6 +56,16 @@ impl Fit {
         WAVEFORMS[self.shape][step(self.phase_at(time))]
     }
 
+    /// What frames showed, compared with its frequency.
+    pub fn on<'a>(&self, sightings: &'a [Sighting]) -> AtFrequency<'a> {
+        AtFrequency::new(sightings, self.time, self.frequency)
+    }
+
+    /// The number of its phase.
+    pub fn phase_step(&self) -> u8 {
+        step(self.phase) as u8
+    }
+
     /// What the frame of that time shows.
     pub fn shown_at(&self, time: f64) -> Shown {
         let contrast = self.contrast_at(time);

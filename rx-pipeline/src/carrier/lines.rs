@@ -72,7 +72,8 @@ const UNSURE: f32 = 1.0;
 const CONTRADICTED: f32 = 1.7;
 /// Frames since the change, when a wave is first contradicted (count).
 const NOTICED_FRAMES: usize = 8;
-/// By how much brightness has to vary more among the LEDs of a frame than when a wave was last looked for in vain (squared relative deviation).
+/// The growth of the unevenness of light among LEDs, since a wave was last looked for in vain, at which one may have begun (squared relative
+/// deviation).
 const MORE_UNEVEN: f32 = 0.1;
 /// A frame's weight in the mean of that.
 const UNEVEN_GAIN: f32 = 0.125;
@@ -179,8 +180,7 @@ pub(super) struct Lines {
     pause: u32,
     /// The time of the first frame since the wave may have begun, ended or changed (frame periods).
     since: Option<f64>,
-    /// How much brightness varies among the LEDs of a frame (squared relative deviation), and how much it did when a wave was last looked for
-    /// in vain.
+    /// The unevenness of light among the LEDs of a frame (squared relative deviation), now and when a wave was last looked for in vain.
     uneven: f32,
     uneven_before: f32,
 }
@@ -324,18 +324,14 @@ impl Lines {
         found
     }
 
-    /// Whether a wave leaves much more of the last frames than it left before.
+    /// Whether a wave leaves much more of the LEDs' contrasts in the last frames than it left before (mean square).
     fn is_contradicted(&self, wave: &Wave) -> bool {
-        self.len > RECENT_FRAMES && self.left(wave, RECENT_FRAMES) > CONTRADICTED * wave.variance
-    }
-
-    /// What a wave leaves of the LEDs' contrasts in the last frames (mean square).
-    fn left(&self, wave: &Wave, frames: usize) -> f32 {
         let of_frame = |seen: &Seen| -> f32 {
             let off = |led: usize| self.light(seen, led).abs() - wave.amplitude * wave.contrast(seen, led).abs();
             (0..LEDS).map(off).map(|off| off * off).sum()
         };
-        self.latest(frames).map(of_frame).sum::<f32>() / (LEDS * self.len.min(frames)).max(1) as f32
+        let left = || self.latest(RECENT_FRAMES).map(of_frame).sum::<f32>() / (LEDS * RECENT_FRAMES) as f32;
+        self.len > RECENT_FRAMES && left() > CONTRADICTED * wave.variance
     }
 
     /// Whether an outer line of LEDs shows nothing of the wave, where the others do.
