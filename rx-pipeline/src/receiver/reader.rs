@@ -116,7 +116,7 @@ pub(crate) struct Reader {
     /// Frames in a row that were read on a lattice which seems to be finer than the panel's.
     #[cfg(feature = "carrier")]
     too_fine: u8,
-    /// The places that were lit since the panel was found.
+    /// The places that were lit of late.
     #[cfg(feature = "carrier")]
     lit: Lit,
 }
@@ -261,10 +261,19 @@ impl Reader {
         let track = Track::new(spots, number, self.frame_size);
         let view = self.look_at(&spots.lattice, tools);
         self.track = view.map(|view| track.seen_in(&Grid::FRAME, &view.grid, view.frame_size()));
-        (self.too_fine, self.lit) = (0, Lit::NONE);
+        self.forget_places();
         tools.likelihood.forget();
         *tools.surroundings = Surroundings::UNKNOWN;
     }
+
+    /// Forgets what was learnt of the places of a lattice: another is followed from now on.
+    #[cfg(feature = "carrier")]
+    fn forget_places(&mut self) {
+        (self.too_fine, self.lit) = (0, Lit::NONE);
+    }
+
+    #[cfg(not(feature = "carrier"))]
+    fn forget_places(&mut self) {}
 
     /// Reads the panel where it is expected in the frame, or where it has been placed.
     fn follow_to<const N: usize>(
@@ -505,10 +514,7 @@ impl Reader {
         profile: &mut impl Profile,
     ) -> Result<Reading, Loss> {
         self.watch((frame.width(), frame.height()));
-        #[cfg(feature = "carrier")]
-        {
-            self.lit = Lit::NONE;
-        }
+        self.forget_places();
         *tools.surroundings = Surroundings::UNKNOWN;
         let out_of_frame = TrackError::OutOfFrame;
         let view = self.look_at(&location.spots.lattice, tools);
@@ -639,10 +645,7 @@ impl Reader {
         tools: &mut Tools<'_, N>,
     ) -> Result<(), CellsError> {
         (self.track, self.cells, self.seen) = (None, None, None);
-        #[cfg(feature = "carrier")]
-        {
-            self.lit = Lit::NONE;
-        }
+        self.forget_places();
         *tools.surroundings = Surroundings::UNKNOWN;
         self.watch(frame_size);
         let lattice = Lattice::through(&corners);
