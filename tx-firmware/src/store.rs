@@ -1,5 +1,5 @@
 //! Storage in flash memory of the table, the calibration, the symbol rate with its carrier, the intensity limit and the signing key. A
-//! power cut loses none of them.
+//! power cut loses nothing.
 //!
 //! All of them together are one record, and each save writes a whole one after the earlier ones:
 //!

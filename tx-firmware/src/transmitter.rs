@@ -64,7 +64,7 @@ pub struct Transmitter<M> {
 /// panels of the message, which stand still when a test begins.
 const STILL_SHARE: [u64; 2] = [32, 44];
 
-/// What is shown in the place of messages.
+/// The panel shown in the place of messages.
 #[derive(Clone, Copy, Debug)]
 struct Test {
     panel: PanelFrame,
@@ -216,23 +216,23 @@ impl<M: LedMatrix> Transmitter<M> {
     /// Ends a test whose time is over.
     fn end_test(&mut self) {
         if self.test.is_some_and(|test| test.until_ms <= self.now_ms) {
-            self.test = None;
             // The carrier first: it only takes light away, and the duty of messages may then follow.
-            if !self.timing.waveform().is_still() {
-                self.matrix.set_timing(self.timing);
-            }
+            self.replace_test(None);
         }
     }
 
     /// Lets the panels of a test stand still, once they have its duty.
     fn hold_test(&mut self) {
-        if let Some(test) = &mut self.test
-            && !test.is_still
-        {
-            test.is_still = true;
-            if !self.timing.waveform().is_still() {
-                self.matrix.set_timing(SymbolTiming::still(self.timing.rate()));
-            }
+        let held = self.test.map(|test| Test { is_still: true, ..test });
+        self.replace_test(held);
+    }
+
+    fn replace_test(&mut self, test: Option<Test>) {
+        let before = self.timing_shown();
+        self.test = test;
+        let now = self.timing_shown();
+        if now != before {
+            self.matrix.set_timing(now);
         }
     }
 
@@ -332,7 +332,7 @@ impl<M> Transmitter<M> {
         self.test.map_or_else(|| self.light_watch.next_range(), |test| test.next_range)
     }
 
-    /// What the light sensor read last in each range, as an answer.
+    /// The light sensor's latest reading in each range, as an answer.
     pub fn sensor(&self) -> Answer<'static> {
         let [operating, cross_check] = self.samples;
         Answer::Sensor { operating, cross_check }
