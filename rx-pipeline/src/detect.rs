@@ -36,6 +36,7 @@ pub use detection::{Detection, Mixture};
 pub use error::DetectError;
 pub(crate) use error::MIN_CONTRAST_GREY;
 pub use fisher::{Fisher, FisherError, FisherFeatures, FisherScaling, FisherTraining};
+pub use otsu::otsu_threshold;
 
 pub(crate) use detection::{bits_where, lit, wrong_bits};
 #[cfg(feature = "carrier")]

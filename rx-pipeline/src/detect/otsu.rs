@@ -8,18 +8,32 @@ use link::panel::{LEDS, PanelFrame};
 pub(super) fn split(grey: &[f32; LEDS]) -> Result<PanelFrame, DetectError> {
     let mut sorted = *grey;
     sorted.sort_unstable_by(f32::total_cmp);
-    let mean = sorted.iter().sum::<f32>() / LEDS as f32;
-    let (mut below, mut best, mut threshold) = (0.0, 0.0, f32::INFINITY);
-    for (count, pair) in (1u8..).zip(sorted.windows(2)) {
+    let threshold = otsu_threshold(&sorted).map_or(f32::INFINITY, |[_, above]| above);
+    two_classes(bits_where(|cell| grey[cell] >= threshold))
+}
+
+/// The values next to the threshold that leaves the greatest variance between its two sides (Otsu 1979), of values in ascending order; none
+/// if no two of them differ.
+///
+/// ```
+/// # use rx_pipeline::detect::otsu_threshold;
+/// assert_eq!(otsu_threshold(&[1.0, 2.0, 8.0, 9.0]), Some([2.0, 8.0]));
+/// assert_eq!(otsu_threshold(&[3.0, 3.0]), None);
+/// ```
+pub fn otsu_threshold(sorted: &[f32]) -> Option<[f32; 2]> {
+    let all = sorted.len() as f32;
+    let mean = sorted.iter().sum::<f32>() / all;
+    let (mut below, mut best, mut threshold) = (0.0, 0.0, None);
+    for (count, pair) in (1..).zip(sorted.windows(2)) {
         below += pair[0] - mean;
-        // With q of the 64 cells below the threshold, and s the sum of their greys relative to the mean: variance s²/(q·(64 − q)).
-        let count = f32::from(count);
-        let variance = below * below / (count * (LEDS as f32 - count));
+        // With q of the n values below the threshold, and s their sum relative to the mean: variance s²/(q·(n − q)).
+        let count = count as f32;
+        let variance = below * below / (count * (all - count));
         if variance > best && pair[0] < pair[1] {
-            (best, threshold) = (variance, pair[1]);
+            (best, threshold) = (variance, Some([pair[0], pair[1]]));
         }
     }
-    two_classes(bits_where(|cell| grey[cell] >= threshold))
+    threshold
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 //! alike: their frames then follow from when they end.
 
 use super::{CODES, PAIRS, RAMP};
+use rx_pipeline::detect::otsu_threshold;
 
 /// The frames of a run, at least, unless each step has one frame.
 const RUN_MIN: usize = 3;
@@ -127,23 +128,12 @@ fn runs(frames: &[Vec<f32>]) -> Vec<Run> {
     runs
 }
 
-/// The change between frames that separates steps from noise: it leaves the least variance of the logarithms on its two sides (Otsu 1979).
+/// The change between frames that separates steps from noise, by its logarithm.
 fn limit(changes: &[f32]) -> f32 {
     let most = changes.iter().copied().fold(0.0, f32::max);
     let mut logs: Vec<f32> = changes.iter().map(|&change| (change + 1e-3 * most).ln()).collect();
     logs.sort_by(f32::total_cmp);
-    let total: f32 = logs.iter().sum();
-    let (mut below, mut limit, mut greatest) = (0.0, most, 0.0);
-    for (count, pair) in (1..).zip(logs.windows(2)) {
-        below += pair[0];
-        let [under, over] = [count as f32, (logs.len() - count) as f32];
-        let between = under * over * (below / under - (total - below) / over).powi(2);
-        if between > greatest {
-            greatest = between;
-            limit = ((pair[0] + pair[1]) / 2.0).exp() - 1e-3 * most;
-        }
-    }
-    limit
+    otsu_threshold(&logs).map_or(most, |[below, above]| ((below + above) / 2.0).exp() - 1e-3 * most)
 }
 
 /// The mean change of a pixel.

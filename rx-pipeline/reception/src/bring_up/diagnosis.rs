@@ -41,7 +41,7 @@ enum Shown {
 
 use Shown::{Dark, Led, Lit, Several};
 
-/// What is wrong with a panel; nothing if all LEDs do what they should.
+/// The faults of a panel; none if all LEDs do what they should.
 pub fn diagnose(reading: &Reading) -> Vec<Finding> {
     let shown = shown(reading);
     let dimming = dimming(reading, &shown);
@@ -125,13 +125,14 @@ fn shown(reading: &Reading) -> [Shown; LEDS] {
     })
 }
 
-fn median(values: impl Iterator<Item = f32>) -> Option<f32> {
-    let mut sorted: Vec<f32> = values.collect();
+/// The median; none of no value.
+pub(super) fn median(values: impl IntoIterator<Item = f32>) -> Option<f32> {
+    let mut sorted: Vec<f32> = values.into_iter().collect();
     sorted.sort_by(f32::total_cmp);
     sorted.get(sorted.len() / 2).copied()
 }
 
-/// What is wrong with the dimming.
+/// The fault of the dimming, if it has one.
 fn dimming(reading: &Reading, shown: &[Shown; LEDS]) -> Option<Finding> {
     let ramp = reading.ramp.as_ref()?;
     // How much brighter the panel's LEDs are than the others, in places that are known or else where they should be.
@@ -204,7 +205,7 @@ impl Placement {
     }
 }
 
-/// What is left to say of rows, columns and LEDs once it is clear how the whole panel lies.
+/// The rows, columns and LEDs, once it is clear how the whole panel lies.
 struct Local {
     /// By the LED that should be seen there.
     shown: [Shown; LEDS],

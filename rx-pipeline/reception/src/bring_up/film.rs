@@ -1,6 +1,6 @@
 //! A camera's frames of the walk: first where something changes, then what.
 
-use super::diagnosis::of_several;
+use super::diagnosis::{median, of_several};
 use super::lattice::{Lattice, Spots};
 use super::{Aligned, Reading, align};
 
@@ -37,8 +37,8 @@ pub enum FilmError {
     Still,
     /// The steps are not there.
     #[error(
-        "the test panels are not in the frames: film all of the first part, with the camera still, the panel in focus and no other light that \
-         changes"
+        "the test panels are not in the frames: film all of the first part, with the camera still, the panel in focus and no other light \
+         that changes"
     )]
     NoSteps,
     /// The frames are white.
@@ -195,7 +195,7 @@ impl Region {
     }
 }
 
-/// What is kept of a film.
+/// The part of a film that shows the panel.
 #[derive(Clone, Debug)]
 pub struct Film {
     region: Region,
@@ -249,8 +249,8 @@ impl Film {
             on.push(one.max(other));
             [off, on]
         });
-        let off = median(off);
-        let contrast = median(on) - off;
+        let [off, on] = [off, on].map(|levels| median(levels).unwrap_or(0.0));
+        let contrast = on - off;
         if contrast < CONTRAST_MIN_GREY {
             return Err(if off >= WHITE_GREY {
                 FilmError::Overexposed { off }
@@ -267,11 +267,6 @@ impl Film {
             ..reading
         })
     }
-}
-
-fn median(mut levels: Vec<f32>) -> f32 {
-    levels.sort_by(f32::total_cmp);
-    levels.get(levels.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use link::orientation::Orientation;
 use link::panel::SIDE;
 
-/// What is wrong with a panel. LEDs have the number 8·row + column of the bit that should light them.
+/// A fault of a panel. LEDs have the number 8·row + column of the bit that should light them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
     /// No LED follows the test.
@@ -206,24 +206,27 @@ impl Finding {
             Self::NothingFollows { is_lit: true } => {
                 "latch (GPIO 17, pin 22), shift clock (GPIO 18, pin 24), data (GPIO 19, pin 25) to serial in of row 0's register".into()
             }
-            Self::Turned(_) => "Q0 is column 0, the left as the camera sees it, and the first register of the chain is row 0, the top: turn \
-                                the panel, or exchange the wires; a film of a selfie camera may be mirrored itself"
-                .into(),
+            Self::Turned(_) => {
+                "Q0 is column 0, the left as the camera sees it, and the first register of the chain is row 0, the top: turn the panel, or \
+                 exchange the wires; a film of a selfie camera may be mirrored itself"
+                    .into()
+            }
             Self::ChainShifted(1..) => {
                 "the latch (GPIO 17, pin 22) rises too late, or the registers see more edges than the shift clock has (GPIO 18, pin 24): \
                  shorten both wires, and look that the two are not exchanged"
                     .into()
             }
             Self::ChainShifted(_) => {
-                "the latch (GPIO 17, pin 22) rises too early, or the registers miss edges of the shift clock (GPIO 18, pin 24): look at the \
-                 level shifter and at that wire"
+                "the latch (GPIO 17, pin 22) rises too early, or the registers miss edges of the shift clock (GPIO 18, pin 24): look at \
+                 the level shifter and at that wire"
                     .into()
             }
             Self::Complemented => "no wire: these LEDs are lit by the other level of their outputs; flash the build with the feature \
                                    lit-by-0, or without it"
                 .into(),
             Self::EnableInverted => {
-                "the inverting gate between GPIO 20 (pin 26) and output enable: it is missing, bridged, or a buffer that does not invert".into()
+                "the inverting gate between GPIO 20 (pin 26) and output enable: it is missing, bridged, or a buffer that does not invert"
+                    .into()
             }
             Self::EnableStuck => "output enable of the registers: it is at ground instead of behind the gate of GPIO 20 (pin 26)".into(),
             Self::ChainBroken(row) => format!(
@@ -234,18 +237,25 @@ impl Finding {
             Self::RowDead(row) | Self::RowStuck(row) if row + 1 < SIDE => format!(
                 "latch (RCLK) and output enable (OE) of row {row}'s register, and its LEDs' supply: data passes through it to the next row"
             ),
-            Self::RowDead(row) | Self::RowStuck(row) => format!(
-                "row {row}'s register: serial in, shift clock, latch, output enable, supply and ground, and its LEDs' supply"
-            ),
+            Self::RowDead(row) | Self::RowStuck(row) => {
+                format!("row {row}'s register: serial in, shift clock, latch, output enable, supply and ground, and its LEDs' supply")
+            }
             Self::ColumnDead(column) | Self::ColumnStuck(column) => {
                 format!("outputs Q{column} of all registers: the connector or the ribbon between registers and LEDs")
             }
-            Self::RowsSwapped([one, other]) => format!("the registers of rows {one} and {other} have each other's place in the chain or the LEDs"),
+            Self::RowsSwapped([one, other]) => {
+                format!("the registers of rows {one} and {other} have each other's place in the chain or the LEDs")
+            }
             Self::ColumnsSwapped([one, other]) => format!("outputs Q{one} and Q{other} of all registers"),
-            Self::RowShows([row, other]) => format!("the LEDs of row {row} are at the register of row {other}, or serial in comes from elsewhere"),
+            Self::RowShows([row, other]) => {
+                format!("the LEDs of row {row} are at the register of row {other}, or serial in comes from elsewhere")
+            }
             Self::ColumnShows([column, other]) => format!("the LEDs of column {column} are at outputs Q{other}"),
             Self::RowReversed(row) => format!("outputs Q0 to Q7 of row {row}'s register: their order is the other way round"),
-            Self::LedDead(led) => format!("the LED (broken, or the wrong way round), its solder joints, its resistor, {}", output(led)),
+            Self::LedDead(led) => format!(
+                "the LED (broken, or the wrong way round), its solder joints, its resistor, {}",
+                output(led)
+            ),
             Self::LedStuck(led) => format!("{} is shorted to what lights its LED", output(led)),
             Self::LedInverted(led) => format!("the LED at {} is between the wrong lines", output(led)),
             Self::LedsSwapped([one, other]) => format!("the wires of {} and {}", output(one), output(other)),

@@ -223,7 +223,7 @@ impl Lattice {
     /// The level of each place in a picture: the mean of its pixels near where the LED is seen, or should be.
     pub fn levels(&self, picture: &[f32], [width, height]: [usize; 2]) -> Vec<f32> {
         let level = |place: usize| {
-            let at = self.spots[place].map_or_else(|| self.pixel(place), |spot| spot.at);
+            let at = self.place_px(place);
             let radius = (RADIUS * self.pitch_px(place)).max(0.71);
             let reach = |centre: f64, size: usize| {
                 let from = (centre - radius).ceil().max(0.0) as usize;
@@ -239,7 +239,11 @@ impl Lattice {
 
     /// Where each LED is, in pixels.
     pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
-        (0..LEDS).map(|place| self.spots[place].map_or_else(|| self.pixel(place), |spot| spot.at))
+        (0..LEDS).map(|place| self.place_px(place))
+    }
+
+    fn place_px(&self, place: usize) -> [f64; 2] {
+        self.spots[place].map_or_else(|| self.pixel(place), |spot| spot.at)
     }
 
     /// The places of LEDs that follow the test.

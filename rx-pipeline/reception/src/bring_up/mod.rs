@@ -116,7 +116,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// What is known of the levels alone, by the pictures of the steps, each of which has the level of each place.
+    /// The levels alone, from the pictures of the steps, each of which has the level of each place.
     pub fn of_levels(aligned: &Aligned, visible: f32) -> Option<Self> {
         let levels = |picture: &[f32]| <[f32; LEDS]>::try_from(picture).ok();
         let codes: Vec<[f32; LEDS]> = aligned.codes.iter().map(|picture| levels(picture)).collect::<Option<_>>()?;
