@@ -231,7 +231,7 @@ impl Seek for Growing {
 /// Renames new files into place, in this order: all of them, or none. The last one says that the others are complete.
 ///
 /// # Errors
-/// If not every byte can be written, or a file has appeared in the place of one; then none of them is there.
+/// If not every byte can be written, or a file has appeared in the place of one; no file is then kept.
 pub fn keep_new(mut files: Vec<(PathBuf, Growing)>) -> anyhow::Result<()> {
     let cannot = |path: &Path| format!("cannot write {}", path.display());
     for (path, file) in &mut files {

@@ -10,7 +10,7 @@ use anyhow::{Context, bail, ensure};
 
 use crate::files::{self, Growing};
 
-/// What an NPY file begins with.
+/// The first bytes of an NPY file.
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
 /// NumPy wants the numbers to begin at a multiple of 64; no header here is longer.
 const HEADER: usize = 128;
@@ -87,7 +87,7 @@ impl Array {
     }
 }
 
-/// Arrays that grow side by side, and are all there once they are closed and kept, or none of them.
+/// Arrays that grow side by side; once closed, they are kept together.
 pub enum Arrays {
     /// A file each.
     Folder(Vec<(PathBuf, Growing)>),
@@ -211,7 +211,7 @@ impl Entry {
         self.at + LOCAL + self.name.len() as u64
     }
 
-    /// What a ZIP file says of it in both places: version, flags, uncompressed, 1 January 1980, checksum, sizes, length of the name, no more.
+    /// Its fields in both places of a ZIP file: version, flags, no compression, 1 January 1980, checksum, sizes, length of the name.
     fn about(&self) -> Vec<u8> {
         let size = (self.size as u32).to_le_bytes();
         let mut about = Vec::with_capacity(26);

@@ -111,7 +111,7 @@ fn kmeans_reads_the_written_frames_with_exactly_the_errors_of_evaluate() {
     assert_eq!(shape, [FRAMES]);
     let across_count = across.iter().map(|&across| u64::from(across)).sum::<u64>();
     assert!(across_count > 0 && Some(across_count) == evaluated["frames_across"].as_u64());
-    // What tells of them.
+    // The file about them.
     let about: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("frames.json")).expect("there")).expect("JSON");
     let printed = json(&output);
     for key in ["frames", "seed", "first_frame", "size_px", "origin_px", "level"] {

@@ -65,7 +65,7 @@ pub struct Film {
     pub sensor: Sensor,
     /// Frames.
     pub frames: usize,
-    /// What is otherwise in the film's first part.
+    /// The film's first part, if it differs.
     pub change: Option<Change>,
 }
 

@@ -28,7 +28,7 @@ const MOST_FRAMES: u64 = 10_000_000;
 const FIRST_MAX: u64 = 1 << 53;
 /// Frames that each thread draws before they are written.
 const FRAMES_A_THREAD: usize = 128;
-/// What is written last: where it is, all is.
+/// The file that is written last: a folder that has it has all.
 const ABOUT: &str = "frames.json";
 /// The truth beside pictures.
 const TRUTH: &str = "truth.csv";
@@ -96,7 +96,7 @@ struct Report<'a> {
     facts: &'a Facts,
 }
 
-/// What was written.
+/// The facts of the frames written.
 #[derive(Serialize)]
 struct Facts {
     frames: u64,
@@ -113,7 +113,7 @@ struct Facts {
     bit_errors: Option<u64>,
 }
 
-/// [`ABOUT`]: what was written, and what the frames are of.
+/// [`ABOUT`]: the facts of the frames, and their scene.
 #[derive(Serialize)]
 struct About<'a> {
     version: &'static str,
@@ -172,9 +172,6 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         Target::Arrays(_) => arrays.iter().map(Array::file).collect(),
         Target::Pictures(_) => vec!["frame-*.png".into(), TRUTH.into()],
     };
-    if is_whole && !is_archive {
-        files.push(ABOUT.into());
-    }
     if !is_whole && (counted.frames == 0 || !target.keeps_part()) {
         return Ok(interrupted_before());
     }
@@ -199,6 +196,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
             scene: &scene,
         };
         closed.push(about.file(arguments.out.join(ABOUT))?);
+        files.push(ABOUT.into());
     }
     files::keep_new(closed)?;
     if !is_whole {
@@ -364,7 +362,7 @@ fn bytes_of(frames: &[LabelledFrame], labels: Labels) -> Vec<Vec<u8>> {
     bytes
 }
 
-/// What was written.
+/// Counts of the frames written.
 #[derive(Default)]
 struct Counted {
     frames: u64,

@@ -120,8 +120,8 @@ pub enum DeviceError {
     NoTest,
     /// A test panel's time is too short for the symbol rate.
     #[error(
-        "--step {step_s} is too short at {symbol_rate_hz} symbols a second: a test panel needs {least_s:.2} s or more; give a longer --step, \
-         or raise the symbol rate by `vocc device rate`"
+        "--step {step_s} is too short at {symbol_rate_hz} symbols a second: a test panel needs {least_s:.2} s or more; give a longer \
+         --step, or raise the symbol rate by `vocc device rate`"
     )]
     ShortStep {
         /// Its time, s.

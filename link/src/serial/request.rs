@@ -109,9 +109,9 @@ pub enum Request<'a> {
     /// Erases every trace of the key: messages sent from now on are not signed. Answered by [`Answer::Key`](super::Answer::Key). Added
     /// later: an older transmitter refuses it as unknown.
     EraseKey,
-    /// Show this panel in the place of messages, dimmed no brighter than they are; they go on after it, where they were. Meanwhile the light
-    /// sensor is read in both of its ranges by turns. Answered by [`Answer::Done`](super::Answer::Done). Added later: an older transmitter
-    /// refuses it as unknown.
+    /// Shows this panel in the place of messages, no brighter than they are; they go on after it, where they were. Meanwhile the light sensor
+    /// is read in both of its ranges by turns. Answered by [`Answer::Done`](super::Answer::Done). Added later: an older transmitter refuses
+    /// it as unknown.
     TestPanel {
         /// Bit 8·row + column is On; at most [`TEST_LEDS_MAX`](super::TEST_LEDS_MAX) of them, so that no test is brighter than a message.
         bits: u64,

@@ -36,7 +36,7 @@ use crate::stop::Stop;
 /// Frames that a thread draws at a time.
 const PIECE: usize = 128;
 
-/// What is wanted of a frame beside its picture and the truth.
+/// The labels of a frame beside its picture and the truth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Labels {
     /// The features of its cells.
@@ -82,7 +82,7 @@ impl FrameSource {
         &self.evaluator
     }
 
-    /// What is wanted of each frame.
+    /// The labels of each frame.
     pub fn labels(&self) -> Labels {
         self.labels
     }

@@ -43,7 +43,8 @@ const [image, flashFile, socket] = positionals;
 const { max7219, edges, stage, fault: faults, time } = values;
 const elf = fs.readFileSync(image);
 const stopwatch = time.length ? new Stopwatch(elf, time) : null;
-const { board: pico, flash, line } = plug(Pico, { elf, flash: flashFile, socket, report: say }, { max7219, edges, stage, faults, stopwatch });
+const options = { max7219, edges, stage, faults, stopwatch };
+const { board: pico, flash, line } = plug(Pico, { elf, flash: flashFile, socket, report: say }, options);
 flash.isSlow = values['slow-flash'];
 
 new Harness({

@@ -11,7 +11,7 @@ const COMPARE = 0x0c, TOP = 0x10, HIGH = 1;
 const LEDS_MASK = (1n << 64n) - 1n;
 
 export class Panel {
-  // `report` takes what happened; with `edges`, each pulse of the output-enable line is followed, which costs time. `stage` drives that line,
+  // `report` takes the events; with `edges`, each pulse of the output-enable line is followed, which costs time. `stage` drives that line,
   // and `faults` are those of the wires.
   constructor(mcu, report, edges, stage, faults) {
     this.mcu = mcu;

@@ -32,7 +32,7 @@ const SYMBOLS_MIN: f64 = 10.0;
 const NAP: Duration = Duration::from_millis(20);
 /// How much the light may differ between the sensor's ranges, for it may change meanwhile.
 const RANGES_RATIO_MAX: f64 = 2.0;
-/// What one range reads, at least, where the other has too much light: half of the lesser of their limits, 60 000 lx.
+/// The least reading of one range while the other has too much light: half of the lesser of their limits, 60 000 lx.
 const SATURATED_LX_MIN: f64 = 60_000.0 / RANGES_RATIO_MAX;
 
 /// Arguments of `vocc device test`.
@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         })
         .with_context(|| port.name());
     }
-    let tested = test_board(&mut client, arguments, port, shared);
+    let tested = test_board(&mut client, symbol_rate_hz, arguments, port, shared);
     // At once, also after Ctrl-C and errors; without an answer, soon.
     let ended = test(&mut client, PanelFrame::default(), u8::MAX, Duration::ZERO).with_context(|| port.name());
     let verdict = tested?;
@@ -109,14 +109,20 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
 }
 
 /// Tests a board, and may leave a test panel on.
-fn test_board(client: &mut Connection, arguments: &Arguments, port: &Port, shared: &Shared) -> anyhow::Result<Verdict> {
+fn test_board(
+    client: &mut Connection,
+    symbol_rate_hz: f64,
+    arguments: &Arguments,
+    port: &Port,
+    shared: &Shared,
+) -> anyhow::Result<Verdict> {
     let stop = stop();
     let sensor = read_sensor(client, stop).with_context(|| port.name())?;
     if stop.is_asked() {
         return Ok(Verdict::No);
     }
     let status = super::status(client, port)?;
-    let store = check_store(client, &status).with_context(|| port.name())?;
+    let store = check_store(client, symbol_rate_hz, &status).with_context(|| port.name())?;
     // Otherwise the first test panels would be shown only after those that the board prepared before it wrote.
     wait(STORE_TIME, stop);
     let report = Report {
@@ -149,7 +155,7 @@ fn test_board(client: &mut Connection, arguments: &Arguments, port: &Port, share
     Ok(if is_done { Verdict::Yes } else { Verdict::No })
 }
 
-/// What was found before the walk.
+/// The findings before the walk.
 struct Report {
     sensor: [SensorReading; 2],
     sensor_fault: Option<String>,
@@ -232,7 +238,7 @@ const fn name(part: Part) -> &'static str {
     }
 }
 
-/// What is wrong with the light sensor.
+/// The light sensor's fault, if it has one.
 fn sensor_fault(sensor: [SensorReading; 2], status: &Status, kit: Kit) -> Option<String> {
     const WIRES: &str = "look at SDA (GPIO 4, pin 6), SCL (GPIO 5, pin 7), their pull-ups, and its supply, 3V3 (pin 36)";
     let is_absent = |reading: &SensorReading| matches!(reading, SensorReading::None | SensorReading::Missing);
@@ -275,10 +281,9 @@ fn read_sensor(client: &mut Connection, stop: Stop) -> Result<[SensorReading; 2]
     })
 }
 
-/// What is wrong with the store: it takes the symbol rate that is in use anyway.
-fn check_store(client: &mut Connection, status: &Status) -> Result<Option<String>, DeviceError> {
-    let before = rate::in_use(client)?.symbol_rate_hz;
-    let millihertz = (before * 1e3).round() as u32;
+/// The store's fault, if it has one: it is given the symbol rate in use to keep.
+fn check_store(client: &mut Connection, symbol_rate_hz: f64, status: &Status) -> Result<Option<String>, DeviceError> {
+    let millihertz = (symbol_rate_hz * 1e3).round() as u32;
     let written = client.ask(&Request::WriteSymbolRate { millihertz }, |answer| match answer {
         Answer::SymbolRate { millihertz } => Some(millihertz),
         _ => None,

@@ -63,8 +63,8 @@ pub struct Arguments {
     /// The same as a y4m film to a pipe, such as `>(vocc receive -)`.
     #[arg(long, value_name = "PIPE", conflicts_with = "frames")]
     film: Option<PathBuf>,
-    /// Plant a fault of the wires, for `vocc device test`: swap=LED,LED, dead=LED, stuck=LED, dead-row=ROW, late=BITS, mirror or enable. May
-    /// be repeated; LED 8·row + column.
+    /// Plant a fault of the wires, for `vocc device test`: swap=LED,LED, dead=LED, stuck=LED, dead-row=ROW, late=BITS, mirror or enable.
+    /// May be repeated; LED 8·row + column.
     #[arg(long, value_name = "FAULT")]
     fault: Vec<Fault>,
     /// Frames to film, and then to end, whether or not standard input has ended.
