@@ -1,4 +1,4 @@
-//! `vocc decode` on pictures of soft lenses, where LEDs run into each other.
+//! `vocc decode`: pictures of soft lenses, where LEDs run into each other, and corners that are not the panel's.
 
 mod common;
 
@@ -31,4 +31,73 @@ fn a_soft_lens_makes_no_panel_its_complement() {
     assert!(wrong.len() >= 5, "too few are read to show anything");
     // The light of an LED spreads over its neighbours there, and single bits are lost: a complement is 64 wrong ones.
     assert!(wrong.iter().all(|&bits| bits <= 8), "{wrong:?}");
+}
+
+type Points = [[f64; 2]; 4];
+
+/// A picture of `day`, the corners of its panel and its bits.
+fn picture(name: &str, settings: &[&str]) -> (std::path::PathBuf, Points, String) {
+    let path = folder(name).join("day.png");
+    let render = ["render", "day", "--seed", "7", "--out", common::name(&path), "--json"];
+    let shown = json(&vocc(&[&render[..], settings].concat()));
+    let corner = |i: usize| [0, 1].map(|axis| shown["corners_px"][i][axis].as_f64().expect("corners"));
+    let bits = shown["bits"].as_str().expect("bits").to_owned();
+    (path, [0, 1, 2, 3].map(corner), bits)
+}
+
+fn decoded_at(path: &std::path::Path, corners: Points) -> (Value, String) {
+    let numbers: Vec<String> = corners.iter().flatten().map(f64::to_string).collect();
+    let corners = format!("--corners={}", numbers.join(","));
+    let ended = vocc(&["decode", "--json", common::name(path), &corners]);
+    (json(&ended), String::from_utf8_lossy(&ended.stderr).into_owned())
+}
+
+#[test]
+fn confidence_includes_whether_the_panel_is_at_the_corners() {
+    let (path, corners, bits) = picture("corners", &[]);
+    let (seen, said) = decoded_at(&path, corners);
+    let confidence = |seen: &Value| seen["confidence"].as_f64().expect("a confidence");
+    assert_eq!((&seen["place"], &seen["bits"]), (&"confirmed".into(), &bits.into()));
+    assert!(confidence(&seen) > 0.99 && said.is_empty(), "{seen} {said}");
+
+    // An LED to the right; and one corner an LED off.
+    let pitch = (corners[1][0] - corners[0][0]) / 7.0;
+    let beside = corners.map(|[x, y]| [x + pitch, y]);
+    let mut bent = corners;
+    bent[0][0] += pitch;
+    for (wrong, most) in [(beside, 0.51), (bent, 0.95)] {
+        let (seen, said) = decoded_at(&path, wrong);
+        assert_eq!(seen["place"], "elsewhere", "{seen}");
+        assert!(
+            confidence(&seen) < most && said.contains("shows a panel with --corners="),
+            "{seen} {said}"
+        );
+        for (shown, true_corner) in seen["elsewhere_px"].as_array().expect("corners").iter().zip(corners) {
+            let off = [0, 1].map(|axis| shown[axis].as_f64().expect("pixels") - true_corner[axis]);
+            assert!(off[0].hypot(off[1]) < 0.2 * pitch, "{seen}");
+        }
+    }
+
+    // Nothing is there.
+    let (seen, said) = decoded_at(&path, corners.map(|[x, y]| [x + 300.0, y]));
+    assert!(
+        seen["found"] == false || seen["place"] == "unconfirmed" && said.contains("does not confirm"),
+        "{seen} {said}"
+    );
+}
+
+#[test]
+fn corners_that_turn_the_panel_are_named() {
+    let (path, [a, b, c, d], _) = picture("turned", &[]);
+    let (seen, said) = decoded_at(&path, [b, c, d, a]);
+    assert_eq!(seen["place"], "confirmed", "{seen}");
+    assert!(said.contains("turn the panel by 90° clockwise"), "{said}");
+}
+
+#[test]
+fn near_panels_are_read_at_given_corners() {
+    // LEDs 109 px apart.
+    let (path, corners, bits) = picture("near", &["--set", "pose.distance_m=2"]);
+    let (seen, _) = decoded_at(&path, corners);
+    assert_eq!((&seen["bits"], &seen["place"]), (&bits.into(), &"confirmed".into()), "{seen}");
 }

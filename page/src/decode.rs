@@ -82,8 +82,9 @@ fn told(picture: Picture, out: &mut Vec<u8>) -> Result<Value, Fault> {
         }
         learnt::as_json(&learnt)
     });
-    let corners = read.as_ref().ok().map(|reading| &reading.corners);
-    let detection = read.as_ref().ok().map(|reading| &reading.detection);
+    let reading = read.as_ref().ok().map(|still| &still.reading);
+    let corners = reading.map(|reading| &reading.corners);
+    let detection = reading.map(|reading| &reading.detection);
     let told = json!({
         "width": width, "height": height, "found": read.is_ok(), "why": read.as_ref().err(), "camera": camera,
         "bits": detection.map(|detection| detection.bits.to_string()), "confidence": detection.map(|detection| detection.confidence),

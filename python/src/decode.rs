@@ -5,7 +5,7 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use reception::colour::Channel;
 use reception::deep::Compander;
-use reception::still::StillDecoder;
+use reception::still::{StillDecoder, StillReading};
 use reception::whereabouts::{PoseInput, PoseMeter, told_size};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
@@ -28,8 +28,12 @@ record! {
         bits: Option<Py<PyArray2<bool>>>,
         /// The log-likelihood ratio of each LED, positive for On, float32 of shape (8, 8).
         llr: Option<Py<PyArray2<f32>>>,
-        /// The share of bits that are right if the ratios are, 0.5 to 1.
+        /// The expected share of right bits, 0.5 to 1, by the ratios and by the place.
         confidence: Option<f32>,
+        /// Whether the image shows a panel there: "confirmed", "elsewhere" or "unconfirmed".
+        place: Option<&'static str>,
+        /// The corner LEDs of the panel that the image shows instead, of shape (4, 2), where the place is "elsewhere".
+        elsewhere_px: Option<Py<PyArray2<f32>>>,
         /// The corner LEDs, top left, top right, bottom right and bottom left: x and y in pixels, of shape (4, 2).
         corners_px: Option<Py<PyArray2<f32>>>,
         /// The panel's centre, in pixels.
@@ -125,21 +129,21 @@ pub fn decode(
             let (read, learnt) = check(still.decode(&frame, camera, corners))?;
             let camera = learnt.map_or(camera, |learnt| learnt.camera);
             let lens = told.lens([frame.width(), frame.height()]);
-            let read = read.map(|reading| {
+            let read = read.map(|still| {
                 let pose = meter.pose(&PoseInput {
                     frame: &frame,
-                    reading: &reading,
+                    reading: &still.reading,
                     camera: &camera,
                     lens: &lens,
                 });
-                (reading, pose)
+                (still, pose)
             });
             Ok((read, learnt))
         })
     })?;
     let learnt = learnt.map(|learnt| Py::new(py, told.learnt(py, &learnt, are_encoded)?));
     let camera = learnt.transpose()?;
-    let (Reading { corners, detection }, pose) = match read {
+    let (still, pose) = match read {
         Ok(read) => read,
         Err(why) => {
             return Ok(Decoded {
@@ -147,6 +151,8 @@ pub fn decode(
                 bits: None,
                 llr: None,
                 confidence: None,
+                place: None,
+                elsewhere_px: None,
                 corners_px: None,
                 centre_px: None,
                 pitch_px: None,
@@ -157,6 +163,10 @@ pub fn decode(
             });
         }
     };
+    let StillReading {
+        reading: Reading { corners, detection },
+        place,
+    } = still;
     let (pose, no_pose) = match pose {
         Ok(pose) => (Some(Py::new(py, pose::as_record(py, &pose, [None; 2]))?), None),
         Err(why) => (None, Some(why)),
@@ -166,6 +176,8 @@ pub fn decode(
         bits: Some(arrays::leds(py, detection.bits)),
         llr: Some(llr(py, &detection.soft)),
         confidence: Some(detection.confidence),
+        place: Some(place.name()),
+        elsewhere_px: place.elsewhere().map(|shown| arrays::rows(py, shown.points())),
         corners_px: Some(arrays::rows(py, corners.points())),
         centre_px: Some(corners.centre_px().into()),
         pitch_px: Some(corners.pitch_px()),

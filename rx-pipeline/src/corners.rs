@@ -109,6 +109,22 @@ impl Corners {
         Self(points)
     }
 
+    /// The right angles, clockwise, by which the first row is turned in the picture, to the nearest (0 to 3).
+    ///
+    /// ```
+    /// # use rx_pipeline::corners::Corners;
+    /// let corners = [[10.0, 10.0], [80.0, 12.0], [78.0, 82.0], [8.0, 80.0]];
+    /// assert_eq!(Corners::new(corners)?.quarter_turns(), 0);
+    /// let [a, b, c, d] = corners;
+    /// assert_eq!(Corners::new([b, c, d, a])?.quarter_turns(), 1);
+    /// # Ok::<(), rx_pipeline::corners::CornersError>(())
+    /// ```
+    pub fn quarter_turns(&self) -> u8 {
+        let [from, to, ..] = self.0;
+        let turned = libm::atan2f(to[1] - from[1], to[0] - from[0]);
+        (libm::roundf(turned / core::f32::consts::FRAC_PI_2) as i32).rem_euclid(4) as u8
+    }
+
     /// The distance of neighbouring LEDs in pixels, averaged over the four sides.
     pub fn pitch_px(&self) -> f32 {
         self.sides_px().into_iter().sum::<f32>() / (4.0 * LAST as f32)

@@ -8,6 +8,8 @@
 //!    end on all four sides, and show a pattern as random as a scrambled message; otherwise the error names the failed criterion. In a
 //!    single frame nothing like these LEDs may lie beyond them on the same lattice.
 //!
+//! `confirmation` applies steps 3 and 4 at one given place of a single frame.
+//!
 //! A single frame is first searched for isolated spots only ([`Effort::Spots`]), which takes a twentieth of the time and finds most panels.
 //! The full search follows.
 //!
@@ -20,6 +22,7 @@
 
 mod bimodality;
 mod blob;
+mod confirmation;
 mod constellation;
 mod error;
 mod evidence;
@@ -478,7 +481,20 @@ struct Attempt<'a, const N: usize> {
     budget: u32,
 }
 
-impl<const N: usize> Attempt<'_, N> {
+impl<'a, const N: usize> Attempt<'a, N> {
+    /// One with no bound, at a single place.
+    fn single(locator: &'a Locator, residuals: &'a mut Residuals<N>) -> Self {
+        Self {
+            locator,
+            residuals,
+            failure: None,
+            places: 1,
+            largest_px: f32::INFINITY,
+            turn: None,
+            budget: u32::MAX,
+        }
+    }
+
     fn failure(&self) -> LocateError {
         let places = self.places;
         self.failure.unwrap_or(match places {
@@ -674,6 +690,23 @@ mod tests {
                 assert!(!seen(columns, rows, bits << 32, 5.3), "{columns} × {rows}, {bits}");
             }
         }
+    }
+
+    #[test]
+    fn a_given_place_is_confirmed_or_corrected() {
+        let pixels = before_two_walls(0.3, [0.2, 3.0], 0.7);
+        let locator = Locator::new(Camera::default()).unwrap();
+        let mut memory = Box::new(LocatorMemory::<25_600>::new());
+        let frame = Frame::new(&pixels, SIDE, SIDE).unwrap();
+        let mut at = |columns: f32, rows: f32| {
+            let corners = [[0.0, 0.0], [7.0, 0.0], [7.0, 7.0], [0.0, 7.0]].map(|[u, v]| TRUTH.position(u + columns, v + rows));
+            locator.locate_at(&frame, &Corners::new(corners).unwrap(), &mut memory, &mut [])
+        };
+        for (columns, rows) in [(0.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.4, 0.3)] {
+            let seen = Lattice::through(&at(columns, rows).unwrap().corners);
+            assert!(seen.is_close_to(&TRUTH), "{columns} {rows}: {seen:?}");
+        }
+        assert!(at(20.0, 0.0).is_err());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use reception::bytes::hex_if_no_text;
-use reception::still::{StillDecoder, StillError};
+use reception::still::{Place, StillDecoder, StillError, StillReading};
 use reception::whereabouts::{PoseInput, PoseMeter, PoseResult};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
@@ -51,13 +51,19 @@ struct Report<'a> {
     centre_px: Option<[f32; 2]>,
     pitch_px: Option<f32>,
     confidence: Option<f32>,
+    /// Whether the picture shows a panel there: confirmed, elsewhere or unconfirmed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    place: Option<&'static str>,
+    /// The corners of the panel that the picture shows instead.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    elsewhere_px: Option<[[f32; 2]; 4]>,
     why: Option<String>,
     pose: Option<Value>,
 }
 
 /// A panel in an image.
 struct PanelReading {
-    reading: Reading,
+    still: StillReading,
     pose: PoseResult,
 }
 
@@ -136,21 +142,46 @@ impl Decoder {
         })?;
         let camera = learnt.map_or(camera, |learnt| learnt.camera);
         let lens = self.hints.calibration.lens([width, height]);
-        Ok(read.map(|reading| PanelReading {
+        Ok(read.map(|still| PanelReading {
             pose: self.meter.pose(&PoseInput {
                 frame: &frame,
-                reading: &reading,
+                reading: &still.reading,
                 camera: &camera,
                 lens: &lens,
             }),
-            reading,
+            still,
         }))
+    }
+}
+
+/// Says on standard error why the bits may be another panel's, or none.
+fn doubt(path: &Path, corners: &Corners, place: &Place) {
+    let name = output::name(path);
+    match place {
+        Place::Confirmed => {}
+        Place::Elsewhere(shown) => {
+            let numbers: Vec<String> = shown.points().iter().flatten().map(|c| format!("{c:.1}")).collect();
+            output::tell(format_args!(
+                "vocc: {name}: not all LEDs are where they were read: the picture shows a panel with --corners={}",
+                numbers.join(",")
+            ));
+        }
+        Place::Unconfirmed => output::tell(format_args!(
+            "vocc: {name}: the picture does not confirm that a panel is there: it is faint or out of focus, or the corners are another's"
+        )),
+    }
+    let quarters = corners.quarter_turns();
+    if quarters > 0 {
+        output::tell(format_args!(
+            "vocc: {name}: these corners turn the panel by {}° clockwise; its first row begins at the first corner",
+            90 * quarters
+        ));
     }
 }
 
 fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shared: &Shared) -> anyhow::Result<()> {
     let (file, file_hex) = (path.to_string_lossy(), hex_if_no_text(path.as_os_str().as_encoded_bytes()));
-    let PanelReading { reading, pose } = match read {
+    let PanelReading { still, pose } = match read {
         Ok(panel) => panel,
         Err(why) if shared.json => {
             return output::json(&Report {
@@ -162,7 +193,11 @@ fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shar
         }
         Err(why) => return line(&format!("{}: no panel: {why}", output::name(path))),
     };
-    let Reading { corners, detection } = reading;
+    let StillReading {
+        reading: Reading { corners, detection },
+        place,
+    } = still;
+    doubt(path, &corners, &place);
     if shared.json {
         return output::json(&Report {
             file,
@@ -172,6 +207,8 @@ fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shar
             centre_px: Some(corners.centre_px()),
             pitch_px: Some(corners.pitch_px()),
             confidence: Some(detection.confidence),
+            place: Some(place.name()),
+            elsewhere_px: place.elsewhere().map(Corners::points),
             why: None,
             pose: Some(pose::as_json(&pose)),
         });

@@ -1,6 +1,7 @@
 //! The bits of single frames.
 
 use link::camera::Camera;
+use link::panel::{LEDS, SIDE};
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::cells::{CellMap, CellsError};
 use rx_pipeline::corners::Corners;
@@ -8,7 +9,10 @@ use rx_pipeline::detect::{Detection, Method, check_white};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::MaximumLikelihood;
-use rx_pipeline::receiver::{FrameSearch, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
+use rx_pipeline::locate::{Locator, LocatorMemory};
+use rx_pipeline::receiver::{
+    FrameSearch, NoSearch, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Search, SearchMemory,
+};
 
 /// The most pixels of a panel's bounding box.
 pub const PANEL_PIXELS: usize = 512 * 512;
@@ -18,8 +22,81 @@ pub const LIKELIHOOD_PIXELS: usize = 128 * 128;
 /// edges that the largest pixels mix with LEDs, so there is room to find panels in smaller ones.
 const SEARCH_PIXELS: usize = 256 * 256;
 
+/// The probability that a panel is where it was read and the frame confirms it: measured, see `docs/detectors.md`.
+const CONFIRMED: f32 = 0.997;
+/// The same where the frame confirms nothing.
+const UNCONFIRMED: f32 = 0.5;
+/// An LED is where it was read if the frame shows it no farther away (pitches).
+const SAME: f32 = 0.4;
+/// Pixels around a panel that a confirmation compares with its model: a box of up to 90 px, and 1.8 pitches around it.
+const CONFIRMATION_PIXELS: usize = 144 * 144;
+
 /// A panel's place and bits, or why they cannot be read.
-pub type StillReading = Result<Reading, String>;
+pub type Still = Result<StillReading, String>;
+
+/// A panel that was read in a single frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StillReading {
+    /// Its corners and bits. Their confidence includes that of the place.
+    pub reading: Reading,
+    /// Whether the frame shows a panel there.
+    pub place: Place,
+}
+
+/// Whether a frame shows a panel where one was read, by the criteria of a search.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// It does.
+    Confirmed,
+    /// It shows one with these corners, at least one LED of which is elsewhere.
+    Elsewhere(Corners),
+    /// It does not show enough: the panel is faint, out of focus or partly covered, or there is none.
+    Unconfirmed,
+}
+
+impl Place {
+    /// The name of the state, for JSON.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Confirmed => "confirmed",
+            Self::Elsewhere(_) => "elsewhere",
+            Self::Unconfirmed => "unconfirmed",
+        }
+    }
+
+    /// The corners of the panel that the frame shows instead.
+    pub fn elsewhere(&self) -> Option<&Corners> {
+        match self {
+            Self::Elsewhere(corners) => Some(corners),
+            _ => None,
+        }
+    }
+
+    /// The expected share of LEDs that were read at their places.
+    fn share(&self, read: &Corners) -> f32 {
+        match self {
+            Self::Confirmed => CONFIRMED,
+            Self::Elsewhere(shown) => CONFIRMED * leds_alike(read, shown) as f32 / LEDS as f32,
+            Self::Unconfirmed => UNCONFIRMED,
+        }
+    }
+}
+
+fn are_alike(read: &Corners, shown: &Corners) -> bool {
+    leds_alike(read, shown) == LEDS
+}
+
+/// The number of LEDs that two lattices have in the same places.
+fn leds_alike(read: &Corners, shown: &Corners) -> usize {
+    let limit = f64::from(SAME * shown.pitch_px());
+    let (read, shown) = (read.homography(), shown.homography());
+    let is_alike = |led: &usize| {
+        let at = [led % SIDE, led / SIDE].map(|line| line as f64);
+        let ([x, y], [u, v]) = (read.to_image(at), shown.to_image(at));
+        (x - u).hypot(y - v) <= limit
+    };
+    (0..LEDS).filter(is_alike).count()
+}
 
 /// Why a frame cannot be looked at.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -32,11 +109,18 @@ pub enum StillError {
     Receiver(#[from] ReceiverError),
 }
 
+/// A reading or why there is none, and what was learnt of the camera.
+type Read = (Result<Reading, String>, Option<Learnt>);
+type StillReceiver<S> = Receiver<SEARCH_PIXELS, Box<ReceiverMemory<SEARCH_PIXELS>>, S>;
+
 /// Reads single frames, each for itself.
 pub struct StillDecoder {
     method: Method,
     map: Box<CellMap<PANEL_PIXELS>>,
     likelihood: Box<MaximumLikelihood<LIKELIHOOD_PIXELS>>,
+    locator: Box<LocatorMemory<CONFIRMATION_PIXELS>>,
+    /// Room for a part of the frame in larger pixels.
+    larger: Vec<u8>,
 }
 
 impl StillDecoder {
@@ -46,6 +130,8 @@ impl StillDecoder {
             method,
             map: Box::new(CellMap::empty()),
             likelihood: Box::new(MaximumLikelihood::new(Camera::default())),
+            locator: Box::default(),
+            larger: Vec::new(),
         }
     }
 
@@ -53,31 +139,69 @@ impl StillDecoder {
     ///
     /// # Errors
     /// [`StillError`] where what is given is at fault.
-    pub fn decode(&mut self, frame: &Frame, camera: Camera, given: Option<Corners>) -> Result<(StillReading, Option<Learnt>), StillError> {
-        let Some(corners) = given else {
-            return self.search(camera, frame);
+    pub fn decode(&mut self, frame: &Frame, camera: Camera, given: Option<Corners>) -> Result<(Still, Option<Learnt>), StillError> {
+        let (read, learnt) = match given {
+            Some(corners) => self.read_at(camera, frame, corners)?,
+            None => self.search(camera, frame)?,
         };
+        let camera = learnt.map_or(camera, |learnt| learnt.camera);
+        Ok((read.map(|reading| self.confirmed(frame, camera, reading)), learnt))
+    }
+
+    fn read_at(&mut self, camera: Camera, frame: &Frame, corners: Corners) -> Result<Read, StillError> {
+        let size = (frame.width(), frame.height());
+        match self.map.build(&corners, size.0, size.1) {
+            // A receiver draws it in larger pixels. It expects a panel there more exactly than by a fraction of a pitch.
+            Err(CellsError::TooLarge { .. }) => {
+                let shown = self.shown(frame, camera, &corners);
+                let mut receiver = self.receiver(camera, NoSearch)?;
+                receiver.place(shown.filter(|shown| are_alike(&corners, shown)).unwrap_or(corners), [0; 2], size)?;
+                return Ok(read_by(&mut receiver, frame));
+            }
+            built => built?,
+        }
         // Each frame stands for itself.
         self.likelihood.prepare(camera);
-        self.map.build(&corners, frame.width(), frame.height())?;
         let detection = self.detect(frame, &corners);
         let reading = detection.map(|detection| Reading { corners, detection });
         Ok((reading, self.likelihood.learnt()))
     }
 
-    /// What a receiver makes of a frame that it has seen none before, and what it learns of the camera.
-    fn search(&self, camera: Camera, frame: &Frame) -> Result<(StillReading, Option<Learnt>), StillError> {
+    fn search(&self, camera: Camera, frame: &Frame) -> Result<Read, StillError> {
         let room = FrameSearch::<Box<SearchMemory>>::bytes(frame.width(), frame.height());
         let search = FrameSearch::with_history(Box::<SearchMemory>::default(), vec![0; room]);
+        Ok(read_by(&mut self.receiver(camera, search.thorough())?, frame))
+    }
+
+    fn receiver<S: Search<SEARCH_PIXELS>>(&self, camera: Camera, search: S) -> Result<StillReceiver<S>, ReceiverError> {
         let settings = ReceiverSettings {
             camera,
             method: self.method,
             ..ReceiverSettings::default()
         };
-        let memory = Box::<ReceiverMemory<SEARCH_PIXELS>>::default();
-        let mut receiver = Receiver::new(settings, memory, search.thorough())?;
-        let reading = receiver.frame(0, frame).reading;
-        Ok((reading.map_err(|loss| loss.to_string()), receiver.learnt()))
+        Receiver::new(settings, Box::default(), search)
+    }
+
+    /// A reading with what the frame shows of its place.
+    fn confirmed(&mut self, frame: &Frame, camera: Camera, reading: Reading) -> StillReading {
+        let place = match self.shown(frame, camera, &reading.corners) {
+            Some(shown) if are_alike(&reading.corners, &shown) => Place::Confirmed,
+            Some(shown) => Place::Elsewhere(shown),
+            None => Place::Unconfirmed,
+        };
+        let detection = reading.detection.doubted(place.share(&reading.corners));
+        StillReading {
+            reading: Reading { detection, ..reading },
+            place,
+        }
+    }
+
+    /// The panel that the frame shows at those corners or near them.
+    fn shown(&mut self, frame: &Frame, camera: Camera, corners: &Corners) -> Option<Corners> {
+        self.larger.resize(frame.width() * frame.height(), 0);
+        let locator = Locator::new(camera).ok()?;
+        let shown = locator.locate_at(frame, corners, &mut self.locator, &mut self.larger);
+        shown.ok().map(|location| location.corners)
     }
 
     fn detect(&mut self, frame: &Frame, corners: &Corners) -> Result<Detection, String> {
@@ -90,4 +214,10 @@ impl StillDecoder {
         }
         .map_err(|error| why(&error))
     }
+}
+
+/// What a receiver makes of a frame that it has seen none before.
+fn read_by<S: Search<SEARCH_PIXELS>>(receiver: &mut StillReceiver<S>, frame: &Frame) -> Read {
+    let reading = receiver.frame(0, frame).reading;
+    (reading.map_err(|loss| loss.to_string()), receiver.learnt())
 }

@@ -71,7 +71,7 @@ impl Detection {
 
     /// The same reading if its place is the panel's with that probability, 0 to 1, and means nothing otherwise. Unless it is nearly
     /// certain, the light is left out.
-    pub(crate) fn doubted(&self, probability: f32) -> Self {
+    pub fn doubted(&self, probability: f32) -> Self {
         let most = libm::logf((1.0 + probability) / (1.0 - probability).max(f32::MIN_POSITIVE));
         Self {
             #[cfg(feature = "carrier")]

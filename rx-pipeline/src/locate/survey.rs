@@ -83,7 +83,7 @@ impl<const N: usize> Survey<N> {
 }
 
 /// The noise of a pixel, in grey levels: from the second differences along some rows, most of which are pure noise.
-fn noise(frame: &Frame<'_>) -> f32 {
+pub(super) fn noise(frame: &Frame<'_>) -> f32 {
     /// The median of |x| of normal numbers, times the spread of a − 2b + c.
     const MEDIAN: f32 = 0.6745 * 2.449_5;
     let mut histogram = [0u32; 512];

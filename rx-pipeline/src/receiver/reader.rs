@@ -30,6 +30,9 @@ use link::panel::{LEDS, SoftPanel};
 /// Cells serve poses whose corners differ by less (pitches): noise alone moves them by less, and a cell's mean
 /// hardly notices. Higher: faster, and cells that are off.
 const SAME_CELLS: f32 = 0.03;
+/// The standard deviation of an LED's image at a given place, at least (pitches): a disc half a pitch wide. Higher: near panels of small
+/// LEDs are not recognised; lower: those of large LEDs are not.
+const DISC: f32 = 0.125;
 /// What a place has to explain more to be taken for the panel's instead of the expected one (share of the light
 /// there).
 const CLEARLY: f32 = 0.05;
@@ -649,7 +652,8 @@ impl Reader {
         *tools.surroundings = Surroundings::UNKNOWN;
         self.watch(frame_size);
         let lattice = Lattice::through(&corners);
-        let spots = spots_on(lattice, locator.spot_sigma_px());
+        let [across, _] = lattice.pitch();
+        let spots = spots_on(lattice, locator.spot_sigma_px().max(DISC * across));
         let view = self.look_at(&lattice, tools);
         let view = view.ok_or_else(|| View::whole(frame_size).outside_frame(&corners))?;
         let seen = view.grid.corners_from_frame(&corners).unwrap_or(corners);

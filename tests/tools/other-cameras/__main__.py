@@ -5,7 +5,7 @@ import json
 import pathlib
 
 from deceivers import draw_deceiver
-from evaluate import evaluate_deceivers, evaluate_films, evaluate_pictures, report
+from evaluate import evaluate_deceivers, evaluate_films, evaluate_pictures, reliability, report
 from film import draw_film
 from single import draw_single
 
@@ -26,6 +26,7 @@ def arguments():
     parser.add_argument("--photographs", type=pathlib.Path, default=ROOT / "target/photographs")
     parser.add_argument("--vocc", default=str(ROOT / "target/release/vocc"), help="the tool, which also says what the panel sends")
     parser.add_argument("--evaluate", action="store_true", help="receive all films of the folder and decode all pictures")
+    parser.add_argument("--reliability", action="store_true", help="compare stated confidence with right bits, at wrong corners too")
     parser.add_argument("--at-least", metavar="FILMS,PICTURES", help="end with status 1 if fewer are delivered and found, or any is misplaced")
     parser.add_argument("--json", action="store_true", help="print the evaluation as JSON")
     given = parser.parse_args()
@@ -54,6 +55,9 @@ def main():
         for index in range(given.deceivers):
             draw_deceiver(given.seed, index, pictures, given.photographs)
         print(f"{given.deceivers} pictures without a panel in {pictures}", flush=True)
+    if given.reliability:
+        for line in reliability(given.vocc, given.out / "single"):
+            print(json.dumps(line), flush=True)
     if given.evaluate:
         films = report(evaluate_films(given.vocc, given.out), "films", "delivered", given.json)
         pictures = report(evaluate_pictures(given.vocc, given.out / "single"), "pictures", "found", given.json)

@@ -65,10 +65,9 @@ def evaluate_pictures(vocc, folder):
     """All single pictures of a folder."""
     for path, truth in truths(folder, "*.json"):
         picture = next(path.with_suffix(end) for end in (".png", ".jpg") if path.with_suffix(end).exists())
-        ended = subprocess.run([vocc, "decode", "--json", str(picture)], capture_output=True, text=True)
-        seen = json.loads(ended.stdout.splitlines()[0]) if ended.stdout else {}
+        seen = decode(vocc, picture, None)
         result = {"picture": picture.name, "found": bool(seen.get("found")), "misplaced": 0, "errors": 0, "bits": 0}
-        result["why"] = "" if result["found"] else str(seen.get("why") or ended.stderr.strip())
+        result["why"] = "" if result["found"] else str(seen.get("why") or "refused")
         if result["found"]:
             corners = np.array(truth["led_corner_centres_px"])
             pitch = np.hypot(*(corners[1] - corners[0])) / 7
@@ -78,6 +77,81 @@ def evaluate_pictures(vocc, folder):
             result["errors"] = ((bits ^ int(seen["bits"], 16)) & working).bit_count()
             result["bits"] = working.bit_count()
         yield result
+
+
+# Corners that are not the panel's, in columns and rows from its first LED: an LED beside, half of one, one or two corners off, a part of it.
+SQUARE = np.array([[0, 0], [7, 0], [7, 7], [0, 7]], dtype=float)
+DISTURBED = {
+    "a column beside": SQUARE + [1, 0],
+    "a row beside": SQUARE - [0, 1],
+    "half a line beside": SQUARE + [0.5, 0.5],
+    "a corner off": SQUARE + [[1, 0], [0, 0], [0, 0], [0, 0]],
+    "a column wider": SQUARE + [[0, 0], [1, 0], [1, 0], [0, 0]],
+    "inner LEDs": 1 + SQUARE * 5 / 7,
+}
+# Lowest confidence of each bin.
+BINS = (0.99, 0.9, 0.7, 0.0)
+# A panel is right if more of its working LEDs are.
+RIGHT = 0.9
+
+
+def reliability(vocc, folder):
+    """Stated and true share of right bits in each bin of confidence: of panels that are found, and of corners that are given."""
+    stated = {"found": [], "true corners": [], "disturbed corners": [], "without a panel": []}
+    disturbed = list(DISTURBED.values())
+    for number, (path, truth) in enumerate(truths(folder, "*.json")):
+        picture = next(path.with_suffix(end) for end in (".png", ".jpg") if path.with_suffix(end).exists())
+        leds = np.array(truth["led_centres_px"]).reshape(8, 8, 2)
+        given = {
+            "found": None,
+            "true corners": leds[[0, 0, 7, 7], [0, 7, 7, 0]],
+            "disturbed corners": places(leds, disturbed[number % len(disturbed)]),
+        }
+        for kind, corners in given.items():
+            seen = decode(vocc, picture, corners)
+            if seen.get("found"):
+                stated[kind].append((seen["confidence"], right_share(truth, seen)))
+    deceivers = folder.parent / "deceivers"
+    for picture in sorted(deceivers.iterdir()) if deceivers.exists() else ():
+        seen = decode(vocc, picture, None)
+        if seen.get("found"):
+            stated["without a panel"].append((seen["confidence"], 0.0))
+    for kind, panels in stated.items():
+        high = 1.1
+        for low in BINS:
+            shares = [(confidence, right) for confidence, right in panels if low <= confidence < high]
+            if shares:
+                wrong = sum(right < RIGHT for _, right in shares)
+                means = np.mean(shares, axis=0).tolist()
+                yield {"kind": kind, "from": low, "panels": len(shares), "stated": means[0], "right": means[1], "wrong_panels": wrong}
+            high = low
+
+
+def decode(vocc, picture, corners):
+    """What `vocc decode` says of a picture, at given corners if there are any."""
+    command = [vocc, "decode", "--json", str(picture)]
+    if corners is not None:
+        command.append("--corners=" + ",".join(f"{c:.3f}" for c in np.ravel(corners)))
+    ended = subprocess.run(command, capture_output=True, text=True)
+    return json.loads(ended.stdout.splitlines()[0]) if ended.stdout else {}
+
+
+def places(leds, at):
+    """Positions in pixels of columns and rows, beyond the LEDs too, by the homography of the corner LEDs."""
+    corners = leds[[0, 0, 7, 7], [0, 7, 7, 0]]
+    rows = []
+    for (u, v), (x, y) in zip(SQUARE, corners):
+        rows += [[u, v, 1, 0, 0, 0, -x * u, -x * v], [0, 0, 0, u, v, 1, -y * u, -y * v]]
+    map_ = np.append(np.linalg.solve(np.array(rows), corners.ravel()), 1).reshape(3, 3)
+    plane = np.column_stack([at, np.ones(len(at))]) @ map_.T
+    return plane[:, :2] / plane[:, 2:]
+
+
+def right_share(truth, seen):
+    """The share of the working LEDs' bits that are right."""
+    bits = int("".join(truth["bits"])[::-1], 2)
+    working = sum(1 << led for led in range(64) if led not in truth["dead_leds"])
+    return 1 - ((bits ^ int(seen["bits"], 16)) & working).bit_count() / working.bit_count()
 
 
 def summary(results, what, good):
