@@ -5,7 +5,7 @@ pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Bytes as hexadecimal digits if they are no UTF-8.
+/// Bytes as hexadecimal digits if they are not UTF-8.
 pub fn hex_if_no_text(bytes: &[u8]) -> Option<String> {
     str::from_utf8(bytes).is_err().then(|| hex(bytes))
 }

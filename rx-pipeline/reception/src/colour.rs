@@ -1,16 +1,16 @@
-//! One channel of colours.
+//! One channel of a colour picture.
 
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// What to read of a colour picture.
+/// The channel that is read from a colour picture.
 ///
-/// A lamp of any colour is bright in the brightest channel; red alone tells a red lamp from a white wall.
+/// A lamp of any colour is bright in the brightest channel. Red alone distinguishes a red lamp from a white wall.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Channel {
-    /// The brightest of the three, pixel by pixel.
+    /// The brightest of the three, for each pixel.
     #[default]
     Brightest,
     /// Red alone.
@@ -24,7 +24,7 @@ pub enum Channel {
 }
 
 impl Channel {
-    /// The names by which users know them, each with what has to be said of it.
+    /// The names of the channels for users, each with its description.
     pub const NAMES: [(&'static str, &'static str, Self); 5] = [
         ("brightest", "The brightest of the three, pixel by pixel", Self::Brightest),
         ("red", "", Self::Red),
@@ -33,7 +33,7 @@ impl Channel {
         ("grey", "Luma as in BT.709: 0.2126 red, 0.7152 green, 0.0722 blue", Self::Grey),
     ];
 
-    /// That channel of one pixel.
+    /// The channel's value of one pixel.
     pub fn of<T: Copy + Ord + Into<u32> + TryFrom<u32>>(self, [red, green, blue]: [T; 3]) -> T {
         match self {
             Self::Brightest => red.max(green).max(blue),
@@ -42,19 +42,19 @@ impl Channel {
             Self::Blue => blue,
             Self::Grey => {
                 let sum = 2126 * red.into() + 7152 * green.into() + 722 * blue.into();
-                // The mean of three samples is one.
+                // The mean of three samples is within the range of a sample.
                 T::try_from((sum + 5000) / 10_000).unwrap_or(green)
             }
         }
     }
 
-    /// That channel of rows of red, green and blue.
+    /// The channel's values of rows of red, green and blue.
     pub fn of_rgb<T: Copy + Ord + Into<u32> + TryFrom<u32>>(self, rgb: &[T]) -> Vec<T> {
         let (pixels, _) = rgb.as_chunks::<3>();
         pixels.iter().map(|&pixel| self.of(pixel)).collect()
     }
 
-    /// By how much that channel is above luma in 8-bit BT.601 or BT.709 video, where the colour differences are `cb` and `cr`, 128 for
+    /// The difference of the channel and luma in 8-bit BT.601 or BT.709 video with the colour differences `cb` and `cr`, which are 128 for
     /// grey.
     pub fn above_luma(self, cb: u8, cr: u8, standard: Standard) -> i16 {
         let [cb, cr] = [cb, cr].map(|c| f32::from(c) - 128.0);
@@ -85,7 +85,7 @@ impl FromStr for Channel {
     }
 }
 
-/// The standard of a video's colours.
+/// The standard of a video's colours, by its size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standard {
     /// Up to 576 lines.

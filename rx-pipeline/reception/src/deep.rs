@@ -1,23 +1,24 @@
-//! 8 bits of pictures of 9 to 16.
+//! Converts pictures of 9 to 16 bits to 8 bits.
 //!
-//! Sensors count light; 8 bits of a count drown the dark half of a picture in steps. So where samples are in proportion to light, they
-//! are encoded by a γ of 2.2 first, as an 8-bit camera does: the steps then are about as fine as the noise of electrons everywhere. A
-//! full well of 20 000 electrons has 0.9 of such a step, of which rounding adds a twentieth (0.29² to 0.9² and more).
+//! A sensor's count is proportional to light, and 8 bits of it leave the dark half of a picture with few steps. Samples that are
+//! proportional to light are therefore first encoded with a γ of 2.2, as an 8-bit camera does. The steps are then about as fine as the shot
+//! noise everywhere. At a full well of 20 000 electrons, the noise is 0.9 of such a step, and rounding adds a twentieth (0.29² to 0.9² and
+//! more).
 
 use std::ops::RangeInclusive;
 
 use link::camera::Encoding;
 
-/// A gamma that is learnt of samples in proportion to light.
+/// Range of a learnt γ, relative to the encoding's, within which samples count as proportional to light.
 const AS_GOOD_AS_LINEAR: RangeInclusive<f32> = 0.8..=1.25;
 
-/// Whether samples of the encoding told are encoded for the receiver: those in proportion to light, as they are taken to be where nobody
-/// tells.
+/// Whether samples of the configured encoding are encoded for the receiver. Those proportional to light are, and so are samples of an
+/// encoding that is not configured.
 pub fn encodes(told: Option<Encoding>) -> bool {
     told.unwrap_or(Encoding::LINEAR) == Encoding::LINEAR
 }
 
-/// The encoding of samples that were encoded for the receiver, of that which it has `learnt` of the pixels.
+/// The encoding of the samples themselves, if they were encoded for the receiver and it has `learnt` the encoding of the pixels.
 pub fn of_samples(learnt: Encoding) -> Encoding {
     let Encoding::Gamma(gamma) = learnt else {
         return learnt;
@@ -29,19 +30,19 @@ pub fn of_samples(learnt: Encoding) -> Encoding {
     }
 }
 
-/// The grey level of each sample, up to the white of a depth.
+/// Converts samples to grey levels, up to the white level of a bit depth.
 pub struct Compander {
     white: u16,
     grey: Vec<u8>,
     encoding: Encoding,
-    /// Whether the depth was given, or has been found.
+    /// Whether white is final: the depth was given, or has been found.
     fixed: bool,
     /// The largest sample of the last picture.
     most: u16,
 }
 
 impl Compander {
-    /// For samples of `depth` bits, by default as many as they need, in that encoding; levels below `black` of 255 are black.
+    /// A compander of samples of `depth` bits in that encoding. Without a depth, it takes as many bits as the samples need.
     pub fn new(depth: Option<u8>, encoding: Encoding) -> Self {
         let mut compander = Self {
             white: 0,
@@ -56,7 +57,7 @@ impl Compander {
         compander
     }
 
-    /// Keeps white as the pictures so far have made it: what is brighter in those to come is white. Before the first it changes nothing.
+    /// Keeps the white level that the pictures so far have set: brighter samples will be white. Before the first picture, it does nothing.
     pub fn fix(&mut self) {
         self.fixed |= self.white > 0;
     }
@@ -66,12 +67,12 @@ impl Compander {
         self.white
     }
 
-    /// The largest sample of the last picture, if it is beyond white and so has become white.
+    /// The largest sample of the last picture, if it exceeded white and was clipped.
     pub fn clipped(&self) -> Option<u16> {
         (self.most > self.white).then_some(self.most)
     }
 
-    /// The grey levels of a picture's samples. Where no depth was given, white is the end of the first depth that holds all samples so
+    /// The grey levels of a picture's samples. Without a given depth, white is the maximum of the first depth that holds all samples so
     /// far, until it is [fixed](Self::fix).
     pub fn grey(&mut self, samples: &[u16]) -> Vec<u8> {
         let most = samples.iter().copied().max().unwrap_or_default();
@@ -111,7 +112,7 @@ mod tests {
     #[test]
     fn the_dark_half_of_a_count_keeps_its_steps() {
         let mut linear = Compander::new(Some(12), Encoding::LINEAR);
-        // A 64th of white is 4 of 255 by plain division.
+        // Plain division would give a 64th of white the level 4 of 255.
         let dark = linear.grey(&[0, 16, 32, 64, 4095]);
         assert_eq!(dark, [0, 21, 28, 39, 255]);
         let mut encoded = Compander::new(Some(10), Encoding::Srgb);

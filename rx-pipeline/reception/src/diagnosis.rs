@@ -1,4 +1,4 @@
-//! Why no message came, and what would help.
+//! Why no message arrived, and a remedy.
 
 use std::collections::BTreeMap;
 
@@ -7,33 +7,33 @@ use rx_pipeline::receiver::{Loss, LossKind, Reading};
 
 use crate::event::PanelEvent;
 
-/// A share of frames that counts as most of them.
+/// The share of frames that counts as most of them.
 const MOST: f32 = 0.7;
-/// Readings surer than this on average hold few wrong bits.
+/// The mean confidence above which readings have few wrong bits.
 const SURE: f32 = 0.98;
-/// LEDs overlap if they are nearer to each other than this many standard deviations of the blur.
+/// LEDs overlap if the distance between them is less than this many standard deviations of the blur.
 const APART: f32 = 2.0;
-/// A panel that is covered in so large a share of the frames is not read for that reason.
+/// The share of frames with a covered panel from which covering counts as the cause.
 const OFTEN_COVERED: f32 = 0.05;
-/// A panel of which all LEDs are alike in so large a share of the readings is not read for that reason.
+/// The share of readings with all LEDs alike from which that counts as the cause.
 const OFTEN_EVEN: f32 = 0.5;
-/// The time in which each exposure sees one half of a cycle of 1440 Hz, the usual carrier (s).
+/// An exposure of half a cycle of 1440 Hz, the usual carrier, in seconds.
 const HALF_A_CYCLE_S: f64 = 0.5 / 1440.0;
 /// Symbols of a message of a few words, sent twice.
 const SHORT: usize = 20;
 
-/// The rates of a link, as they are assumed and as they are seen.
+/// The assumed and the observed rates of a link.
 pub struct LinkRates {
     /// Symbols a second.
     pub symbols_hz: f32,
     /// Frames a second.
     pub fps: f32,
-    /// How often the panel was seen to change a second, if that is known.
+    /// Observed changes of the panel per second, if known.
     pub changes_hz: Option<f32>,
 }
 
 impl LinkRates {
-    /// What may be wrong with them; `has_options`: whether that may name the command line's options.
+    /// The question whether the rates are right; `has_options` says whether it may name the command line's options.
     fn doubt(&self, has_options: bool) -> String {
         let Self { symbols_hz, fps, .. } = self;
         let seen = self.changes_hz.map_or_else(String::new, |changes| {
@@ -47,21 +47,21 @@ impl LinkRates {
     }
 }
 
-/// What frames have shown, counted.
+/// Counts of what frames have shown.
 #[derive(Default)]
 pub struct Diagnosis {
     read: usize,
-    /// Readings of LEDs that were all alike.
+    /// Readings in which all LEDs were alike.
     even: usize,
     confidence: f32,
     pitch_px: f32,
     rejected: usize,
-    /// How often panels were lost in each way, and how last.
+    /// For each kind of loss, its count and the last one.
     losses: BTreeMap<LossKind, (usize, Loss)>,
 }
 
 impl Diagnosis {
-    /// Counts what a frame brought of a panel.
+    /// Counts a frame's reading of a panel.
     pub fn count(&mut self, reading: &Result<Reading, Loss>) {
         match reading {
             Ok(reading) => {
@@ -83,7 +83,7 @@ impl Diagnosis {
         self.rejected += usize::from(matches!(event, PanelEvent::Rejected(_)));
     }
 
-    /// What there is to say, a line each, with what was `learnt` of the camera; `has_options`: whether it may name the command line's
+    /// The diagnosis, one item a line, with the camera that was `learnt`; `has_options` says whether it may name the command line's
     /// options.
     pub fn lines(&self, rates: &LinkRates, learnt: Option<&Learnt>, has_options: bool) -> Vec<String> {
         let lost: usize = self.losses.values().map(|(count, _)| count).sum();
@@ -117,7 +117,7 @@ impl Diagnosis {
         lines
     }
 
-    /// Frames in which the panel was covered or dark.
+    /// Number of frames in which the panel was covered or dark.
     fn covered(&self) -> usize {
         self.losses.get(&LossKind::Covered).map_or(0, |(count, _)| *count)
     }
@@ -203,7 +203,7 @@ mod tests {
         );
     }
 
-    /// A reading of sure bits.
+    /// A reading with a high confidence.
     fn reading() -> Reading {
         let corners = Corners::new([[6.0, 6.0], [34.0, 6.0], [34.0, 34.0], [6.0, 34.0]]).unwrap();
         let grey = |i: usize| if i % 40 % 8 < 4 { 200 } else { 60 };

@@ -1,62 +1,62 @@
-//! Events of a panel beside its readings.
+//! Events of a panel other than its readings.
 
 use link::fec::Undecodable;
 use link::framing::{Event, Rejection, SegmentOutcome, Signature};
 use link::geometry::Geometry;
 use link::orientation::Orientation;
 
-/// A whole message, checked.
+/// A complete message whose checksum is right.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
     /// Its bytes.
     pub data: Vec<u8>,
-    /// The number of the first frame that showed a part of it.
+    /// The number of the first frame that showed part of it.
     pub first_frame: u64,
-    /// The number of the last one.
+    /// The number of the last such frame.
     pub last_frame: u64,
-    /// Bits that were corrected.
+    /// Number of corrected bits.
     pub corrected_bits: u32,
 }
 
-/// A message, and the signature that was shown with it: not checked.
+/// A message and the signature that was shown with it. The signature is not verified yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SignedMessage {
     /// The message's bytes.
     pub data: Vec<u8>,
-    /// The signature, as it was read.
+    /// The signature as read.
     pub signature: Signature,
 }
 
-/// What a panel's symbols brought.
+/// An event decoded from a panel's symbols.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PanelEvent {
-    /// A message has become whole.
+    /// A message is complete.
     Message(Message),
-    /// The signature of a message has become whole, too: told once, and anew when the message comes or is signed anew.
+    /// The signature of a message is complete. Reported once, and again if the message is delivered again or signed anew.
     Signed(SignedMessage),
-    /// The last message is shown without a signature: told once, when it begins anew.
+    /// The last message is shown without a signature. Reported once, when the message begins again.
     Unsigned,
-    /// Something was seen and not used.
+    /// Something was decoded and rejected.
     Rejected(Rejection),
-    /// A transmitter of a format version that is not read.
+    /// A transmitter uses an unsupported format version.
     UnsupportedVersion(u8),
-    /// A segment could not be decoded; it is waited for.
+    /// A segment could not be decoded; the receiver waits for its repetition.
     SegmentFailed {
-        /// Its number.
+        /// The segment's number.
         segment: u8,
-        /// Why.
+        /// The reason.
         why: Undecodable,
     },
-    /// The panel says how large it is.
+    /// The panel announces its size.
     Geometry(Geometry),
-    /// Which way up the picture has the panel: told where that is not upright, and where it has changed.
+    /// The panel's orientation in the picture. Reported if it is not upright, and if it has changed.
     Orientation(Orientation),
-    /// The panel shows that many symbols a second, which is not the rate that was assumed.
+    /// The panel shows this many symbols a second, which differs from the assumed rate.
     RateFound(f32),
 }
 
 impl PanelEvent {
-    /// The event to report for one of the deframer's, if any.
+    /// The event to report for an event of the deframer, if any.
     pub(crate) fn of(event: &Event<'_>) -> Option<Self> {
         Some(match event {
             Event::Delivered(delivery) => Self::Message(Message {
@@ -85,7 +85,7 @@ impl PanelEvent {
         })
     }
 
-    /// Whether it is news of the signer, after the last report since the message.
+    /// Whether the event tells more about the signer than `told`, the last such report since the message.
     pub(crate) fn is_news_after(&self, told: Option<&Self>) -> bool {
         match (told, self) {
             (Some(_), Self::Unsigned) => false,

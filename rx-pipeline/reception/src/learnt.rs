@@ -1,10 +1,10 @@
-//! What was learnt of a camera, in words.
+//! The learnt camera, in words.
 
 use link::camera::{Camera, Encoding};
 use link::panel::{LEDS, SIDE};
 use rx_pipeline::camera::Learnt;
 
-/// What was learnt, as JSON: the keys of a camera's file, and how sure and how broken things are.
+/// The learnt camera as JSON: the keys of a camera's file, its reliability and the broken LEDs.
 pub fn as_json(learnt: &Learnt) -> serde_json::Value {
     let Learnt {
         camera,
@@ -22,7 +22,7 @@ pub fn as_json(learnt: &Learnt) -> serde_json::Value {
     })
 }
 
-/// What was learnt, for a person.
+/// The learnt camera as text.
 pub fn as_text(learnt: &Learnt) -> String {
     let Camera {
         encoding,
@@ -62,7 +62,7 @@ pub fn as_text(learnt: &Learnt) -> String {
     )
 }
 
-/// The LEDs of a mask, by their numbers 8·row + column.
+/// The numbers of a mask's LEDs, 8·row + column.
 fn leds(mask: u64) -> Vec<usize> {
     (0..LEDS).filter(|led| mask >> led & 1 == 1).collect()
 }

@@ -9,7 +9,7 @@
 //! let mut reception = Reception::new(ReceptionSettings::default())?;
 //! let no_lens = Err("the focal length is not known".to_owned());
 //! for number in 0..3 {
-//!     // Nothing but grey: no panel is found.
+//! // A grey frame has no panel.
 //!     let frame = Frame::new(&[118; 64 * 48], 64, 48)?;
 //!     for panel in reception.frame(Stamp::of(number), &frame, &no_lens, &mut ())? {
 //!         assert!(panel.reading.is_err() && panel.events.is_empty());
@@ -26,7 +26,7 @@
 //! | [`whereabouts`] | where panels are, in metres |
 //! | [`learnt`] | the learnt camera, in words |
 //! | [`still`] | single frames |
-//! | [`bring_up`] | test panels, and what is wrong with a panel by their pictures |
+//! | [`bring_up`] | test panels, and the diagnosis of a panel from their pictures |
 //! | [`picture`], [`colour`], [`deep`] | 8-bit grey from pictures, from colours, and from 9 to 16 bits |
 //! | [`bytes`] | messages that are not text |
 //! | [`stream`] | frames of uncompressed films: y4m, raw bytes |
@@ -49,7 +49,7 @@ pub mod whereabouts;
 pub use event::{Message, PanelEvent, SignedMessage};
 pub use reception::{PanelReport, Reception, ReceptionError, ReceptionSettings, Stamp};
 
-/// The most panels followed at once.
+/// Maximum number of panels that are followed at once.
 pub const PANELS_MAX: usize = 4;
-/// Frames a second where nobody tells.
+/// The assumed frames a second if none are configured.
 pub const USUAL_FPS: f32 = 100.0;

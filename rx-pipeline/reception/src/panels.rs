@@ -8,25 +8,25 @@ use rx_pipeline::receiver::{FrameSearch, Outcome, Receiver, ReceiverError, Recei
 
 use crate::Stamp;
 
-/// The most pixels that a panel is read in; larger ones are seen in larger pixels.
+/// The most pixels in which a panel is read; a larger panel is binned.
 const PANEL_PIXELS: usize = 160 * 160;
 
-/// A receiver on the heap, which looks for panels in whole frames.
+/// A receiver on the heap that searches whole frames for panels.
 type WholeFrames<const PANELS: usize> =
     Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS, PANELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>, PANELS>;
 
-/// Makes a receiver for frames of a width and a height.
+/// Makes a receiver for frames of this width and height.
 pub type MakePanels = fn(ReceiverSettings, (usize, usize)) -> Result<Box<dyn Panels>, ReceiverError>;
 
-/// A receiver of as many panels as it was made for: see [`Receiver`].
+/// A receiver of a fixed number of panels: see [`Receiver`].
 pub trait Panels: Send + Sync {
-    /// Takes a frame.
+    /// Processes a frame.
     fn frame(&mut self, stamp: Stamp, frame: &Frame<'_>, profile: &mut dyn Profile, report: &mut dyn FnMut(usize, Outcome<'_>));
-    /// Takes the symbols that the last frames showed.
+    /// Decodes the symbols of the last frames.
     fn finish(&mut self, report: &mut dyn FnMut(usize, Event<'_>));
-    /// What was learnt of the camera, by the numbers of the panels.
+    /// The learnt cameras, by panel number.
     fn learnt(&self) -> Vec<Option<Learnt>>;
-    /// Begins with lines that are each exposed that many exposures later than the one above.
+    /// Sets the initial delay between lines, in exposures.
     fn tell_line_delay(&mut self, exposures: f32);
 }
 
@@ -49,7 +49,7 @@ impl<const PANELS: usize> Panels for WholeFrames<PANELS> {
     }
 }
 
-/// A receiver that has seen no frame yet.
+/// A receiver that has not seen a frame.
 pub fn make<const PANELS: usize>(settings: ReceiverSettings, (width, height): (usize, usize)) -> Result<Box<dyn Panels>, ReceiverError> {
     let room = FrameSearch::<Box<SearchMemory>>::bytes(width, height);
     let search = FrameSearch::with_history(Box::default(), vec![0; room]);

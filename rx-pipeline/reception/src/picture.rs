@@ -1,19 +1,19 @@
-//! Pictures of any kind, as the 8-bit grey that the receiver reads.
+//! Converts pictures of any kind to the 8-bit grey that the receiver reads.
 
 use image::{ColorType, DynamicImage};
 
 use crate::colour::Channel;
 use crate::deep::Compander;
 
-/// The picture has pixels of a kind that no camera's frames have.
+/// The picture has a kind of pixel that no camera's frame has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("it is {kind:?}: frames are grey or colour of 8 to 16 bits")]
 pub struct PixelKindError {
-    /// Their kind.
+    /// The kind of pixel.
     pub kind: ColorType,
 }
 
-/// The grey levels of a picture, row by row: of colours one channel, of deep samples what `deep` makes of them.
+/// The grey levels of a picture, row by row. Colours give one channel, and `deep` converts samples of more than 8 bits.
 ///
 /// ```
 /// use image::{DynamicImage, RgbImage};
@@ -27,7 +27,7 @@ pub struct PixelKindError {
 /// ```
 ///
 /// # Errors
-/// When its pixels are floating-point numbers.
+/// If the pixels are floating-point numbers.
 pub fn grey(image: DynamicImage, channel: Channel, deep: &mut Compander) -> Result<Vec<u8>, PixelKindError> {
     Ok(match image {
         DynamicImage::ImageLuma8(grey) => grey.into_raw(),

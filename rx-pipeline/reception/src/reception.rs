@@ -1,4 +1,4 @@
-//! Frames in, one after another; readings, poses and messages out.
+//! Processes frames one after another into readings, poses and messages.
 
 use link::camera::Camera;
 use link::orientation::Orientation;
@@ -22,20 +22,20 @@ use crate::{PANELS_MAX, USUAL_FPS};
 pub struct ReceptionSettings {
     /// The camera of the 8-bit grey frames.
     pub camera: Camera,
-    /// By how many exposures each of its lines is later than the one above, if that is known.
+    /// The delay of each line after the one above, in exposures, if known.
     pub line_delay: Option<f32>,
     /// The detector.
     pub method: Method,
     /// Frames a second.
     pub fps: f32,
-    /// Symbols a second, if they are known: else the usual ones are tried.
+    /// Symbols a second, if known; otherwise the usual rates are tried.
     pub symbol_rate_hz: Option<f32>,
-    /// The size of the panels, if it is known: else they have to tell it.
+    /// The size of the panels, if known; otherwise panels have to announce it.
     pub panel_size: Option<PanelSize>,
 }
 
 impl Default for ReceptionSettings {
-    /// [`USUAL_FPS`], and nothing known.
+    /// Defaults: [`USUAL_FPS`], and everything else unknown.
     fn default() -> Self {
         Self {
             camera: Camera::default(),
@@ -68,30 +68,30 @@ impl ReceptionSettings {
     }
 }
 
-/// When a frame was taken.
+/// The time of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stamp {
-    /// Its number: numbers rise, and those that are left out are lost frames.
+    /// The frame's number. Numbers rise, and a gap means lost frames.
     pub number: u64,
-    /// By how many frame periods later than its number says.
+    /// The delay of the frame after the time that its number implies, in frame periods.
     pub late: f64,
 }
 
 impl Stamp {
-    /// Of a camera that keeps its rate.
+    /// The stamp of a frame from a camera with a constant rate.
     pub fn of(number: u64) -> Self {
         Self { number, late: 0.0 }
     }
 }
 
-/// Why a reception takes no frame.
+/// Why a reception rejects a frame.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReceptionError {
-    /// No receiver has these settings.
+    /// The settings are invalid.
     #[error(transparent)]
     Receiver(#[from] ReceiverError),
-    /// A frame is of another size than those before.
+    /// A frame differs in size from those before.
     #[error(
         "it is {} × {} pixels, and the film {} × {}: give frames of one size, each film by itself",
         size.0, size.1, film.0, film.1
@@ -99,32 +99,32 @@ pub enum ReceptionError {
     Size {
         /// The frame's columns and rows.
         size: (usize, usize),
-        /// Those of the frames before.
+        /// The columns and rows of the frames before.
         film: (usize, usize),
     },
 }
 
-/// What a frame brought of a panel.
+/// The results of a frame for one panel.
 #[derive(Clone, Debug)]
 pub struct PanelReport {
     /// The panel's number, from 0.
     pub panel: usize,
-    /// What its symbols brought.
+    /// Events of the panel's symbols.
     pub events: Vec<PanelEvent>,
-    /// Its place and bits, or why it was not read: in its own rows and columns once its orientation is known; else, and where the picture is
-    /// mirrored, in those of the picture.
+    /// Its corners and bits, or why it was not read. Rows and columns are the panel's own once its orientation is known. Until then, and in
+    /// a mirrored picture, they are those of the picture.
     pub reading: Result<Reading, Loss>,
-    /// Which way up the picture has it: known from the first header of a message on.
+    /// The panel's orientation in the picture, known from the first message header on.
     pub orientation: Option<Orientation>,
-    /// The number of the symbol that the frame shows, where it was read.
+    /// The number of the symbol that the frame shows, if it was read.
     pub symbol: Option<u32>,
 }
 
-/// Messages, readings and poses from frames that are taken one after another.
+/// Decodes messages, readings and poses from successive frames.
 pub struct Reception {
     settings: ReceptionSettings,
     make_receiver: MakePanels,
-    /// Made for the size of the first frame.
+    /// Made with the first frame, for its size.
     receiver: Option<Box<dyn Panels>>,
     size: Option<(usize, usize)>,
     panels: Vec<Panel>,
@@ -133,13 +133,13 @@ pub struct Reception {
     diagnosis: Diagnosis,
 }
 
-/// What is known of a panel beside the receiver.
+/// The state of a panel outside the receiver.
 struct Panel {
-    /// From its first reading on.
+    /// Exists from the first reading on.
     rates: Option<RateSearch>,
     orientation: Option<Orientation>,
     whereabouts: Whereabouts,
-    /// The last report of the signer since the message.
+    /// The last report about the signer since the last message.
     told: Option<PanelEvent>,
 }
 
@@ -147,7 +147,7 @@ impl Reception {
     /// A reception of one panel.
     ///
     /// # Errors
-    /// When a setting is out of its range.
+    /// If a setting is out of its range.
     pub fn new(settings: ReceptionSettings) -> Result<Self, ReceiverError> {
         Self::made_by(panels::make::<1>, 1, settings)
     }
@@ -155,7 +155,7 @@ impl Reception {
     /// A reception of several panels, 1 to [`PANELS_MAX`], each with its own message.
     ///
     /// # Errors
-    /// When a setting is out of its range.
+    /// If a setting is out of its range.
     pub fn with_panels(settings: ReceptionSettings, panels: usize) -> Result<Self, ReceiverError> {
         let make = match panels {
             0 | 1 => return Self::new(settings),
@@ -167,7 +167,7 @@ impl Reception {
     }
 
     fn made_by(make_receiver: MakePanels, panels: usize, settings: ReceptionSettings) -> Result<Self, ReceiverError> {
-        // Settings are refused before the first frame, not with it.
+        // Invalid settings fail here, not with the first frame.
         settings.of_receiver().validate()?;
         let panel = |_| Panel {
             rates: None,
@@ -190,13 +190,13 @@ impl Reception {
     /// Sets the camera's frames a second, before the first frame.
     ///
     /// # Errors
-    /// When symbols cannot be followed at that rate.
+    /// If symbols cannot be followed at that rate.
     pub fn set_fps(&mut self, fps: f32) -> Result<(), ReceiverError> {
         self.settings.fps = fps;
         self.settings.of_receiver().validate()
     }
 
-    /// Sets the camera of the 8-bit grey frames, before the first of them.
+    /// Sets the camera of the 8-bit grey frames. Call this before the first frame.
     pub fn set_camera(&mut self, camera: Camera) {
         self.settings.camera = camera;
     }
@@ -212,11 +212,11 @@ impl Reception {
         }
     }
 
-    /// Takes a frame: what it brought of each panel that was or is followed, and if none is, why none was found. `lens` is what the camera
-    /// looks through, or why that is not known; `profile` takes the time.
+    /// Processes a frame. The result has a report of each panel that was or is followed; if there is none, it says why none was found.
+    /// `lens` is the camera's lens, or why it is unknown; `profile` measures the time.
     ///
     /// # Errors
-    /// [`ReceptionError`] of a frame of another size than those before, and of settings out of their range.
+    /// [`ReceptionError`] if the frame's size differs from that of the frames before, or if a setting is out of its range.
     pub fn frame(
         &mut self,
         stamp: Stamp,
@@ -250,7 +250,7 @@ impl Reception {
             match &report.reading {
                 Ok(_) if report.orientation.is_some_and(Orientation::is_mirrored) => whereabouts.pass_over_mirrored(),
                 Ok(reading) => {
-                    // What was learnt before this frame.
+                    // The camera as learnt before this frame.
                     let camera = self.learnt[report.panel].map_or(self.settings.camera, |learnt| learnt.seen);
                     let input = PoseInput {
                         frame,
@@ -267,7 +267,8 @@ impl Reception {
         Ok(reports)
     }
 
-    /// Takes the symbols that the last frames showed, whose end was waited for: what they brought, with the numbers of the panels.
+    /// Decodes the symbols of the last frames, which were held back because their end was not known. Returns the events with the panels'
+    /// numbers.
     pub fn finish(&mut self) -> Vec<(usize, PanelEvent)> {
         let Some(receiver) = &mut self.receiver else {
             return Vec::new();
@@ -286,27 +287,27 @@ impl Reception {
         events
     }
 
-    /// Gives the receiver's memory back; what was learnt stays known.
+    /// Frees the receiver's memory. The learnt cameras stay available.
     pub fn close(&mut self) {
         self.receiver = None;
     }
 
-    /// Seconds from frame 0 to a frame.
+    /// The time of a frame in seconds after frame 0.
     pub fn time_s(&self, stamp: Stamp) -> f64 {
         (stamp.number as f64 + stamp.late) / f64::from(self.settings.fps)
     }
 
-    /// What was learnt of the camera, by the numbers of the panels: none of a panel that was not read by maximum likelihood.
+    /// The learnt cameras, by panel number; none for a panel that was not read by maximum likelihood.
     pub fn learnt_each(&self) -> &[Option<Learnt>] {
         &self.learnt
     }
 
-    /// What was learnt of the camera by the first panel that was read.
+    /// The camera as learnt by the first panel that was read.
     pub fn learnt(&self) -> Option<&Learnt> {
         self.learnt.iter().flatten().next()
     }
 
-    /// Which way up the picture has a panel: known from the first header of a message on.
+    /// A panel's orientation in the picture, known from the first message header on.
     pub fn orientation(&self, panel: usize) -> Option<Orientation> {
         self.panels.get(panel)?.orientation
     }
@@ -317,13 +318,13 @@ impl Reception {
         self.panels.get(panel).map_or(&UNKNOWN, |panel| &panel.whereabouts)
     }
 
-    /// Symbols a second: those by which messages were read, or else those told or assumed.
+    /// Symbols a second: the rate that decoded messages, or else the configured or assumed one.
     pub fn symbol_rate_hz(&self) -> f32 {
         let found = self.rates().find_map(RateSearch::found_hz);
         found.unwrap_or_else(|| self.settings.symbol_rate_hz())
     }
 
-    /// Why there is no message, and what would help, a sentence each; `has_options`: whether they may name those of the command line.
+    /// Why there is no message, and remedies, one sentence each; `has_options` says whether they may name the command line's options.
     pub fn advice(&self, has_options: bool) -> Vec<String> {
         let rates = LinkRates {
             symbols_hz: self.symbol_rate_hz(),
@@ -338,7 +339,7 @@ impl Reception {
     }
 }
 
-/// What was learnt of the camera, by the numbers of the panels.
+/// The learnt cameras, by panel number.
 fn learnt(receiver: &dyn Panels, panels: &[Panel]) -> Vec<Option<Learnt>> {
     let each = receiver.learnt().into_iter().zip(panels);
     let upright = |learnt: Learnt, panel: &Panel| Learnt {
@@ -349,12 +350,12 @@ fn learnt(receiver: &dyn Panels, panels: &[Panel]) -> Vec<Option<Learnt>> {
 }
 
 impl Panel {
-    /// By how much readings of it are turned back.
+    /// The rotation that makes the panel's readings upright.
     fn turn(&self) -> Orientation {
         self.orientation.unwrap_or_default().turn()
     }
 
-    /// Adds to what symbols brought who says so, where that is news.
+    /// Appends the event about the signer, if there is a new one.
     fn vouch(&mut self, events: &mut Vec<PanelEvent>) {
         if events.iter().any(|event| matches!(event, PanelEvent::Message(_))) {
             self.told = None;
@@ -366,7 +367,7 @@ impl Panel {
         }
     }
 
-    /// What a frame's outcome means for the panel; its pose is measured afterwards.
+    /// Turns a frame's outcome into the panel's report. The pose is measured afterwards.
     fn report(&mut self, panel: usize, stamp: Stamp, outcome: &Outcome<'_>, settings: &ReceptionSettings) -> PanelReport {
         let rates = self.rates.get_or_insert_with(|| settings.rate_search());
         let detection = outcome.reading.as_ref().ok().map(|reading| &reading.detection);
@@ -409,10 +410,10 @@ mod tests {
 
     const SIDE: usize = 96;
 
-    /// How a panel is held before the camera.
+    /// The pose of a panel before the camera.
     #[derive(Clone, Copy, Debug)]
     struct Hold {
-        /// Clockwise.
+        /// Clockwise roll.
         roll_deg: f64,
         is_mirrored: bool,
     }
@@ -423,7 +424,7 @@ mod tests {
             is_mirrored: false,
         };
 
-        /// Where LED `led` is seen.
+        /// The position of LED `led` in the picture.
         fn at(self, led: usize) -> [f64; 2] {
             let [across, down] = [led % 8, led / 8].map(|place| 4.5 * (place as f64 - 3.5));
             let across = if self.is_mirrored { -across } else { across };
@@ -432,14 +433,14 @@ mod tests {
         }
     }
 
-    /// Frames of 96×96 pixels in which a panel shows a message, a spot of light where an LED is On; each symbol is in two. And what it
-    /// shows.
+    /// Frames of 96×96 pixels of a panel that shows a message, with the bits of each. An On LED is a spot of light, and each symbol is in
+    /// two frames.
     fn film(message: &[u8], held: Hold) -> impl Iterator<Item = (PanelFrame, Vec<u8>)> {
         let mut framer = Framer::new(message, Code::for_length(message.len()), false).unwrap();
         film_of(move || framer.next_panel(), held)
     }
 
-    /// The same of panels.
+    /// The same film of any panels.
     fn film_of(mut next_panel: impl FnMut() -> PanelFrame, held: Hold) -> impl Iterator<Item = (PanelFrame, Vec<u8>)> {
         let mut shown = PanelFrame::default();
         (0..).map(move |number: u32| {

@@ -14,12 +14,12 @@ use rx_pipeline::receiver::{
     FrameSearch, NoSearch, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Search, SearchMemory,
 };
 
-/// The most pixels of a panel's bounding box.
+/// Maximum number of pixels in a panel's bounding box.
 pub const PANEL_PIXELS: usize = 512 * 512;
-/// The most pixels that the likelihood looks at; larger panels are binned.
+/// Maximum number of pixels that the likelihood uses; larger panels are binned.
 pub const LIKELIHOOD_PIXELS: usize = 128 * 128;
-/// Pixels that a panel is looked for and read in where no corners are given; larger ones are seen in larger pixels. Boards end at
-/// edges that the largest pixels mix with LEDs, so there is room to find panels in smaller ones.
+/// Pixels in which a panel is searched for and read if no corners are given; a larger panel is binned. The largest bins mix a board's edge
+/// with its LEDs, so the limit leaves room for smaller bins.
 const SEARCH_PIXELS: usize = 256 * 256;
 
 /// The probability that a panel is where it was read and the frame confirms it: measured, see `docs/detectors.md`.
@@ -98,13 +98,13 @@ fn leds_alike(read: &Corners, shown: &Corners) -> usize {
     (0..LEDS).filter(is_alike).count()
 }
 
-/// Why a frame cannot be looked at.
+/// Why a frame cannot be processed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum StillError {
     /// The panel's corners do not fit into the frame.
     #[error(transparent)]
     Cells(#[from] CellsError),
-    /// No receiver is like that.
+    /// The receiver's settings are invalid.
     #[error(transparent)]
     Receiver(#[from] ReceiverError),
 }
@@ -124,7 +124,7 @@ pub struct StillDecoder {
 }
 
 impl StillDecoder {
-    /// By a method of telling bits apart.
+    /// A decoder with this detector.
     pub fn new(method: Method) -> Self {
         Self {
             method,
@@ -135,7 +135,7 @@ impl StillDecoder {
         }
     }
 
-    /// The panel in a single frame, at given corners or wherever one is found, and what was learnt of the camera.
+    /// The panel in a single frame, at the given corners or at the place that a search finds, and the learnt camera.
     ///
     /// # Errors
     /// [`StillError`] where what is given is at fault.

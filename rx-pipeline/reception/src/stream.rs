@@ -1,62 +1,62 @@
-//! Frames one after another: raw grey bytes, or y4m as `ffmpeg -f yuv4mpegpipe` writes it, of 8 to 16 bits, with colours or without.
+//! Streams of frames: raw grey bytes, or y4m as `ffmpeg -f yuv4mpegpipe` writes it, with 8 to 16 bits, in grey or colour.
 //!
-//! The crate y4m (0.8) takes a stream that is cut inside a frame for its end, and multiplies the sides in the header unchecked;
-//! to guard it against both takes more lines than the format.
+//! The crate y4m (0.8) reports a stream that is cut inside a frame as complete, and multiplies the sides in the header unchecked. Guarding
+//! against both takes more lines than reading the format.
 
 use std::io::{BufRead, Read};
 
 use crate::colour::{Channel, Standard};
 
-/// The most columns or rows of a frame.
+/// Maximum number of columns or rows of a frame.
 pub const SIDE_MAX: usize = rx_pipeline::frame::SIDE_MAX;
-/// What a y4m stream begins with.
+/// The first bytes of a y4m stream.
 const Y4M: &[u8] = b"YUV4MPEG2";
-/// What each of its frames begins with.
+/// The first bytes of each of its frames.
 const FRAME: &[u8] = b"FRAME";
-/// The longest line of a y4m header.
+/// Maximum length of a line in a y4m header.
 const LINE_MAX: u64 = 1024;
 
-/// Why a stream gives no frame.
+/// Why a stream yields no frame.
 #[derive(Debug, thiserror::Error)]
 pub enum StreamError {
-    /// Whatever gives it gives no more.
+    /// Reading failed.
     #[error("cannot read the stream")]
     Read(#[from] std::io::Error),
-    /// It ends before it begins.
+    /// The stream is empty.
     #[error("the stream has no frames: pipe y4m, or raw grey bytes with --raw WIDTHxHEIGHT")]
     Empty,
-    /// It is something else.
+    /// The stream has another format.
     #[error(
         "the stream does not begin as y4m does, so the size of its frames is not known: give it with --raw WIDTHxHEIGHT, or pipe y4m, \
          such as from `ffmpeg -i FILM -f yuv4mpegpipe -`"
     )]
     NoY4m,
-    /// No frame follows a frame.
+    /// Something other than a frame follows a frame.
     #[error("the y4m stream has something else where a frame should begin")]
     NoFrame,
-    /// It ends too soon.
+    /// The stream ends too soon.
     #[error(
         "the stream ends inside a frame, after {filled} of {whole} bytes: check the size, {}x{}",
         size.0, size.1
     )]
     Cut {
-        /// Bytes of the last frame.
+        /// Bytes present of the last frame.
         filled: usize,
         /// Bytes of a frame.
         whole: usize,
         /// Columns and rows.
         size: (usize, usize),
     },
-    /// It ends too soon after a frame's luma.
+    /// The stream ends after a frame's luma.
     #[error("the stream ends inside a frame's colours")]
     CutColours,
-    /// A header without an end.
+    /// The header has no end.
     #[error(
         "the stream has no end of a line within {LINE_MAX} bytes where a y4m header should be; if its frames are raw, give their size with \
          --raw WIDTHxHEIGHT"
     )]
     LongLine,
-    /// A header without a width or a height.
+    /// The header lacks a width or a height.
     #[error("the y4m header {header:?} has no {tag} of 1 to {SIDE_MAX}, or two; where frames are larger, scale or cut them")]
     Side {
         /// The header.
@@ -64,23 +64,23 @@ pub enum StreamError {
         /// W or H.
         tag: &'static str,
     },
-    /// Its frames are of two times each.
+    /// The frames are interlaced: each has two times.
     #[error(
         "the film is interlaced: each of its frames is two pictures of different times, a line from each in turn, and a panel may show two \
          symbols in them; make it a film of whole pictures by `ffmpeg -i FILM -vf bwdif=mode=send_field -f yuv4mpegpipe -`, which has \
          twice as many frames a second"
     )]
     Interlaced,
-    /// Its frames are of another kind.
+    /// The frames are of an unsupported kind.
     #[error("y4m frames of kind C{kind} cannot be read: make them grey by `ffmpeg … -pix_fmt gray -f yuv4mpegpipe -`")]
     Kind {
-        /// What its header calls them.
+        /// The kind according to the header.
         kind: String,
     },
 }
 
 impl StreamError {
-    /// Whether there is too little of the stream, so that whatever writes it may know why.
+    /// Whether the stream is too short, in which case the program that writes it may know why.
     pub fn is_short(&self) -> bool {
         matches!(
             self,
@@ -103,33 +103,33 @@ impl StreamError {
 pub struct Stream<R> {
     input: R,
     size: (usize, usize),
-    /// How frames of y4m are made up; none of raw streams.
+    /// The layout of y4m frames; none for raw streams.
     video: Option<Video>,
     channel: Channel,
     grey: Vec<u8>,
     colours: Vec<u8>,
-    /// By how much each pixel of a row is brighter than its luma.
+    /// The difference of the channel and luma for each pixel of a row.
     above: Vec<i16>,
 }
 
-/// How y4m frames are made up.
+/// The layout of y4m frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Video {
-    /// Columns and rows of pixels that share a colour; none without colours.
+    /// Columns and rows of pixels that share a colour; none if there are no colours.
     sharing: Option<(usize, usize)>,
     /// Bits of a sample.
     bits: u32,
-    /// Whether luma is 16 to 235, not 0 to 255.
+    /// Whether luma ranges from 16 to 235, not from 0 to 255.
     limited: bool,
     standard: Standard,
     /// Frames a second.
     rate: Option<f32>,
-    /// Whether each frame is two pictures, by the header's word.
+    /// Whether each frame consists of two pictures, according to the header.
     is_interlaced: bool,
 }
 
 impl<R: BufRead> Stream<R> {
-    /// Opens a stream: y4m by its own header, or raw frames of the size given. Of colours it gives one `channel`.
+    /// Opens a stream: y4m with its header, or raw frames of the given size. From colours it takes one `channel`.
     pub fn open(input: R, raw: Option<(usize, usize)>, channel: Channel) -> Result<Self, StreamError> {
         let stream = Self::open_progressive(input, raw, channel)?;
         match stream.video {
@@ -138,7 +138,7 @@ impl<R: BufRead> Stream<R> {
         }
     }
 
-    /// The same where each frame is one picture, whatever the header says of interlacing.
+    /// Opens a stream like [`open`](Self::open), but ignores interlacing in the header: each frame is one picture.
     pub fn open_progressive(mut input: R, raw: Option<(usize, usize)>, channel: Channel) -> Result<Self, StreamError> {
         let (size, video) = match raw {
             Some(size) => (size, None),
@@ -170,17 +170,17 @@ impl<R: BufRead> Stream<R> {
         self.size
     }
 
-    /// Frames a second, where the stream says so.
+    /// Frames a second, if the stream states them.
     pub fn rate(&self) -> Option<f32> {
         self.video?.rate
     }
 
-    /// Bytes of a frame, without the line before it.
+    /// Bytes of a frame, without the line that precedes it.
     pub fn frame_bytes(&self) -> usize {
         self.grey.len() + self.colours.len()
     }
 
-    /// The next frame; none at the stream's end.
+    /// The next frame; none at the end of the stream.
     pub fn next_frame(&mut self) -> Result<Option<&[u8]>, StreamError> {
         if self.video.is_some() {
             match line(&mut self.input)? {
@@ -213,7 +213,7 @@ impl<R: BufRead> Stream<R> {
 }
 
 impl Video {
-    /// Samples of colour in a frame.
+    /// Number of colour samples in a frame.
     fn colours(self, (width, height): (usize, usize)) -> usize {
         self.sharing
             .map_or(0, |(columns, rows)| 2 * width.div_ceil(columns) * height.div_ceil(rows))
@@ -224,7 +224,7 @@ impl Video {
         if self.bits > 8 { 2 } else { 1 }
     }
 
-    /// Brings deep samples, the low byte first, to 8 bits in the first half of their bytes.
+    /// Converts samples of more than 8 bits, low byte first, to 8 bits in the first half of their bytes.
     fn to_8_bits(self, bytes: &mut [u8]) {
         if self.bits <= 8 {
             return;
@@ -236,7 +236,7 @@ impl Video {
         }
     }
 
-    /// Makes luma the channel that is asked for.
+    /// Replaces luma by the requested channel.
     fn add_colours(self, channel: Channel, (width, height): (usize, usize), grey: &mut [u8], colours: &[u8], above: &mut [i16]) {
         let Some((columns, rows)) = self.sharing else {
             return;
@@ -261,7 +261,7 @@ impl Video {
         }
     }
 
-    /// Brings luma of 16 to 235 to 0 to 255: a clipped lamp then is white.
+    /// Widens luma of 16 to 235 to 0 to 255, so that a clipped lamp is white.
     fn widen(self, luma: &mut [u8]) {
         if self.limited {
             for luma in luma {
@@ -286,7 +286,7 @@ fn fill(input: &mut impl Read, buffer: &mut [u8]) -> Result<usize, StreamError> 
     Ok(filled)
 }
 
-/// One line without its end; none where the input has ended.
+/// A line without its end; none at the end of the input.
 fn line(input: &mut impl BufRead) -> Result<Option<Vec<u8>>, StreamError> {
     let mut line = Vec::new();
     input.take(LINE_MAX).read_until(b'\n', &mut line)?;
@@ -299,13 +299,13 @@ fn line(input: &mut impl BufRead) -> Result<Option<Vec<u8>>, StreamError> {
     Ok(Some(line))
 }
 
-/// Whether the first word of a header is this one.
+/// Whether the first word of a header is `word`.
 fn begins_with(header: &[u8], word: &[u8]) -> bool {
     let rest = header.strip_prefix(word);
     rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(b" "))
 }
 
-/// The size of the frames, and how they are made up.
+/// The size and the layout of the frames.
 fn y4m_header(header: &str) -> Result<((usize, usize), Video), StreamError> {
     let fields = |tag: &'static str| {
         let fields = header.split(' ').skip(1);
@@ -349,7 +349,7 @@ fn y4m_header(header: &str) -> Result<((usize, usize), Video), StreamError> {
     Ok(((width, height), video))
 }
 
-/// Of the kind of y4m frames, how colours are shared, and the bits of a sample: "420p10" has 10, "mono12" 12.
+/// Splits a kind of y4m frames into the sharing of colours and the bits of a sample: "420p10" has 10, "mono12" has 12.
 fn depth(kind: &str) -> (&str, u32) {
     const DEEP: [u32; 5] = [9, 10, 12, 14, 16];
     for bits in DEEP {
@@ -363,7 +363,7 @@ fn depth(kind: &str) -> (&str, u32) {
     (kind, 8)
 }
 
-/// "30000:1001" as a number above 0.
+/// Parses a fraction such as "30000:1001" as a number above 0.
 fn rate(text: &str) -> Option<f32> {
     let (frames, seconds) = text.split_once(':')?;
     let rate = frames.parse::<f32>().ok()? / seconds.parse::<f32>().ok()?;
@@ -393,7 +393,7 @@ mod tests {
             let mut stream = Stream::open(&bytes[..], None, channel).unwrap();
             stream.next_frame().unwrap().unwrap().to_vec()
         };
-        // By BT.601: 1.402·(203 − 128) = 105 above luma.
+        // In BT.601, red is 1.402·(203 − 128) = 105 above luma.
         assert_eq!(read(Channel::Brightest), [187, 187, 137, 255]);
         assert_eq!(read(Channel::Grey), [82, 82, 32, 240]);
         assert_eq!(read(Channel::Blue), [52, 52, 2, 210]);

@@ -1,4 +1,4 @@
-//! The search for a symbol rate that is not configured: the usual rates are tried beside the receiver's own, on the same readings. The rate
+//! The search for a symbol rate that is not configured: the usual rates are tried beside the receiver's own, on the same readings. A rate
 //! that completes a message is right, because messages have checksums.
 
 use link::geometry::Geometry;
@@ -12,23 +12,24 @@ use rx_pipeline::symbols::MessageDecoder;
 use crate::Stamp;
 use crate::event::{Message, PanelEvent};
 
-/// What transmitters show that were told nothing, in symbols a second: the boards, and most presets.
+/// The default rate of transmitters in symbols a second: the boards' and most presets'.
 const TRANSMITTERS_HZ: f32 = (SymbolRate::DEFAULT.millihertz() / 1000) as f32;
-/// That of the paper, and what slower cameras want.
+/// The paper's rate, and rates for slower cameras.
 const OTHERS_HZ: [f32; 12] = [100.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30.0, 27.0, 25.0, 24.0, 20.0, 10.0];
-/// Usual exposures, in seconds, for each of which a transmitter may have been told the rate of its own.
+/// Usual exposures, in seconds. For each, a transmitter may be configured with a rate of its own.
 const EXPOSURES_S: [f64; 10] = [0.04, 1.0 / 30.0, 0.02, 1.0 / 60.0, 0.01, 1.0 / 120.0, 0.005, 0.004, 0.002, 0.001];
-/// The share of a camera's frames at which it can follow symbols.
+/// The symbol rate that a camera can follow, as a share of its frame rate.
 const FOLLOWED: f32 = SymbolRate::SHARE_OF_FRAMES as f32;
-/// Rates that are nearer to each other than this, as a part, are one.
+/// Rates with a smaller relative difference are one.
 const APART: f32 = 0.01;
-/// Rates of exposures that are nearer than this, as a part, are one: a clock follows a rate that is off by as much.
+/// Rates of exposures with a smaller relative difference are one, because a clock follows a rate with such an error.
 const FOLLOWED_APART: f32 = 5e-4;
-/// LEDs that differ between two readings of different symbols: two of one symbol differ in fewer, two of random bits in 32 ± 4.
+/// Minimum number of LEDs that differ between readings of different symbols. Readings of one symbol differ in fewer; random bits differ in
+/// 32 ± 4.
 const DIFFERENT_LEDS: u32 = 13;
-/// By how much, as a part, the rate that is seen in some tens of frames may be off.
+/// Maximum relative error of a rate observed in some tens of frames.
 const AS_SEEN: f32 = 0.15;
-/// Pairs of frames that tell how often the panel changes.
+/// Number of pairs of frames from which the rate of changes is known.
 const PAIRS_MIN: u32 = 20;
 
 /// The rate that is assumed if none is configured, with a camera of `fps` frames a second.
@@ -40,11 +41,11 @@ pub fn usual(fps: f32) -> f32 {
 struct Trial {
     rate_hz: f32,
     decoder: Box<MessageDecoder>,
-    /// Whether it has made a message whole.
+    /// Whether it has completed a message.
     has_message: bool,
-    /// What the panel has announced of its size.
+    /// The size that the panel has announced.
     geometry: Option<Geometry>,
-    /// What was read of who says so.
+    /// The last decoded event about the signer.
     vouched: Option<PanelEvent>,
 }
 
@@ -53,13 +54,13 @@ struct Trial {
 pub struct RateSearch {
     trials: Vec<Trial>,
     found_hz: Option<f32>,
-    /// The last message that one of them has made whole.
+    /// The last message that a trial has completed.
     message: Option<Message>,
-    /// Those of frames that could only afterwards be read.
+    /// Messages from frames that became readable only afterwards.
     reread: Vec<Message>,
-    /// What the panel has announced of its size by the receiver's own rate.
+    /// The size that the panel has announced at the receiver's own rate.
     geometry: Option<Geometry>,
-    /// What was read of who says so by the receiver's own rate.
+    /// The event about the signer that was decoded at the receiver's own rate.
     vouched: Option<PanelEvent>,
     changes: Changes,
     fps: f32,
@@ -112,7 +113,8 @@ impl Trial {
 }
 
 impl RateSearch {
-    /// If none is configured, all usual rates but the receiver's own, and those of usual exposures; else none. `fps` is the camera's.
+    /// A search for a rate that is not configured: it tries all usual rates except the receiver's own, and the rates of usual exposures. If
+    /// the rate is configured, it tries none. `fps` is the camera's frames a second.
     pub fn beside(own_hz: f32, fps: f32, is_told: bool) -> Self {
         let others = OTHERS_HZ.into_iter().chain([TRANSMITTERS_HZ, fps, FOLLOWED * fps]);
         let others = others.filter(|rate| !is_told && (rate / own_hz - 1.0).abs() > APART);
@@ -135,42 +137,42 @@ impl RateSearch {
         }
     }
 
-    /// The one that has taken the place of the receiver's own.
+    /// The rate that has replaced the receiver's own.
     pub fn found_hz(&self) -> Option<f32> {
         self.found_hz
     }
 
-    /// The number of the symbol that the last reading shows, by the rate that was found.
+    /// The number of the symbol in the last reading, at the rate that was found.
     pub fn symbol(&self) -> Option<u32> {
         self.found_hz.and(self.trials.first()?.decoder.symbol())
     }
 
-    /// Which way up the panel is in the picture, by a header that was read at one of the rates.
+    /// The panel's orientation in the picture, from a header that was decoded at one of the rates.
     pub fn orientation(&self) -> Option<Orientation> {
         self.trials.iter().find_map(|trial| trial.decoder.orientation())
     }
 
-    /// What the panel has announced of its size since this was last asked: by the receiver's own rate, or by one of the others.
+    /// Takes the size that the panel has announced since the last call, at the receiver's own rate or at another.
     pub fn take_geometry(&mut self) -> Option<Geometry> {
         let trials = self.trials.iter_mut();
         let by_trial = trials.filter_map(|trial| trial.geometry.take()).last();
         self.geometry.take().or(by_trial)
     }
 
-    /// What was read of who says so since this was last asked: by the receiver's own rate, or by one of the others.
+    /// Takes the event about the signer since the last call, at the receiver's own rate or at another.
     pub fn take_vouched(&mut self) -> Option<PanelEvent> {
         let trials = self.trials.iter_mut();
         let by_trial = trials.filter_map(|trial| trial.vouched.take()).last();
         self.vouched.take().or(by_trial)
     }
 
-    /// How often the panel changes a second, by the frames so far; none where they are too few.
+    /// Changes of the panel per second in the frames so far; none if the frames are too few.
     pub fn changes_hz(&self) -> Option<f32> {
         Some(self.changes.per_frame()? * self.fps)
     }
 
-    /// Reads frames again, now that their signs are known, and goes on from there; where more than one carrier explains them, the one that
-    /// makes a message whole is right. Reads them by the receiver's own rate, too.
+    /// Decodes frames again after their signs have become known, also at the receiver's own rate, and continues from there. If more than
+    /// one carrier explains the frames, the one that completes a message is right.
     pub fn reread(&mut self, frames: &Reread<'_>, own_hz: f32) {
         let own = self.found_hz.is_none().then_some(own_hz);
         let rates: Vec<f32> = own.into_iter().chain(self.trials.iter().map(|trial| trial.rate_hz)).collect();
@@ -196,8 +198,8 @@ impl RateSearch {
         }
     }
 
-    /// What became of a panel's symbols in a frame: by the receiver's `own` rate, or by one that makes a message whole of the frame's
-    /// reading where that one makes none.
+    /// The events of a panel's symbols in a frame, at the receiver's `own` rate. If that rate completes no message, one that another rate
+    /// completes is among them.
     pub fn frame(&mut self, own: Option<PanelEvent>, stamp: Stamp, detection: Option<&Detection>) -> Vec<PanelEvent> {
         self.resolve(own, |rates| {
             let detection = detection?;
@@ -206,7 +208,7 @@ impl RateSearch {
         })
     }
 
-    /// The same of the symbol that the last frames showed.
+    /// The same for the symbol of the last frames.
     pub fn finish(&mut self, own: Option<PanelEvent>) -> Vec<PanelEvent> {
         self.resolve(own, |rates| rates.new_message(Trial::finish))
     }
@@ -214,7 +216,7 @@ impl RateSearch {
     fn resolve(&mut self, own: Option<PanelEvent>, by_trial: impl FnOnce(&mut Self) -> Option<Message>) -> Vec<PanelEvent> {
         let found_before = self.found_hz;
         if found_before.is_none() && matches!(own, Some(PanelEvent::Message(_))) {
-            // No more are tried: the receiver's own is right.
+            // The receiver's own rate is right, so the search ends.
             self.trials.clear();
         }
         let mut events: Vec<PanelEvent> = by_trial(self).map(PanelEvent::Message).into_iter().collect();
@@ -222,7 +224,7 @@ impl RateSearch {
             events.push(PanelEvent::RateFound(rate_hz));
         }
         match own {
-            // A panel's size is reported once, at whichever rate it was read.
+            // A panel's size is reported once, whichever rate decoded it.
             Some(PanelEvent::Geometry(geometry)) => self.geometry = Some(geometry),
             Some(event @ (PanelEvent::Signed(_) | PanelEvent::Unsigned)) => self.vouched = Some(event),
             Some(event) if self.found_hz.is_none() && !self.repeats(&event) => events.push(event),
@@ -231,7 +233,7 @@ impl RateSearch {
         events
     }
 
-    /// A message that is new among those that become whole at once.
+    /// The first new message among those that are completed at the same time.
     fn new_message(&mut self, mut of: impl FnMut(&mut Trial) -> Option<Message>) -> Option<Message> {
         let reread = core::mem::take(&mut self.reread);
         let messages = reread
@@ -247,8 +249,8 @@ impl RateSearch {
         message
     }
 
-    /// A rate that has made a message whole, and at which the panel was seen to change about, goes on alone. Others may make a message
-    /// whole, too, and sooner, where few frames are lost.
+    /// Continues with one rate alone: a rate that has completed a message and is close to the observed rate of changes. Other rates may
+    /// complete a message too, and sooner, if few frames are lost.
     fn settle(&mut self) {
         let (None, Some(changes_hz)) = (self.found_hz, self.changes_hz()) else {
             return;
@@ -263,7 +265,7 @@ impl RateSearch {
         }
     }
 
-    /// Whether the receiver's own rate now makes whole the message that another has made whole before.
+    /// Whether the receiver's own rate completes the message that another rate has completed before.
     fn repeats(&mut self, event: &PanelEvent) -> bool {
         let PanelEvent::Message(message) = event else {
             return false;
@@ -272,7 +274,7 @@ impl RateSearch {
     }
 }
 
-/// How often readings of one frame and the next differ.
+/// How often readings of successive frames differ.
 #[derive(Default)]
 struct Changes {
     last: Option<(u64, PanelFrame)>,
@@ -281,7 +283,7 @@ struct Changes {
 }
 
 impl Changes {
-    /// Takes a reading; one of two symbols at once is of neither.
+    /// Counts a reading. A reading of two symbols at once belongs to neither and does not count.
     fn take(&mut self, number: u64, detection: &Detection) {
         let bits = detection.bits;
         if let Some((before, last)) = self.last
@@ -315,13 +317,13 @@ mod tests {
         let of_slow = rates(27.0, 30.0, false);
         let (usual, of_exposures) = of_slow.split_at(5);
         assert_eq!(usual, [10.0, 20.0, 24.0, 25.0, 30.0]);
-        // Exposures of 1/120 s and 1/60 s want 24 and 20, short ones the receiver's own.
+        // Exposures of 1/120 s and 1/60 s need 24 and 20; short ones need the receiver's own rate.
         assert_eq!(of_exposures, [13.636, 15.0, 18.75, 23.077, 26.087, 26.786]);
     }
 
     #[test]
     fn the_rate_that_a_transmitter_is_told_for_an_exposure_is_tried() {
-        // Cameras of 29.97 frames a second are called ones of 30.
+        // Cameras of 29.97 frames a second are configured as 30.
         for (fps, told_fps) in [(30.0, 30.0), (29.97, 30.0), (60.0, 60.0), (100.0, 100.0)] {
             for exposure_s in EXPOSURES_S {
                 let told = SymbolRate::for_camera(told_fps, exposure_s).expect("a rate").hz() as f32;

@@ -1,4 +1,4 @@
-//! Where panels are, from their size and the lens, which a person or the panels themselves give.
+//! The places of panels, from their size and the lens. The user configures them, or the panels announce their size.
 
 use link::camera::Camera;
 use link::geometry::Geometry;
@@ -8,16 +8,16 @@ use rx_pipeline::pose::{Closing, Known, Lens, PanelSize, PanelSizeError, Pose};
 use rx_pipeline::pose::{PanelObservation, PoseEstimator};
 use rx_pipeline::receiver::{Loss, Reading};
 
-/// Pixels around a panel that its pose is measured in; near ones are seen in larger ones.
+/// Maximum number of pixels around a panel in which its pose is measured; a nearer panel is binned.
 #[cfg(feature = "poses")]
 const POSE_PIXELS: usize = 128 * 128;
-/// The scenes' LEDs, m, and their interval: what half a size is checked with.
+/// The scenes' LED diameter in metres and their interval, with which half of a size is validated.
 const USUAL: (f64, f64) = (0.03, 1.0);
 
 /// A pose, or why it is not known.
 pub type PoseResult = Result<Pose, String>;
 
-/// A panel's size if both numbers were told: the diameter of an LED in metres, and the gap between two over it.
+/// A panel's size if both numbers are configured: the diameter of an LED in metres, and the gap between two LEDs in diameters.
 ///
 /// ```
 /// use reception::whereabouts::told_size;
@@ -28,34 +28,34 @@ pub type PoseResult = Result<Pose, String>;
 /// ```
 ///
 /// # Errors
-/// [`PanelSizeError`], also if only half of the size is given.
+/// [`PanelSizeError`], also if only one number is given.
 pub fn told_size(led_diameter_m: Option<f64>, interval: Option<f64>) -> Result<Option<PanelSize>, PanelSizeError> {
     let size = PanelSize::new(led_diameter_m.unwrap_or(USUAL.0), interval.unwrap_or(USUAL.1))?;
     Ok((led_diameter_m.is_some() && interval.is_some()).then_some(size))
 }
 
-/// What a pose is measured from: a panel that was read, and what it was seen through.
+/// The input of a pose: a panel that was read, and the camera that saw it.
 pub struct PoseInput<'a> {
     /// The frame.
     pub frame: &'a Frame<'a>,
-    /// Where the panel is in it, and what it shows.
+    /// The panel's corners in the frame, and its bits.
     pub reading: &'a Reading,
     /// The camera.
     pub camera: &'a Camera,
-    /// The lens, or why it is not known.
+    /// The lens, or why it is unknown.
     pub lens: &'a Result<Lens, String>,
 }
 
-/// What poses are measured with: one serves all panels.
+/// Measures poses; one serves all panels.
 pub struct PoseMeter {
     size: Option<PanelSize>,
-    /// Made with the first pose: it is large.
+    /// Made with the first pose, because it is large.
     #[cfg(feature = "poses")]
     estimator: Option<Box<PoseEstimator<POSE_PIXELS>>>,
 }
 
 impl PoseMeter {
-    /// Of panels of a known size, or of panels that have to tell it.
+    /// A meter for panels of a known size, or for panels that have to announce it.
     pub const fn new(size: Option<PanelSize>) -> Self {
         Self {
             size,
@@ -67,13 +67,13 @@ impl PoseMeter {
     /// The pose of a panel in a single frame.
     ///
     /// # Errors
-    /// Why it is not known.
+    /// The reason why it is unknown.
     pub fn pose(&mut self, input: &PoseInput) -> PoseResult {
         let lens = input.lens.as_ref().map_err(String::clone)?;
         self.fit(input, lens, self.size(None)?)
     }
 
-    /// The panel's size: the known one, else what the panel has announced.
+    /// The panel's size: the configured one, or else the one that the panel has announced.
     fn size(&self, announced: Option<Geometry>) -> Result<PanelSize, String> {
         self.size
             .or(announced.map(PanelSize::from))
@@ -104,13 +104,13 @@ impl PoseMeter {
 pub struct Whereabouts {
     pose: PoseResult,
     closing: Closing,
-    /// What the panel has announced of its size.
+    /// The size that the panel has announced.
     announced: Option<Geometry>,
     axes_px: Option<[[f64; 2]; 4]>,
 }
 
 impl Whereabouts {
-    /// Of a panel that has not been read.
+    /// The state of a panel that has not been read.
     pub(crate) const UNKNOWN: Self = Self {
         pose: Err(String::new()),
         closing: Closing::new(),
@@ -118,17 +118,17 @@ impl Whereabouts {
         axes_px: None,
     };
 
-    /// Takes what the panel announces of its size; whether that is news.
+    /// Sets the size that the panel announces; returns whether that is new.
     pub(crate) fn set_size(&mut self, announced: Geometry) -> bool {
         let before = self.announced.replace(announced);
         if before.is_some_and(|before| before != announced) {
-            // By another size it is at another place, which is no motion.
+            // Another size puts the panel at another place, which is not a motion.
             self.closing = Closing::new();
         }
         before != Some(announced)
     }
 
-    /// Measures it in a frame, taken at a time, in which the panel was read.
+    /// Measures the pose from a frame taken at this time, in which the panel was read.
     pub(crate) fn measure(&mut self, meter: &mut PoseMeter, time_s: f64, input: &PoseInput) {
         self.axes_px = None;
         self.pose = input.lens.as_ref().map_err(String::clone).and_then(|lens| {
@@ -140,13 +140,14 @@ impl Whereabouts {
         });
     }
 
-    /// Measures nothing in a mirror image: its panel is nowhere.
+    /// Reports no pose of a mirrored picture, because the panel's place is unknown.
     pub(crate) fn pass_over_mirrored(&mut self) {
         self.axes_px = None;
         self.pose = Err("the picture is mirrored: mirror it back, and the panel's place is known".into());
     }
 
-    /// Takes why the panel was not read. All is forgotten of one that is followed no more: what is found next may be another.
+    /// Takes the reason why the panel was not read. If the panel is no longer followed, its state is cleared, because the next one may be
+    /// another.
     pub(crate) fn lose(&mut self, why: &Loss) {
         if matches!(why, Loss::Lost(_)) {
             *self = Self::UNKNOWN;
@@ -155,34 +156,34 @@ impl Whereabouts {
         self.pose = Err(why.to_string());
     }
 
-    /// The pose, or why it is not known.
+    /// The pose, or why it is unknown.
     pub fn measured(&self) -> &PoseResult {
         &self.pose
     }
 
-    /// The pose, while it is known.
+    /// The pose, if it is known.
     pub fn pose(&self) -> Option<&Pose> {
         self.pose.as_ref().ok()
     }
 
-    /// How fast it comes nearer, m/s, once that is known.
+    /// Closing speed in m/s, if it is known.
     pub fn speed_m_s(&self) -> Option<Known> {
         self.pose().and_then(|_| self.closing.speed_m_s())
     }
 
-    /// When it is here, s, if it comes nearer.
+    /// Time to collision in seconds, if the panel comes nearer.
     pub fn time_to_collision_s(&self) -> Option<Known> {
         self.pose().and_then(|_| self.closing.time_to_collision_s())
     }
 
-    /// Where the ends of the panel's axes are seen, while its pose is known: its middle, and half a side along its rows, its columns and
-    /// into it (px).
+    /// The image of the panel's axes in pixels, if the pose is known: its middle, and the ends of half a side along its rows, its columns
+    /// and into it.
     pub fn axes_px(&self) -> Option<[[f64; 2]; 4]> {
         self.axes_px
     }
 }
 
-/// Where the middle and the ends of a panel's axes are seen; none if one of them is not before the camera.
+/// The image of a panel's middle and of the ends of its axes; none if one of them is not in front of the camera.
 fn axes_px(pose: &Pose, lens: &Lens, size: PanelSize) -> Option<[[f64; 2]; 4]> {
     let half_m = size.half_side_m();
     let ends = [None, Some(0), Some(1), Some(2)].map(|axis: Option<usize>| {

@@ -1,28 +1,28 @@
-//! Which frames show which step, by what changes in them alone: neither the camera's clock nor the moment of the start is known.
+//! Assigns frames to steps by the changes between frames alone, because neither the camera's clock nor the time of the start is known.
 //!
-//! Frames that are alike are a run. Thirteen runs in succession are the steps that name the LEDs if a panel and its complement differ
-//! wherever there is an LED, in all six pairs: of any other runs, one pair in two leaves an LED as it was. The steps that dim may look
-//! alike: their frames then follow from when they end.
+//! Successive frames that are alike form a run. Thirteen successive runs are the steps that name the LEDs if each panel of the six pairs
+//! differs from its complement wherever there is an LED. In any other thirteen runs, one pair in two leaves an LED unchanged. The steps
+//! that dim may look alike; their frames then follow from the time at which these steps end.
 
 use super::{CODES, PAIRS, RAMP};
 use rx_pipeline::detect::otsu_threshold;
 
-/// The frames of a run, at least, unless each step has one frame.
+/// Minimum number of frames in a run, unless each step has one frame.
 const RUN_MIN: usize = 3;
-/// The least share of what changes in the pairs that changes in all of them.
+/// Minimum share of the mean change per pair that all pairs have in common.
 const AGREEMENT_MIN: f32 = 0.3;
-/// The least share of the mean pair's change that each pair has: a pair of which one panel was not shown has half.
+/// Minimum change of a pair, relative to the mean pair: a pair of which one panel was not shown has half.
 const PAIR_MIN: f32 = 0.7;
 
-/// How far the end of the steps that dim may be off, in steps.
+/// Maximum error of the end of the steps that dim, in steps.
 const ENDS_OFF_MAX: f32 = 1.5;
 
-/// The pictures of the steps: the means of the frames that show them.
+/// The pictures of the steps: for each, the mean of the frames that show it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Aligned {
-    /// Those of the steps that name the LEDs.
+    /// The pictures of the steps that name the LEDs.
     pub codes: Vec<Vec<f32>>,
-    /// Those of the steps that dim; none if the frames end before.
+    /// The pictures of the steps that dim; none if the frames end before.
     pub ramp: Option<Vec<Vec<f32>>>,
 }
 
@@ -33,7 +33,7 @@ struct Run {
     end: usize,
 }
 
-/// Finds the steps among `frames`, each of which has the level of the same pixels; none if they are not there.
+/// Finds the steps among `frames`, each of which has the levels of the same pixels; none if the frames do not contain them.
 pub fn align(frames: &[Vec<f32>]) -> Option<Aligned> {
     let singles = (0..frames.len()).map(|start| Run { start, end: start + 1 }).collect();
     [runs(frames), singles]
@@ -66,8 +66,8 @@ fn best(frames: &[Vec<f32>], runs: &[Run]) -> Option<(f32, Aligned)> {
     Some((agreement, aligned))
 }
 
-/// The frames of the steps that dim, behind frame `start`: a run each, or, if some look alike, a fifth of the time to the end of the run
-/// that ends when they should.
+/// The frames of the steps that dim, after frame `start`. Each step has a run of its own, unless some look alike: then each has a fifth of
+/// the time until the end of that run which ends closest to the expected end.
 fn ramp_runs(runs: &[Run], start: usize, step: f32) -> [Run; RAMP.len()] {
     let steps = |frames: usize| frames as f32 / step;
     let is_step = |run: &Run| (0.5..1.6).contains(&steps(run.end - run.start));
@@ -93,7 +93,7 @@ fn ramp_runs(runs: &[Run], start: usize, step: f32) -> [Run; RAMP.len()] {
 }
 
 impl Run {
-    /// Without its ends, which may show two steps, if it has enough frames.
+    /// The run without its first and last frame, which may show two steps, if it has enough frames.
     fn inner(self) -> Self {
         match self.end - self.start {
             4.. => Self {
@@ -105,7 +105,7 @@ impl Run {
     }
 }
 
-/// The frames that are alike, in succession. Two runs that look the same are one with a flaw between.
+/// Runs of successive frames that are alike. Two runs that look the same are one run with a disturbance in between.
 fn runs(frames: &[Vec<f32>]) -> Vec<Run> {
     let changes: Vec<f32> = frames.windows(2).map(|pair| difference(&pair[0], &pair[1])).collect();
     let limit = limit(&changes);
@@ -128,7 +128,7 @@ fn runs(frames: &[Vec<f32>]) -> Vec<Run> {
     runs
 }
 
-/// The change between frames that separates steps from noise, by its logarithm.
+/// The change between frames that separates steps from noise: a threshold of the changes' logarithms.
 fn limit(changes: &[f32]) -> f32 {
     let most = changes.iter().copied().fold(0.0, f32::max);
     let mut logs: Vec<f32> = changes.iter().map(|&change| (change + 1e-3 * most).ln()).collect();
@@ -153,18 +153,18 @@ fn mean(frames: &[Vec<f32>], run: Run) -> Vec<f32> {
     sum
 }
 
-/// By how much each pixel changes in each of the pairs.
+/// The change of a pixel in each of the pairs.
 fn pair_changes(codes: &[Vec<f32>], pixel: usize) -> impl Iterator<Item = f32> {
     codes.chunks_exact(2).map(move |pair| (pair[0][pixel] - pair[1][pixel]).abs())
 }
 
-/// What changes in all pairs, over all pixels.
+/// The sum over all pixels of the change that all pairs have in common.
 fn all_changed(codes: &[Vec<f32>]) -> f32 {
     let pixels = 0..codes[0].len();
     pixels.map(|pixel| pair_changes(codes, pixel).fold(f32::INFINITY, f32::min)).sum()
 }
 
-/// Whether about as much changes in each pair as in the others: each LED changes in all of them.
+/// Whether each pair changes about as much as the others, because each LED changes in all of them.
 fn are_whole(codes: &[Vec<f32>]) -> bool {
     let mean = mean_changed(codes);
     codes.chunks_exact(2).all(|pair| {
@@ -173,7 +173,7 @@ fn are_whole(codes: &[Vec<f32>]) -> bool {
     })
 }
 
-/// What changes in a pair on average, over all pixels.
+/// The sum over all pixels of the mean change in a pair.
 fn mean_changed(codes: &[Vec<f32>]) -> f32 {
     let pixels = 0..codes[0].len();
     pixels.map(|pixel| pair_changes(codes, pixel).sum::<f32>() / PAIRS as f32).sum()
@@ -189,7 +189,7 @@ mod tests {
         panel.shares().map(|on| 10.0 + on * f32::from(share)).to_vec()
     }
 
-    /// Panels of a message: each differs.
+    /// Panels of a message, each different.
     fn message(count: u64) -> impl Iterator<Item = Vec<f32>> {
         // SplitMix64.
         (1..=count).map(|number| {
@@ -200,7 +200,8 @@ mod tests {
         })
     }
 
-    /// Messages, the walk with `frames` frames a step, a frame between two steps where there is one, and messages.
+    /// A film: panels of a message, the walk with `frames` frames a step (with a frame of two steps in between if `is_mixed`), and a
+    /// message again.
     fn film(frames: usize, is_mixed: bool) -> Vec<Vec<f32>> {
         let mut film: Vec<Vec<f32>> = message(40).collect();
         for step in walk() {
@@ -266,7 +267,7 @@ mod tests {
         assert_eq!((aligned.codes, aligned.ramp), (shown().0, None));
     }
 
-    /// A board may have been too slow for the step: then the next one follows, a dark panel.
+    /// A board may have been too slow for the step and so shows a dark panel with the next one.
     #[test]
     fn a_pair_of_which_one_panel_is_lost_is_no_walk() {
         let film: Vec<Vec<f32>> = film(10, false);

@@ -1,7 +1,7 @@
 //! Levels of LEDs in the test panels → what is wrong.
 //!
-//! Each place names the LED whose bits it shows, by the signs of its six differences. What holds for the whole panel comes first: how it is
-//! turned and shifted is what leaves the fewest LEDs at the wrong place. What then remains is said of rows, of columns, and of LEDs.
+//! Each place names the LED whose bits it shows, by the signs of its six differences. The whole panel comes first: its rotation and shift
+//! are those that leave the fewest LEDs at a wrong place. The remaining faults are reported by row, by column and by LED.
 
 use link::orientation::Orientation;
 use link::panel::{LEDS, SIDE};
@@ -9,20 +9,20 @@ use link::panel::{LEDS, SIDE};
 use super::{PAIRS, RAMP_PANEL, Reading};
 use crate::bring_up::Finding;
 
-/// Which share of its greatest difference an LED has in each pair, at least, to follow all of them.
+/// Minimum difference in each pair, as a share of the LED's greatest, for an LED that follows all pairs.
 const FOLLOWS_MIN: f32 = 0.4;
-/// Which share of a usual LED's difference an LED has, at least, to be lit at all.
+/// Minimum difference of a lit LED, as a share of a usual LED's.
 const LIT_MIN: f32 = 0.15;
-/// LEDs that may be brighter than usual.
+/// Number of LEDs that may be brighter than usual.
 const OUTLIERS: usize = 2;
-/// How far an LED may be off its place, in pitches.
+/// Maximum distance of an LED from its place, in pitches.
 const OFF_MAX: f32 = 0.25;
-/// Which share of the light may be left at a duty of 0.
+/// Maximum share of the light at a duty of 0.
 const UNDIMMED_MAX: f32 = 0.06;
-/// How much brighter than at full duty LEDs are at a lower one, at least, if light grows where the duty falls.
+/// Minimum brightness at a lower duty, relative to full duty, from which light counts as growing while the duty falls.
 const INVERTED_MIN: f32 = 1.02;
 
-/// What a place shows.
+/// The observed state of a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shown {
     /// An LED's bits, or their complements.
@@ -30,7 +30,7 @@ enum Shown {
         led: usize,
         is_inverted: bool,
     },
-    /// One bit or another: pairs that leave it as it is are set in `open`, and `bits` has the others.
+    /// A bit of several LEDs: `open` has the pairs in which the place does not change, `bits` the values of the others.
     Several {
         bits: usize,
         open: usize,
@@ -41,7 +41,7 @@ enum Shown {
 
 use Shown::{Dark, Led, Lit, Several};
 
-/// The faults of a panel; none if all LEDs do what they should.
+/// The faults of a panel; empty if all LEDs work.
 pub fn diagnose(reading: &Reading) -> Vec<Finding> {
     let shown = shown(reading);
     let dimming = dimming(reading, &shown);
@@ -74,12 +74,12 @@ pub fn diagnose(reading: &Reading) -> Vec<Finding> {
     findings
 }
 
-/// Places that show the bits of several LEDs.
+/// The number of places that show the bits of several LEDs.
 pub(super) fn of_several(reading: &Reading) -> usize {
     shown(reading).iter().filter(|shown| matches!(shown, Several { .. })).count()
 }
 
-/// What each place shows.
+/// The state of each place.
 fn shown(reading: &Reading) -> [Shown; LEDS] {
     let differences: [[f32; PAIRS]; LEDS] =
         std::array::from_fn(|place| std::array::from_fn(|pair| reading.pairs[pair][0][place] - reading.pairs[pair][1][place]));
@@ -95,7 +95,7 @@ fn shown(reading: &Reading) -> [Shown; LEDS] {
         levels.sum::<f32>() / PAIRS as f32
     };
     let [low, high] = [f32::min, f32::max].map(|choose| median((0..LEDS).filter(|&place| lit(place)).map(|place| level(place, choose))));
-    // Without LEDs that follow there is nothing to compare with but the dark.
+    // If no LED follows, the darkness is the only reference.
     let half = match (low, high) {
         (Some(low), Some(high)) => (low + high) / 2.0,
         _ => reading.visible,
@@ -105,7 +105,7 @@ fn shown(reading: &Reading) -> [Shown; LEDS] {
             let mean = (level(place, f32::min) + level(place, f32::max)) / 2.0;
             return match (mean > half, reading.dark[place] > half) {
                 (true, true) => Lit,
-                // Of LEDs of which one is On in each of these panels, either lights it.
+                // Two complementary LEDs drive this place: one of them is On in every panel of the pairs.
                 (true, false) => Several { bits: 0, open: LEDS - 1 },
                 (false, _) => Dark,
             };
@@ -125,7 +125,7 @@ fn shown(reading: &Reading) -> [Shown; LEDS] {
     })
 }
 
-/// The median; none of no value.
+/// The median; none if there are no values.
 pub(super) fn median(values: impl IntoIterator<Item = f32>) -> Option<f32> {
     let mut sorted: Vec<f32> = values.into_iter().collect();
     sorted.sort_by(f32::total_cmp);
@@ -135,7 +135,8 @@ pub(super) fn median(values: impl IntoIterator<Item = f32>) -> Option<f32> {
 /// The fault of the dimming, if it has one.
 fn dimming(reading: &Reading, shown: &[Shown; LEDS]) -> Option<Finding> {
     let ramp = reading.ramp.as_ref()?;
-    // How much brighter the panel's LEDs are than the others, in places that are known or else where they should be.
+    // How much brighter the lit LEDs of the panel are than the others, at the places that were recognised, or, if there are none, at the
+    // nominal ones.
     let any_is_known = shown.iter().any(|shown| matches!(shown, Led { .. }));
     let sign = |place: usize| match shown[place] {
         Led { led, is_inverted } => Some(RAMP_PANEL.led(led) != is_inverted),
@@ -157,7 +158,7 @@ fn dimming(reading: &Reading, shown: &[Shown; LEDS]) -> Option<Finding> {
     if none < reading.visible.max(UNDIMMED_MAX * full) {
         return None;
     }
-    // At a duty of 0 the board may have the LEDs' low current on.
+    // At a duty of 0 the board may have switched on the LEDs' low current.
     let brightest = steps.iter().copied().fold(0.0, f32::max);
     Some(if brightest > INVERTED_MIN * full {
         Finding::EnableInverted
@@ -166,16 +167,16 @@ fn dimming(reading: &Reading, shown: &[Shown; LEDS]) -> Option<Finding> {
     })
 }
 
-/// How the whole panel's LEDs lie.
+/// The orientation and shift of the whole panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Placement {
     orientation: Orientation,
-    /// By how many LEDs bits are too far along the chain.
+    /// The number of LEDs by which bits are too far along the chain.
     shift: i8,
 }
 
 impl Placement {
-    /// The one that has the most LEDs at their places; the plainest of those that have as many.
+    /// The placement that has the most LEDs at their places; of equal ones, the simplest.
     fn of(shown: &[Shown; LEDS]) -> Self {
         let shifts = (0..=LEDS as i8 / 2).flat_map(|by| if by == 0 { vec![0] } else { vec![by, -by] });
         let mut best = (
@@ -198,26 +199,26 @@ impl Placement {
         best.1
     }
 
-    /// Where an LED's bit is seen.
+    /// The place that shows an LED's bit.
     fn place_of(self, led: usize) -> usize {
         let along = (led as i32 + i32::from(self.shift)).rem_euclid(LEDS as i32);
         self.orientation.place_of(along as usize)
     }
 }
 
-/// The rows, columns and LEDs, once it is clear how the whole panel lies.
+/// Rows, columns and LEDs, once the placement of the whole panel is known.
 struct Local {
-    /// By the LED that should be seen there.
+    /// The observed states, indexed by the LED that belongs at the place.
     shown: [Shown; LEDS],
     is_complemented: bool,
-    /// Those that nothing more is to be said of.
+    /// LEDs that are already covered by a finding.
     is_done: [bool; LEDS],
 }
 
-/// What all LEDs of a line do, and what is then said of the line.
+/// The state that all LEDs of a line have in common, and the finding for such a line.
 type LineFinding = (Shown, fn(usize) -> Finding);
 
-/// The row that a row shows, and whether from right to left.
+/// The row whose bits a row shows, and whether it shows them from right to left.
 type RowShown = (usize, bool);
 
 fn at(row: usize, column: usize) -> usize {
@@ -254,7 +255,7 @@ impl Local {
         self.tell_leds(&meant, findings);
     }
 
-    /// Rows that do not follow, up to the chain's end.
+    /// Reports the rows at the end of the chain that do not follow.
     fn tell_chain(&mut self, findings: &mut Vec<Finding>) {
         let is_silent = |row: &usize| (0..SIDE).all(|column| matches!(self.shown[at(*row, column)], Dark | Lit));
         let silent = (0..SIDE).rev().take_while(is_silent).count();
@@ -265,12 +266,12 @@ impl Local {
         }
     }
 
-    /// Rows or columns that are dark or lit as a whole; `led` is the LED along a line.
+    /// Reports rows or columns that are dark or lit as a whole; `led` gives the LED at a position along a line.
     fn tell_lines(&mut self, findings: &mut Vec<Finding>, led: fn(usize, usize) -> usize, states: [LineFinding; 2]) {
         for line in 0..SIDE {
             let leds: Vec<usize> = (0..SIDE).map(|along| led(line, along)).filter(|&led| !self.is_done[led]).collect();
             for (state, finding) in states {
-                // What is left of a line after others have gone is a line only if it is most of it.
+                // The LEDs that no earlier finding covers stand for the line only if they are most of it.
                 if leds.len() > SIDE / 2 && leds.iter().all(|&led| self.shown[led] == state) {
                     findings.push(finding(line));
                     leds.iter().for_each(|&led| self.is_done[led] = true);
@@ -279,7 +280,7 @@ impl Local {
         }
     }
 
-    /// The row that most of a row's LEDs show.
+    /// The row whose bits most of a row's LEDs show.
     fn row_shown(&self, row: usize) -> RowShown {
         let found: Vec<(usize, usize)> = (0..SIDE)
             .filter_map(|column| match self.shown[at(row, column)] {
@@ -296,7 +297,7 @@ impl Local {
         })
     }
 
-    /// The column that most of a column's LEDs show, but for those whose rows show others.
+    /// The column whose bits most of a column's LEDs show, without LEDs whose bits belong to another row.
     fn column_shown(&self, column: usize, rows: &[RowShown; SIDE]) -> usize {
         let found: Vec<usize> = (0..SIDE)
             .filter_map(|row| match self.shown[at(row, column)] {
@@ -346,12 +347,12 @@ impl Local {
     }
 }
 
-/// The candidate that more than half of `all` speak for; `usual` if there is none.
+/// The candidate that has more than half of `all` votes; `usual` if there is none.
 fn most_of<C: Copy>(all: usize, usual: C, candidates: impl Iterator<Item = C>, count: impl Fn(&C) -> usize) -> C {
     let mut best = (count(&usual), usual);
     for candidate in candidates {
         let votes = count(&candidate);
-        // A line of one or two LEDs says nothing of the line.
+        // One or two LEDs do not stand for a line.
         if votes > best.0 && votes >= 3 && 2 * votes > all {
             best = (votes, candidate);
         }
@@ -359,7 +360,7 @@ fn most_of<C: Copy>(all: usize, usual: C, candidates: impl Iterator<Item = C>, c
     best.1
 }
 
-/// Lines that show other lines.
+/// Reports lines that show the bits of other lines.
 fn tell_moved(shown: &[usize; SIDE], swapped: fn([usize; 2]) -> Finding, shows: fn([usize; 2]) -> Finding, findings: &mut Vec<Finding>) {
     for (line, &other) in shown.iter().enumerate() {
         if other == line {
@@ -380,12 +381,12 @@ mod tests {
     use link::panel::PanelFrame;
     use properties::prelude::*;
 
-    /// A panel with faults: which LEDs are lit for a panel of bits.
+    /// A fault of a panel: maps a panel's bits to the LEDs that are lit.
     type Fault<'a> = &'a dyn Fn(u64) -> u64;
 
     const DUTY: f32 = 0.2;
 
-    /// What a camera reads of a panel with those faults, one after another, if light follows the duty so.
+    /// The reading of a panel with those faults, applied in turn, if `light` gives the light at a duty.
     fn read(faults: &[Fault<'_>], light: impl Fn(f32) -> f32) -> Reading {
         let pictures: Vec<Vec<f32>> = walk()
             .take(CODES + RAMP.len())
@@ -409,7 +410,7 @@ mod tests {
         diagnose(&read(faults, |duty| duty))
     }
 
-    /// Bits moved: place `place` shows bit `from(place)`.
+    /// A panel whose bits are permuted: place `place` shows bit `from(place)`.
     fn moved(bits: u64, from: impl Fn(usize) -> usize) -> u64 {
         (0..LEDS).fold(0, |lit, place| lit | (bits >> from(place) & 1) << place)
     }
@@ -565,10 +566,10 @@ mod tests {
             );
             assert!(duty < 0.1 || inverted == [Finding::EnableInverted], "{duty}: {inverted:?}");
         }
-        // At full duty nothing is lit but what is dimmed.
+        // At full duty only dimmed LEDs are lit.
         assert_eq!(diagnose(&read(&[], |share| 1.0 - share / DUTY)), [Finding::EnableInverted]);
         assert_eq!(diagnose(&read(&[], |_| 1.0)), [Finding::EnableStuck]);
-        // A duty of 0 has the low current.
+        // At a duty of 0 the low current remains.
         let current = |share: f32| if share == 0.0 { 0.125 } else { 1.0 };
         assert_eq!(
             diagnose(&read(&[], |share| current(share) * (1.0 - share))),
@@ -582,7 +583,7 @@ mod tests {
         for (panel, is_lit) in [(0, false), (u64::MAX, true)] {
             let reading = read(&[&|_| panel], |duty| duty);
             let mut dark = reading.clone();
-            // Levels above those of the dark LEDs, as a record of pins has them.
+            // Levels above those of the dark LEDs, as in a record of pins.
             for levels in dark.pairs.iter_mut().flatten().chain([&mut dark.dark]) {
                 levels
                     .iter_mut()
@@ -621,7 +622,7 @@ mod tests {
     }
 
     properties! {
-        /// Any noise well below the light, any two LEDs swapped and another one dead.
+        /// Noise well below the light, any two LEDs swapped and another one dead.
         #[test]
         fn noise_hides_no_fault_and_makes_none(seed in any::<u64>(), one in 0usize..64, other in 0usize..64, dead in 0usize..64) {
             prop_assume!(one < other && dead != one && dead != other);

@@ -1,26 +1,26 @@
-//! A camera's frames of the walk: first where something changes, then what.
+//! A camera's frames of the walk: first the region that changes, then its levels in each step.
 
 use super::diagnosis::{median, of_several};
 use super::lattice::{Lattice, Spots};
 use super::{Aligned, Reading, align};
 
-/// The least difference that counts, in grey levels.
+/// The smallest difference that counts, in grey levels.
 const VISIBLE_GREY: f32 = 4.0;
-/// How much On and Off differ at least, in grey levels: less is mistaken for noise.
+/// Minimum difference of On and Off, in grey levels: a smaller one may be noise.
 const CONTRAST_MIN_GREY: f32 = 16.0;
-/// The level of an LED that is Off from which frames count as overexposed.
+/// The level of an Off LED from which frames count as overexposed.
 const WHITE_GREY: f32 = 230.0;
-/// Pixels along a side of what is kept of a frame, at most.
+/// Maximum number of pixels along a side of a stored frame.
 const SIDE_PX: usize = 96;
-/// Frames that are kept, at most: 220 MB of them.
+/// Maximum number of stored frames: 220 MB.
 const FRAMES_MAX: usize = 6000;
-/// Which share of the greatest activity a pixel has, at least, to belong to the panel.
+/// Minimum activity of a pixel of the panel, as a share of the greatest.
 const ACTIVE_MIN: f32 = 0.3;
 
-/// LEDs that wires may make show several others, at most: two columns. More are out of focus, or overexposed.
+/// Maximum number of LEDs that wiring faults may make show several bits: two columns. More are out of focus or overexposed.
 const BLURRED_MAX: usize = 16;
 
-/// Why pictures say nothing of a panel.
+/// Why a panel cannot be read from pictures.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FilmError {
     /// There are too few frames.
@@ -29,25 +29,25 @@ pub enum FilmError {
     /// There are too many frames.
     #[error("more than {FRAMES_MAX} frames: cut the film to the test panels")]
     Many,
-    /// A frame has another size.
+    /// A frame differs in size.
     #[error("a frame has another size than the first one: use the frames of one camera")]
     Size,
     /// Nothing changes.
     #[error("nothing changes in the frames: film the panel during `vocc device test`, or look for an LED that follows it")]
     Still,
-    /// The steps are not there.
+    /// The steps were not found.
     #[error(
         "the test panels are not in the frames: film all of the first part, with the camera still, the panel in focus and no other light \
          that changes"
     )]
     NoSteps,
-    /// The frames are white.
+    /// The frames are overexposed.
     #[error(
         "the frames are overexposed: LEDs that are Off have a grey level of {off:.0} of 255; expose shorter by a factor of four, and film \
          again"
     )]
     Overexposed {
-        /// The median level of an LED that is Off.
+        /// The median level of Off LEDs.
         off: f32,
     },
     /// On and Off differ too little.
@@ -56,13 +56,13 @@ pub enum FilmError {
          the panel"
     )]
     Faint {
-        /// Their median difference.
+        /// The median difference of On and Off.
         contrast: f32,
     },
-    /// Many LEDs show what others do.
+    /// Many LEDs show the bits of others.
     #[error("{0} of the LEDs show the light of others, too: focus, go nearer, or expose shorter, and film again")]
     Blurred(usize),
-    /// A part of the panel is not in the frames.
+    /// The frames cut off a part of the panel.
     #[error("the frames cut off a part of the panel: film all of it, and some room around it")]
     Cut,
     /// The LEDs form no lattice.
@@ -70,18 +70,18 @@ pub enum FilmError {
     NoLattice(usize),
 }
 
-/// Where frames change, over all of a film.
+/// The change of each pixel over a whole film.
 #[derive(Clone, Debug)]
 pub struct Activity {
     width: usize,
     frames: usize,
     last: Vec<u8>,
-    /// The changes of each pixel.
+    /// The sum of the changes of each pixel.
     sum: Vec<f32>,
 }
 
 impl Activity {
-    /// Of no frame yet.
+    /// A sum over no frames yet.
     pub fn new(width: usize) -> Self {
         Self {
             width,
@@ -91,10 +91,10 @@ impl Activity {
         }
     }
 
-    /// Takes the next frame's grey, row by row, in frames of this width.
+    /// Adds the grey levels of the next frame, row by row, for frames of this width.
     ///
     /// # Errors
-    /// [`FilmError`] if it has not the size of those before, or is one too many.
+    /// [`FilmError`] if its size differs from that of the frames before, or if it is one frame too many.
     pub fn add(&mut self, grey: &[u8], width: usize) -> Result<(), FilmError> {
         self.frames += 1;
         if self.frames > FRAMES_MAX {
@@ -114,10 +114,10 @@ impl Activity {
         Ok(())
     }
 
-    /// Where the panel is: all that changes much, and some room.
+    /// The region of the panel: all pixels that change much, with a margin.
     ///
     /// # Errors
-    /// [`FilmError`] if nothing changes, or there are too few frames to tell.
+    /// [`FilmError`] if nothing changes, or if there are too few frames.
     pub fn region(&self) -> Result<Region, FilmError> {
         if self.frames < super::CODES {
             return Err(FilmError::Few(self.frames));
@@ -126,7 +126,7 @@ impl Activity {
         if self.width < 3 || height < 3 {
             return Err(FilmError::Still);
         }
-        // A single pixel may flicker by itself.
+        // A single pixel may flicker on its own.
         let around = |x: usize, y: usize| {
             let rows = (y - 1..=y + 1).map(|y| &self.sum[y * self.width + x - 1..=y * self.width + x + 1]);
             rows.flatten().sum::<f32>() / 9.0
@@ -142,7 +142,7 @@ impl Activity {
             to = [to[0].max(x + 1), to[1].max(y + 1)];
         }
         let size = [self.width, height];
-        // LEDs at the rim that do not change: two columns of them, with their distances.
+        // Room for LEDs at the rim that do not change: two columns with their gaps.
         let room = ((to[0] - from[0]).max(to[1] - from[1]) / 4).max(2);
         let from = from.map(|start| start.saturating_sub(room));
         let to: [usize; 2] = std::array::from_fn(|axis| (to[axis] + room).min(size[axis]));
@@ -157,10 +157,10 @@ impl Activity {
     }
 }
 
-/// A part of all frames, whose pixels are averaged in squares.
+/// A region of all frames, whose pixels are averaged in squares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
-    /// Of the frame.
+    /// The width of the frame.
     width: usize,
     height: usize,
     from: [usize; 2],
@@ -169,12 +169,12 @@ pub struct Region {
 }
 
 impl Region {
-    /// Pixels of it along and down.
+    /// Averaged pixels across and down.
     fn size(&self) -> [usize; 2] {
         std::array::from_fn(|axis| (self.to[axis] - self.from[axis]) / self.bin)
     }
 
-    /// Whether a place of its averaged pixels is in the frame.
+    /// Whether a position in averaged pixels is in the frame.
     fn has(&self, at: [f64; 2]) -> bool {
         let frame = [self.width, self.height];
         (0..2).all(|axis| {
@@ -195,7 +195,7 @@ impl Region {
     }
 }
 
-/// The part of a film that shows the panel.
+/// The region of a film that shows the panel.
 #[derive(Clone, Debug)]
 pub struct Film {
     region: Region,
@@ -203,7 +203,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// Of no frame yet; the region is that of all of them.
+    /// A region of no frames yet.
     pub fn of(region: Region) -> Self {
         Self {
             region,
@@ -211,10 +211,10 @@ impl Film {
         }
     }
 
-    /// Takes the next frame's grey, row by row.
+    /// Adds the grey levels of the next frame, row by row.
     ///
     /// # Errors
-    /// [`FilmError`] if it has not the size of those before, or is one too many.
+    /// [`FilmError`] if its size differs from that of the frames before, or if it is one frame too many.
     pub fn add(&mut self, grey: &[u8]) -> Result<(), FilmError> {
         if self.frames.len() == FRAMES_MAX {
             return Err(FilmError::Many);
@@ -226,7 +226,7 @@ impl Film {
         Ok(())
     }
 
-    /// How bright each LED is in each step.
+    /// The level of each LED in each step.
     ///
     /// # Errors
     /// [`FilmError`] if the steps or the LEDs are not found.
@@ -278,16 +278,16 @@ mod tests {
 
     const SIZE: [usize; 2] = [240, 180];
 
-    /// Where a camera sees the LEDs, and how they look.
+    /// The positions and the look of LEDs in a simulated camera.
     #[derive(Clone, Copy)]
     struct View {
         corners: [[f32; 2]; 4],
-        /// An LED off its place, in pitches.
+        /// An LED that is displaced, and by how much, in pitches.
         off: Option<(usize, [f32; 2])>,
         noise: f32,
         background: f32,
         light: f32,
-        /// The radius of an LED's light (pitches).
+        /// The radius of an LED's light, in pitches.
         radius: f32,
     }
 
@@ -301,7 +301,7 @@ mod tests {
     };
 
     impl View {
-        /// Discs of a third of the pitch, with soft edges.
+        /// Draws discs of a third of the pitch, with soft edges.
         fn frame(&self, levels: &[f32; LEDS], state: &mut u64) -> Vec<u8> {
             let corners = rx_pipeline::corners::Corners::new(self.corners).unwrap();
             let homography = corners.homography();
@@ -359,7 +359,7 @@ mod tests {
         let views = [
             STRAIGHT,
             View { noise: 12.0, ..STRAIGHT },
-            // From aside, rolled by 20°, and small.
+            // Seen from the side, rolled by 20°, and small.
             View {
                 corners: [[60.0, 40.0], [170.0, 55.0], [168.0, 130.0], [62.0, 150.0]],
                 ..STRAIGHT
@@ -379,7 +379,7 @@ mod tests {
         }
     }
 
-    /// A healthy panel that a camera does not see well is refused, and nothing is found wrong with it.
+    /// A healthy panel that a camera does not see clearly is rejected, not diagnosed.
     #[test]
     fn what_is_not_seen_well_is_no_fault() {
         // The light of an LED reaches its neighbours.
@@ -393,13 +393,13 @@ mod tests {
             ..STRAIGHT
         };
         assert_eq!(soft.findings(|bits| bits), Ok(vec![]));
-        // The right column is beyond the frame.
+        // The right column is outside the frame.
         let cut = View {
             corners: [[140.0, 40.0], [246.0, 40.0], [246.0, 146.0], [140.0, 146.0]],
             ..STRAIGHT
         };
         assert_eq!(cut.findings(|bits| bits), Err(FilmError::Cut));
-        // Columns at the rim that are lit all the time change as little as what is around the panel.
+        // Columns at the rim that are always lit change as little as the panel's surroundings.
         let columns = 0x0303_0303_0303_0303_u64;
         assert_eq!(
             STRAIGHT.findings(|bits| bits | columns),
@@ -425,7 +425,7 @@ mod tests {
             let seen = noisy.findings(|bits| PanelFrame::from_bits(bits).seen(orientation).bits());
             assert_eq!(seen, Ok(vec![Finding::Turned(orientation)]));
         }
-        // Half of the rows: the chain is broken.
+        // Half of the rows follow: the chain is broken.
         assert_eq!(noisy.findings(|bits| bits & 0xffff_ffff), Ok(vec![Finding::ChainBroken(4)]));
     }
 
@@ -464,7 +464,7 @@ mod tests {
         assert_eq!(activity.add(&[7; 100], 10), Err(FilmError::Size));
         assert_eq!(activity.add(&vec![7; SIZE[0] * SIZE[1]], SIZE[1]), Err(FilmError::Size));
         assert_eq!(STRAIGHT.findings(|_| 0), Err(FilmError::Still));
-        // One LED alone.
+        // A single LED.
         assert_eq!(STRAIGHT.findings(|bits| bits & 1), Err(FilmError::NoLattice(1)));
     }
 }

@@ -1,68 +1,68 @@
-//! What can be wrong with a panel, in words, and the wire that it points to.
+//! The faults of a panel, in words, and the wire that each points to.
 
 use link::orientation::Orientation;
 use link::panel::SIDE;
 
-/// A fault of a panel. LEDs have the number 8·row + column of the bit that should light them.
+/// A fault of a panel. An LED's number is 8·row + column, the bit that should light it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
     /// No LED follows the test.
     NothingFollows {
-        /// Whether they are lit all the time.
+        /// Whether all LEDs are always lit.
         is_lit: bool,
     },
-    /// LEDs are not where their bits belong, but as if the panel hung so.
+    /// LEDs show the bits of a panel that is mounted in this orientation.
     Turned(Orientation),
-    /// Each LED shows the bit of the LED that is this number of places before it in the chain; behind it, if that is negative.
+    /// Each LED shows the bit of the LED that many places before it in the chain, or behind it if the number is negative.
     ChainShifted(i8),
-    /// LEDs are lit by a 0.
+    /// A 0 lights an LED.
     Complemented,
-    /// Light grows where the duty falls.
+    /// Light grows while the duty falls.
     EnableInverted,
-    /// Light is the same whatever the duty.
+    /// Light does not depend on the duty.
     EnableStuck,
-    /// All rows from this one on do not follow.
+    /// No row from this one on follows.
     ChainBroken(usize),
     /// No LED of the row is ever lit.
     RowDead(usize),
-    /// All LEDs of the row are lit all the time.
+    /// All LEDs of the row are always lit.
     RowStuck(usize),
     /// No LED of the column is ever lit.
     ColumnDead(usize),
-    /// All LEDs of the column are lit all the time.
+    /// All LEDs of the column are always lit.
     ColumnStuck(usize),
     /// Each of two rows shows the bits of the other.
     RowsSwapped([usize; 2]),
     /// Each of two columns shows the bits of the other.
     ColumnsSwapped([usize; 2]),
-    /// A row shows the bits of another.
+    /// A row shows the bits of another row.
     RowShows([usize; 2]),
-    /// A column shows the bits of another.
+    /// A column shows the bits of another column.
     ColumnShows([usize; 2]),
     /// A row shows its bits from right to left.
     RowReversed(usize),
     /// An LED is never lit.
     LedDead(usize),
-    /// An LED is lit all the time.
+    /// An LED is always lit.
     LedStuck(usize),
-    /// An LED is lit by the other bit than the rest.
+    /// An LED is inverted, unlike the rest.
     LedInverted(usize),
     /// Each of two LEDs shows the bit of the other.
     LedsSwapped([usize; 2]),
-    /// An LED shows the bit of another.
+    /// An LED shows the bit of another LED.
     LedShows([usize; 2]),
-    /// Either bit lights two LEDs.
+    /// Each of two bits lights both LEDs.
     LedsJoined([usize; 2]),
     /// An LED follows no single bit.
     LedUnclear(usize),
-    /// An LED is off its place by these pitches to the right and down.
+    /// An LED is displaced by these pitches to the right and down.
     OffLattice(usize, [f32; 2]),
 }
 
-/// What drives the LEDs, as `docs/hardware` builds it.
+/// The LED driver, as `docs/hardware` builds it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kit {
-    /// A chain of shift registers, one a row.
+    /// A chain of shift registers, one per row.
     #[default]
     Road,
     /// A module with a MAX7219.
@@ -127,7 +127,7 @@ impl std::fmt::Display for Finding {
 const SEGMENTS: [&str; SIDE] = ["DP", "A", "B", "C", "D", "E", "F", "G"];
 
 impl Finding {
-    /// Its name, for programs.
+    /// The finding's name, for programs.
     pub const fn name(&self) -> &'static str {
         match self {
             Self::NothingFollows { .. } => "nothing_follows",
@@ -157,7 +157,7 @@ impl Finding {
         }
     }
 
-    /// The rows, columns or LEDs that it is about; none if it is about all.
+    /// The rows, columns or LEDs of the finding; empty if it concerns all.
     pub fn places(&self) -> Vec<usize> {
         match *self {
             Self::ChainBroken(one)
@@ -187,7 +187,7 @@ impl Finding {
         }
     }
 
-    /// The wire or the part that it points to.
+    /// The wire or the part that the finding points to.
     pub fn wire(&self, kit: Kit) -> String {
         match kit {
             Kit::Road => self.road_wire(),
@@ -233,7 +233,7 @@ impl Finding {
                 "serial out of row {}'s register (Q7') to serial in of row {row}'s, or supply, ground and shift clock from row {row} on",
                 row.saturating_sub(1)
             ),
-            // Data passes through a register that has its clock.
+            // Data passes through any register that has its clock.
             Self::RowDead(row) | Self::RowStuck(row) if row + 1 < SIDE => format!(
                 "latch (RCLK) and output enable (OE) of row {row}'s register, and its LEDs' supply: data passes through it to the next row"
             ),

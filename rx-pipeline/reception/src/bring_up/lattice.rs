@@ -1,4 +1,4 @@
-//! Where a camera sees the LEDs: pixels that name the same LED are a spot, and spots lie on a lattice, in perspective.
+//! Finds the LEDs in a camera's pictures. Pixels that name the same LED form a spot, and the spots lie on a lattice in perspective.
 
 use link::orientation::Orientation;
 use link::panel::{LEDS, SIDE};
@@ -6,30 +6,30 @@ use nalgebra::{SMatrix, SVector};
 
 use super::PAIRS;
 
-/// Which share of the strongest pixels' difference a pixel has in all pairs, at least, to name an LED.
+/// Minimum difference in each pair of a pixel that names an LED, as a share of the strongest pixels'.
 const NAMES_MIN: f32 = 0.35;
-/// Which of the strongest pixels is compared with: a row of LEDs has as many.
+/// Rank of the pixel that this is relative to: a row of LEDs has as many pixels.
 const STRONGEST: usize = 16;
-/// Which share of the strongest spots' weight a spot has, at least.
+/// Minimum weight of a spot, as a share of the strongest spots'.
 const WEIGHT_MIN: f32 = 0.1;
-/// How far a spot may be from its place on the lattice, in pitches, while the lattice grows.
+/// Maximum distance of a spot from its predicted place while the lattice grows, in pitches.
 const NEAR: f64 = 0.35;
-/// The same for spots that the lattice is fitted to.
+/// Maximum distance of a spot that the lattice is fitted to, in pitches.
 const FITTED: f64 = 0.25;
-/// Spots that make a lattice, at least.
+/// Minimum number of spots in a lattice.
 const SPOTS_MIN: usize = 6;
-/// Radius of an LED, in pitches, within which its level is read.
+/// Radius of the disc in which an LED's level is measured, in pitches.
 const RADIUS: f64 = 0.2;
-/// Places that a step may go at most while the lattice grows.
+/// Longest step while the lattice grows, in places.
 const REACH: i32 = 3;
-/// Rounds of fitting.
+/// Number of fits.
 const ROUNDS: usize = 4;
 
 /// Pixels that name the same LED.
 #[derive(Clone, Copy, Debug)]
 struct Spot {
     at: [f64; 2],
-    /// The signs of its differences.
+    /// The signs of the differences, which name an LED.
     code: usize,
     weight: f32,
 }
@@ -68,13 +68,13 @@ impl Spots {
         Self(spots)
     }
 
-    /// How many there are.
+    /// The number of spots.
     pub fn count(&self) -> usize {
         self.0.len()
     }
 }
 
-/// The spot of all pixels from `start` on that name the same LED and touch.
+/// The spot that begins with pixel `start`: all connected pixels that name the same LED.
 fn spot(start: usize, named: &[(f32, usize)], is_seen: &mut [bool], width: usize) -> Spot {
     let code = named[start].1;
     let (mut sum, mut weight) = ([0.0; 2], 0.0);
@@ -103,12 +103,13 @@ fn spot(start: usize, named: &[(f32, usize)], is_seen: &mut [bool], width: usize
     }
 }
 
-/// Pixels of the columns and rows of a lattice: x = (a·u + b·v + c)/(g·u + h·v + 1), y likewise (Hartley & Zisserman 2004, Section 2.3).
+/// A projective map from columns and rows of a lattice to pixels: x = (a·u + b·v + c)/(g·u + h·v + 1), y likewise (Hartley & Zisserman
+/// 2004, Section 2.3).
 #[derive(Clone, Copy, Debug)]
 struct Perspective([f64; 8]);
 
 impl Perspective {
-    /// The one with the least squares of the linear equations (ibid., Section 4.1.2).
+    /// The least-squares solution of the linear equations (ibid., Section 4.1.2).
     fn fit(points: &[([f64; 2], [f64; 2])]) -> Option<Self> {
         let mut normal = SMatrix::<f64, 8, 8>::zeros();
         let mut right = SVector::<f64, 8>::zeros();
@@ -141,7 +142,7 @@ impl Perspective {
     }
 }
 
-/// Where the LEDs are seen.
+/// The LEDs' positions in the pictures.
 #[derive(Clone, Debug)]
 pub struct Lattice {
     perspective: Perspective,
@@ -152,7 +153,7 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The upright lattice of 8×8 places that most spots lie on; none if there is none.
+    /// The upright lattice of 8×8 places with the most spots; none if there is none.
     pub fn through(spots: &Spots) -> Option<Self> {
         let spots = &spots.0[..];
         if spots.len() < SPOTS_MIN {
@@ -205,7 +206,7 @@ impl Lattice {
         let mut firsts: Vec<[i32; 2]> = firsts.collect();
         firsts.sort_unstable();
         firsts.dedup();
-        // Whole rows may be dark at an edge: then those are the rows that the spots name.
+        // If whole rows at an edge are dark, several windows have equally many spots: then the LEDs that the spots name decide.
         let (_, first) = firsts
             .into_iter()
             .map(|first| {
@@ -220,7 +221,7 @@ impl Lattice {
         })
     }
 
-    /// The level of each place in a picture: the mean of its pixels near where the LED is seen, or should be.
+    /// The level of each place in a picture: the mean of the pixels near the LED's measured or expected position.
     pub fn levels(&self, picture: &[f32], [width, height]: [usize; 2]) -> Vec<f32> {
         let level = |place: usize| {
             let at = self.place_px(place);
@@ -237,7 +238,7 @@ impl Lattice {
         (0..LEDS).map(level).collect()
     }
 
-    /// Where each LED is, in pixels.
+    /// The position of each LED, in pixels.
     pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
         (0..LEDS).map(|place| self.place_px(place))
     }
@@ -246,12 +247,12 @@ impl Lattice {
         self.spots[place].map_or_else(|| self.pixel(place), |spot| spot.at)
     }
 
-    /// The places of LEDs that follow the test.
+    /// The places of LEDs that follow the walk.
     pub fn seen(&self) -> impl Iterator<Item = usize> {
         (0..LEDS).filter(|&place| self.spots[place].is_some())
     }
 
-    /// How far each spot is off its place, in pitches to the right and down.
+    /// The distance of each spot from its place, in pitches to the right and down.
     pub fn offsets(&self) -> [Option<[f32; 2]>; LEDS] {
         std::array::from_fn(|place| {
             self.spots[place].map(|spot| {
@@ -274,7 +275,7 @@ impl Lattice {
         self.pixel_of((place % SIDE) as f64, (place / SIDE) as f64)
     }
 
-    /// The shorter distance to the next places.
+    /// The distance to the nearer of the two next places.
     fn pitch_px(&self, place: usize) -> f64 {
         let (column, row) = ((place % SIDE) as f64, (place / SIDE) as f64);
         let here = self.pixel(place);
@@ -283,7 +284,7 @@ impl Lattice {
     }
 }
 
-/// How many spots name the LED of their place, in the orientation in which most do, as bits or as complements.
+/// The number of spots that name the LED of their place, as bits or as complements, in the orientation with the most such spots.
 fn agreement(spots: &[Option<Spot>; LEDS]) -> usize {
     let named = |orientation: Orientation, mask: usize| {
         let leds = (0..LEDS).filter(|&led| spots[orientation.place_of(led)].is_some_and(|spot| spot.code ^ mask == led));
@@ -295,7 +296,7 @@ fn agreement(spots: &[Option<Spot>; LEDS]) -> usize {
     all.max().unwrap_or(0)
 }
 
-/// Spots and their columns and rows, counted from one of them, by the steps from neighbour to neighbour.
+/// The spots with their columns and rows relative to one of them, found by steps from neighbour to neighbour.
 fn grown(spots: &[Spot]) -> Option<Vec<(usize, [i32; 2])>> {
     let distance = |one: [f64; 2], other: [f64; 2]| (one[0] - other[0]).hypot(one[1] - other[1]);
     let mut nearest: Vec<f64> = spots
@@ -308,7 +309,7 @@ fn grown(spots: &[Spot]) -> Option<Vec<(usize, [i32; 2])>> {
         .collect();
     nearest.sort_by(f64::total_cmp);
     let pitch = nearest[nearest.len() / 2];
-    // The steps along rows and columns: those of about a pitch that point most to the right, and down.
+    // The steps along rows and columns: of the steps of about one pitch, those that point most to the right, and down.
     let steps = |is_across: bool| {
         let pairs = spots
             .iter()
@@ -317,7 +318,7 @@ fn grown(spots: &[Spot]) -> Option<Vec<(usize, [i32; 2])>> {
             .filter(|&[x, y]| (0.75 * pitch..1.3 * pitch).contains(&x.hypot(y)))
             .filter(|&[x, y]| if is_across { x >= y.abs() } else { y > x.abs() })
             .collect();
-        // The median along each axis: diagonals of a slanted lattice may be among them.
+        // The median along each axis, because diagonals of a slanted lattice may be among the steps.
         let mut middle = |axis: usize| {
             steps.sort_by(|one, other| one[axis].total_cmp(&other[axis]));
             steps.get(steps.len() / 2).map(|step| step[axis])
@@ -326,20 +327,20 @@ fn grown(spots: &[Spot]) -> Option<Vec<(usize, [i32; 2])>> {
     };
     let (across, down) = match (steps(true), steps(false)) {
         (Some(across), Some(down)) => (across, down),
-        // One row or column alone.
+        // A single row or column.
         (Some([x, y]), None) => ([x, y], [-y, x]),
         (None, Some([x, y])) => ([y, -x], [x, y]),
         (None, None) => return None,
     };
     let middle = [0, 1].map(|axis| spots.iter().map(|spot| spot.at[axis]).sum::<f64>() / spots.len() as f64);
     let seed = (0..spots.len()).min_by(|&one, &other| distance(spots[one].at, middle).total_cmp(&distance(spots[other].at, middle)))?;
-    // Each with the steps by which it was reached, which perspective changes slowly.
+    // Each spot keeps the steps that reached it, because perspective changes them slowly.
     let mut found: Vec<(usize, [i32; 2], [[f64; 2]; 2])> = vec![(seed, [0, 0], [across, down])];
     let mut is_found = vec![false; spots.len()];
     is_found[seed] = true;
     let mut next = 0;
     let mut reach = 1;
-    // Over a dark LED or two only where no neighbour goes on.
+    // A longer step crosses one or two dark LEDs; it is tried only if no neighbour continues the lattice.
     while reach <= REACH {
         let Some(&(index, place, basis)) = found.get(next) else {
             (next, reach) = (0, reach + 1);
@@ -370,7 +371,7 @@ fn grown(spots: &[Spot]) -> Option<Vec<(usize, [i32; 2])>> {
         }
     }
     let places: Vec<(usize, [i32; 2])> = found.into_iter().map(|(index, place, _)| (index, place)).collect();
-    // Four points fix a perspective, unless they are in a line.
+    // Four points determine a projective map, unless they are collinear.
     let is_flat = |axis: usize| places.iter().all(|(_, place)| place[axis] == places[0].1[axis]);
     (places.len() >= SPOTS_MIN && !is_flat(0) && !is_flat(1)).then_some(places)
 }

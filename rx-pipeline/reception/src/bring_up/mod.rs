@@ -1,4 +1,4 @@
-//! Bring-up of a panel: the test panels that a transmitter shows, and what their pictures say of its wires.
+//! Bring-up of a panel: the test panels that a transmitter shows, and the wiring faults that their pictures reveal.
 //!
 //! ```text
 //! walk ── a transmitter shows it, a camera films it ──▶ frames
@@ -10,8 +10,9 @@
 //!                                                      Findings, each with the wire that it points to
 //! ```
 //!
-//! Six pairs of a panel and its complement name each LED: LED i is On in the first panel of pair k if bit k of i is 1. So thirteen steps
-//! tell which LED is where, however wires are exchanged, and each of them lights half of the LEDs: a camera's exposure stays as it is.
+//! Six pairs of a panel and its complement name each LED: LED i is On in the first panel of pair k if bit k of i is 1. Thirteen steps
+//! therefore identify the LED at each place, whichever wires are exchanged. Each panel of a pair lights half of the LEDs, so a camera's
+//! exposure stays constant.
 
 mod alignment;
 mod diagnosis;
@@ -26,13 +27,13 @@ pub use diagnosis::diagnose;
 pub use film::{Activity, Film, FilmError, Region};
 pub use finding::{Finding, Kit};
 
-/// Bits of an LED's number, and so pairs of panels that name it.
+/// Bits of an LED's number: the number of pairs of panels that name it.
 pub const PAIRS: usize = LEDS.ilog2() as usize;
-/// Steps that name the LEDs: a dark one, and the pairs.
+/// Steps that name the LEDs: a dark one and the pairs.
 pub const CODES: usize = 1 + 2 * PAIRS;
-/// The shares of the light in the steps that dim, in 1/255.
+/// The light in the steps that dim, in 1/255 of the full light.
 pub const RAMP: [u8; 5] = [0, 32, 64, 128, 255];
-/// The panel that is dimmed: a chequerboard.
+/// The dimmed panel: a chequerboard.
 pub const RAMP_PANEL: PanelFrame = PanelFrame::from_bits(0xaa55_aa55_aa55_aa55);
 
 /// A part of the walk.
@@ -40,7 +41,7 @@ pub const RAMP_PANEL: PanelFrame = PanelFrame::from_bits(0xaa55_aa55_aa55_aa55);
 pub enum Part {
     /// The panels by which a camera names each LED.
     Codes,
-    /// One panel, dimmed.
+    /// One panel at several duties.
     Ramp,
     /// Row after row.
     Rows,
@@ -53,15 +54,15 @@ pub enum Part {
 /// One test panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Step {
-    /// What it belongs to.
+    /// The part of the walk that the panel belongs to.
     pub part: Part,
     /// Its LEDs: at most 32 are On.
     pub panel: PanelFrame,
-    /// The share of the light that a message has, in 1/255.
+    /// The panel's light, in 1/255 of a message's.
     pub share: u8,
 }
 
-/// All steps, in the order in which they are shown: a camera needs the first two parts alone.
+/// All steps in the order in which they are shown. A camera needs only the first two parts.
 ///
 /// ```
 /// use reception::bring_up::{CODES, Part, RAMP, walk};
@@ -95,28 +96,28 @@ pub fn walk() -> impl Iterator<Item = Step> {
         .chain(leds.map(full(Part::Leds)))
 }
 
-/// The LEDs whose number has that bit.
+/// The LEDs whose number has bit `pair`.
 fn code(pair: usize) -> u64 {
     (0..LEDS).fold(0, |bits, led| bits | ((led >> pair & 1) as u64) << led)
 }
 
-/// How bright each place of the panel is in the steps, row by row as it is seen; in any unit.
+/// The level of each place of the panel in the steps, row by row as the camera sees it, in any unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
-    /// With all LEDs Off.
+    /// Levels with all LEDs Off.
     pub dark: [f32; LEDS],
-    /// With a panel and with its complement.
+    /// Levels with a panel and with its complement.
     pub pairs: [[[f32; LEDS]; 2]; PAIRS],
-    /// In the [`RAMP`]; none if it was not seen.
+    /// Levels in the [`RAMP`]; none if the pictures lack it.
     pub ramp: Option<[[f32; LEDS]; RAMP.len()]>,
-    /// How far each LED is off its place, in pitches to the right and down; none where that is not known.
+    /// The displacement of each LED, in pitches to the right and down; none if it is unknown.
     pub offsets: [Option<[f32; 2]>; LEDS],
-    /// The least difference that counts.
+    /// The smallest difference that counts.
     pub visible: f32,
 }
 
 impl Reading {
-    /// The levels alone, from the pictures of the steps, each of which has the level of each place.
+    /// A reading without displacements, from the pictures of the steps, each of which has one level per place.
     pub fn of_levels(aligned: &Aligned, visible: f32) -> Option<Self> {
         let levels = |picture: &[f32]| <[f32; LEDS]>::try_from(picture).ok();
         let codes: Vec<[f32; LEDS]> = aligned.codes.iter().map(|picture| levels(picture)).collect::<Option<_>>()?;
