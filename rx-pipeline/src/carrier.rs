@@ -10,8 +10,7 @@
 //! their c. [`Carrier`] finds the frequency, phase and waveform that explain both, tracks them, and gives each reading its sign. The sign
 //! common to all frames comes from the sync panel: [`Deframer`](link::framing::Deframer) reads messages in complement, too.
 //!
-//! If no frame shows the complement of another, as with still panels, the carrier changes nothing but the rows that sync panels show
-//! inverted.
+//! If no frame shows the complement of another, as with still panels, the carrier changes only the rows that sync panels show inverted.
 
 mod change;
 mod fit;
@@ -38,73 +37,73 @@ use readings::Source;
 use rows::Rows;
 use waveform::PHASES;
 
-/// The correlation of two readings from which they show the same symbol, or below minus which its complement. Higher: fewer pairs; lower:
-/// two symbols look like one.
+/// Correlation of two readings above which they show the same symbol, or below minus which they show its complement. Higher: fewer pairs.
+/// Lower: different symbols match.
 const SAME: f32 = 0.7;
-/// How far apart such frames may be (frame periods): panels are shown in complement again after five symbols, at the earliest.
+/// Maximum time between such frames (frame periods): a panel is shown again in complement after five symbols at the earliest.
 const NEAR: f64 = 3.5;
-/// Frames that show the complement of another before a carrier is looked for (count).
+/// Number of frames that show the complement of another before a search begins (count).
 const REVERSALS_MIN: usize = 2;
-/// Frames from one search to the next while none is found (count).
+/// Frames between searches while no carrier is known (count).
 const SEARCH_FRAMES: u32 = 4;
-/// The same while one is followed.
+/// Frames between searches while a carrier is followed (count).
 const CHECK_FRAMES: u32 = 32;
-/// Frames in which a carrier is found, at least (count).
+/// Minimum number of frames from which a carrier is found (count).
 const SIGHTINGS_MIN: usize = 12;
-/// Frames in which a carrier is looked for first (count).
+/// Frames in the first, coarse step of a search (count).
 const COARSE_FRAMES: usize = 48;
-/// Candidates that are looked at more closely (count).
+/// Candidates that are refined (count).
 const CANDIDATES: usize = 12;
-/// By how much a carrier has to explain frames better than any other does that gives other signs, and than a still panel does (nats).
+/// Minimum margin in log-likelihood over every carrier with other signs and over a still panel (nats).
 const CLEARLY: f32 = 5.0;
-/// Two carriers give other signs if they do in more of the frames (share).
+/// Minimum share of frames with other signs for two carriers to count as different (share).
 const OTHER: f32 = 0.06;
-/// Frequencies that are tried, at most (count): more where frames are far apart take too long.
+/// Maximum number of frequencies that are tried (count): if frames are far apart, more would take too long.
 const FREQUENCIES_MAX: u32 = 20_000;
-/// After a longer gap, or where time runs backwards, nothing is known of a carrier (frame periods).
+/// A longer gap, or time that runs backwards, resets the carrier (frame periods).
 const GAP_MAX: f64 = 64.0;
-/// What was seen longer ago says nothing of a carrier (frame periods).
+/// Older sightings are dropped (frame periods).
 const MEMORY_PERIODS: f64 = 256.0;
-/// The fastest carrier that is looked for where frames are not taken steadily (cycles a frame period).
+/// The fastest carrier in the search if frame times are not steady (cycles a frame period).
 const CYCLES_MAX: f64 = 64.0;
-/// Carriers that explain the frames equally well and are tried on the readings, at most (count).
+/// Maximum number of equally likely carriers that are tried on the readings (count).
 const RIVALS: usize = 6;
-/// Searches in vain from one such trial to the next (count).
+/// Failed searches between two such trials (count).
 const TRIED_SEARCHES: u32 = 4;
-/// A still panel explains frames so badly, on the average, where contrasts alone tell of a carrier (nats a frame),
+/// Without complements, a search begins only if a still panel explains the frames this badly on average (nats a frame).
 const UNEVEN: f32 = 1.2;
-/// and a carrier has to explain them better by this (nats).
+/// The margin [`CLEARLY`] of a carrier that is found without complements (nats).
 const BY_CONTRAST: f32 = 25.0;
-/// Such a carrier is so far from those that come and go as slowly as wipers do (cycles a frame period).
+/// The alias of such a carrier is at least this far from 0 and from ½, so that it is faster than wipers (cycles a frame period).
 const ALTERNATES: f64 = 0.025;
 
-/// The phase of a carrier is never known to be more wrong (steps of 1/256 cycle).
+/// Maximum assumed error of a carrier's phase (steps of 1/256 cycle).
 const PHASE_ERROR_MAX: i32 = 32;
 
-/// The carrier of one panel, as far as it is known.
+/// The state of knowledge about one panel's carrier.
 #[derive(Clone, Debug)]
 pub(crate) struct Carrier {
     history: History,
-    /// When the last frame was taken.
+    /// The time of the last frame.
     time: Option<f64>,
-    /// The last reading of which a symbol could be known again, as it was seen, and its time.
+    /// The last reading that shows a single symbol, with the sign as seen, and its time.
     last: Option<(SoftPanel, f64)>,
-    /// Sightings since it.
+    /// Sightings since `last`.
     since_last: u8,
     fit: Option<Fit>,
     wait: u32,
-    /// Whether it has just been found, or found anew.
+    /// Whether it was found, or found again, in the last frame.
     is_new: bool,
     /// Whether the last frames contradict it.
     is_contradicted: bool,
-    /// The last readings, with the signs that they were seen with.
+    /// The last readings, with the signs as seen.
     readings: Readings,
-    /// Carriers that explain the frames as well as each other, and whether they are to be tried on the readings.
+    /// Carriers that explain the frames about equally well. `is_tried` says whether to try them on the readings.
     rivals: heapless::Vec<Fit, RIVALS>,
     is_tried: bool,
-    /// Searches without a carrier.
+    /// Number of failed searches.
     searches: u32,
-    /// The carrier as lines see it that are exposed one after another.
+    /// The carrier of a camera that exposes its lines one after another.
     lines: Lines,
     /// The rows of LEDs that are inverted in all frames.
     rows: Rows,
@@ -128,27 +127,27 @@ impl Carrier {
         rows: Rows::NONE,
     };
 
-    /// Whether frames have shown the complement of others, as those of a still panel never do.
+    /// Whether a carrier is known, or frames have shown the complement of others, which a still panel's never do.
     pub fn is_likely(&self) -> bool {
         self.fit.is_some() || self.lines.is_known() || self.is_reversed()
     }
 
-    /// Whether it is known, and each line has its own sign.
+    /// Whether the carrier is known and each line has its own sign.
     pub fn reads_by_lines(&self) -> bool {
         self.lines.is_known()
     }
 
-    /// Whether an outer line of LEDs shows nothing of what the others show.
+    /// Whether an outer line of LEDs lacks the carrier that the others show.
     pub fn misses_a_line(&self) -> bool {
         self.lines.misses_one()
     }
 
-    /// Says that the panel is elsewhere than the last frames have shown it: their LEDs are others'.
+    /// Forgets the LEDs' light after the panel has been followed to another place, because the last frames belong to other LEDs.
     pub fn move_panel(&mut self) {
         self.lines.forget_lights();
     }
 
-    /// What a frame shows of a symbol, from that symbol's bits.
+    /// The appearance of a symbol in a frame, from the symbol's bits.
     pub fn as_seen(&self, time: f64, symbol: SoftPanel) -> SoftPanel {
         let symbol = symbol.flipped(self.rows.leds());
         match &self.fit {
@@ -158,15 +157,15 @@ impl Carrier {
         }
     }
 
-    /// Takes the reading of frame `number`, taken at `time` (frame periods), and gives it the sign of its symbol; a frame at which the
-    /// carrier is blind says nothing. Gives the readings before it, when it is the first by which their signs are known.
+    /// Gives the reading of frame `number`, taken at `time` (frame periods), the sign of its symbol, and erases it if the carrier is blind
+    /// in that frame. If this frame makes the carrier known, returns the readings before it.
     pub fn resolve(&mut self, number: u64, time: f64, corners: &Corners, detection: &mut Detection) -> Option<Reread<'_>> {
         if self.time.is_some_and(|before| !(0.0..GAP_MAX).contains(&(time - before))) {
             *self = Self::NONE;
         }
         self.time = Some(time);
         if detection.lights.is_none() && self.lines.is_known() {
-            // Rows have signs of their own, which it cannot be given.
+            // Rows have signs of their own, which this reading cannot be given.
             (detection.soft, detection.mixed) = (SoftPanel::ERASED, None);
             return None;
         }
@@ -177,7 +176,7 @@ impl Carrier {
             }
             match known {
                 Known::Nothing => {}
-                // Frames have one sign each, and it is known.
+                // Each frame has one sign, which is known.
                 Known::Rivals if self.fit.is_some() => {}
                 Known::Before => return None,
                 Known::Now | Known::Rivals => return Some(Reread(Source::Lines(&self.lines))),
@@ -204,7 +203,7 @@ impl Carrier {
             Shown::Complement => *detection = detection.inverted(u64::MAX),
             Shown::Nothing => (detection.soft, detection.mixed) = (SoftPanel::ERASED, None),
         }
-        // With a sign that is wrong with some probability, each bit is.
+        // If the sign is wrong with some probability, so is each bit.
         let sure = if self.is_contradicted {
             0.0
         } else {
@@ -218,7 +217,7 @@ impl Carrier {
         }))
     }
 
-    /// Remembers what a frame shows; false if it shows no single symbol.
+    /// Stores the sighting of a frame; returns false if the frame shows no single symbol.
     fn see(&mut self, time: f64, detection: &Detection) -> bool {
         let is_known = detection.modulation > 0.0 && detection.modulation.is_finite();
         if !is_known || detection.mixed.is_some() && !is_sure(&detection.soft) {
@@ -237,7 +236,7 @@ impl Carrier {
         true
     }
 
-    /// Looks for a carrier, or follows the one that was found.
+    /// Searches for a carrier, or follows the known one.
     fn follow(&mut self, is_sighting: bool) {
         if let Some(fit) = self.fit {
             self.fit = Some(self.refined(fit));
@@ -259,7 +258,7 @@ impl Carrier {
             }
             (Some(found), Some(fit)) if found.score > fit.score + CLEARLY => self.fit = Some(found),
             (found, Some(fit)) => {
-                // Another may be as good now, or better: its certainty is not this one's.
+                // If another carrier is as good or better, its certainty does not apply to this one.
                 let same = found.filter(|found| fit.differs(found, self.history.sightings()) <= OTHER);
                 let sure = same.map_or(CLEARLY, |found| found.sure);
                 self.fit = Some(Fit { sure, ..*fit });
@@ -271,7 +270,7 @@ impl Carrier {
         (self.fit, self.is_new, self.wait) = (Some(found), true, CHECK_FRAMES);
     }
 
-    /// Forgets the frames before a change of the carrier, if those since are explained clearly better without them.
+    /// Forgets the frames before a change of the carrier, if something else explains the frames since then clearly better.
     fn look_for_a_change(&mut self) {
         let changed = self.change();
         self.is_contradicted = changed.is_some();
@@ -296,7 +295,7 @@ impl Carrier {
             None if still >= enough => still,
             _ => self.rivals.first().map_or(still, |best| best.score),
         };
-        // A panel that goes on being still has no carrier to forget; one that is contradicted for long is no longer believed.
+        // A panel that remains still has no carrier to forget. A carrier that is contradicted for long is dropped.
         let is_over = match self.fit {
             Some(_) => best >= enough || since >= COARSE_FRAMES,
             None => still < enough && best >= enough,
@@ -313,7 +312,7 @@ impl Carrier {
         }
     }
 
-    /// The change of the carrier, or its beginning on a panel that was still.
+    /// A change of the carrier, or its start on a still panel.
     fn change(&self) -> Option<Change> {
         let sightings = self.history.sightings();
         let Some(fit) = &self.fit else {
@@ -328,8 +327,8 @@ impl Carrier {
         self.history.reversals() >= REVERSALS_MIN
     }
 
-    /// How sure the sign of a frame is by the carrier's phase (nats): by how much worse the nearest phases at which it is the other explain
-    /// what frames showed, if the carrier's phase or its frequency is wrong, or both.
+    /// The certainty of a frame's sign (nats): the loss in log-likelihood at the nearest phases that give the other sign, if the carrier's
+    /// phase, its frequency or both are wrong.
     fn sure_of_sign(&self, fit: &Fit, time: f64) -> f32 {
         let crossings = [1, -1].map(|way| {
             let steps = (1..=PHASE_ERROR_MAX).map(|steps| f64::from(way * steps) / PHASES as f64);
@@ -355,7 +354,7 @@ impl Carrier {
         (fit.score - others.fold(f32::NEG_INFINITY, f32::max)).max(0.0)
     }
 
-    /// A carrier followed to the frames seen since.
+    /// A carrier adjusted to the frames seen since.
     fn refined(&self, fit: Fit) -> Fit {
         let sightings = self.history.sightings();
         let (Some(first), Some(last)) = (sightings.first(), sightings.last()) else {
@@ -374,7 +373,7 @@ impl Carrier {
         Fit { sure: fit.sure, ..best }
     }
 
-    /// Whether it is worth while to look for a carrier: frames have shown the complement of others, or contrasts that differ much.
+    /// Whether a search is worthwhile: frames have shown the complement of others, or their contrasts differ much.
     fn is_suspected(&self) -> bool {
         self.is_reversed() || {
             let last = self.history.last(COARSE_FRAMES);
@@ -382,7 +381,7 @@ impl Carrier {
         }
     }
 
-    /// Looks for a carrier.
+    /// Searches for a carrier.
     #[cold]
     #[inline(never)]
     fn search(&mut self) -> Option<Fit> {
@@ -429,7 +428,7 @@ impl Carrier {
         let mut rivals = heapless::Vec::new();
         candidates.sort_unstable_by(|a, b| b.score.total_cmp(&a.score));
         for other in candidates.iter().filter(|other| other.score > best.score - margin) {
-            // What gives the same signs is the same.
+            // Carriers with the same signs count as one.
             if rivals.iter().all(|fit: &Fit| fit.differs(other, sightings) > OTHER) {
                 rivals.push(*other).ok();
             }

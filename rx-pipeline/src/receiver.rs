@@ -49,18 +49,18 @@ use reader::Reader;
 use search::Query;
 use signed::SignedDecoder;
 
-/// Frames to messages, of up to `PANELS` panels at a time; of one, if nothing else is said.
+/// Decodes frames into messages, from up to `PANELS` panels at a time (by default one).
 ///
-/// A panel is looked for until it is found, and followed from then on: where it goes, as it grows, through short gaps. When it is lost for
-/// [`patience_frames`](crate::settings::TrackingSettings::patience_frames) it is given up, and looked for anew from the next frame on. A
-/// frame in which it cannot be read in its expected place gives no reading but a [`Loss`] that says why.
+/// The receiver searches for a panel and then follows it as it moves and grows, also through short gaps. If a panel stays lost for
+/// [`patience_frames`](crate::settings::TrackingSettings::patience_frames), the receiver gives it up and searches again from the next frame
+/// on. A frame in which the panel cannot be read in its expected place yields a [`Loss`] with the reason instead of a reading.
 ///
-/// | parameter | what it says |
+/// | parameter | meaning |
 /// |---|---|
-/// | `PIXELS` | how many a panel is read in: `9216` for any panel; with fewer, such as `4096`, near ones are read more coarsely. A search that begins with nothing has room for panels of 110 px with `25600`, with fewer for smaller ones, until larger pixels make them small |
+/// | `PIXELS` | the number of pixels in which a panel is read: `9216` for any panel; with fewer, such as `4096`, near panels are read more coarsely. A search from scratch has room for panels of 110 px with `25600`, and for smaller ones with fewer; larger panels are found in larger pixels |
 /// | `M` | where its [memory](ReceiverMemory) is: `ReceiverMemory` itself, `&mut ReceiverMemory`, or a `Box` of it |
-/// | `S` | how panels are found: [`FrameSearch`] looks for them; with [`NoSearch`] it waits for [`Receiver::place`] |
-/// | `PANELS` | panels read at a time |
+/// | `S` | how panels are found: [`FrameSearch`] searches for them; with [`NoSearch`], the receiver waits for [`Receiver::place`] |
+/// | `PANELS` | maximum number of panels at a time |
 ///
 /// ```
 /// use rx_pipeline::frame::Frame;
@@ -74,7 +74,7 @@ use signed::SignedDecoder;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 ///
-/// In parts of frames, for a panel whose place is known:
+/// Reading parts of frames, for a panel whose place is known:
 ///
 /// ```
 /// use rx_pipeline::corners::Corners;
@@ -97,22 +97,22 @@ pub struct Receiver<const PIXELS: usize, M, S = NoSearch, const PANELS: usize = 
     panels: [Panel; PANELS],
     memory: M,
     search: S,
-    /// Where in the camera's frames the last region began, and its size.
+    /// The origin of the last region in the camera's frame, and its size.
     window: ([u16; 2], (usize, usize)),
 }
 
-/// One panel's reception, but for what is in the [`ReceiverMemory`].
+/// The state of one panel's reception outside the [`ReceiverMemory`].
 struct Panel {
     reader: Reader,
     decoder: SignedDecoder,
-    /// When it is looked for although it is followed.
+    /// Schedules searches for a panel that is already followed.
     again: Backoff,
 }
 
 impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Search<PIXELS>, const PANELS: usize>
     Receiver<PIXELS, M, S, PANELS>
 {
-    /// A receiver that has seen nothing.
+    /// A receiver that has not seen a frame.
     ///
     /// # Errors
     /// [`ReceiverError`] if a setting is out of its range.
@@ -132,11 +132,11 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         })
     }
 
-    /// Forgets everything and goes by other settings.
+    /// Forgets everything and continues with other settings.
     ///
     /// # Errors
     /// [`ReceiverError`] if a setting is out of its range; then nothing changes.
-    // Not inlined: what it takes of a microcontroller's stack is free again before the next frame comes.
+    // Not inlined, so that a microcontroller's stack is free again before the next frame arrives.
     #[inline(never)]
     pub fn begin(&mut self, settings: &ReceiverSettings) -> Result<(), ReceiverError> {
         let (clock, locator) = (settings.clock()?, settings.locator()?);
@@ -151,10 +151,10 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         Ok(())
     }
 
-    /// Takes in frame `number` and tells of each panel that was or is followed what the frame brought; and if there is room for one more,
-    /// under the number of the panel that it would be, why none was found. Of a panel it tells once.
+    /// Processes frame `number` and reports the outcome for each panel that was or is followed, once per panel. If there is room for one
+    /// more panel, reports the reason why none was found, under the number that it would have.
     ///
-    /// Numbers rise; those that are left out are lost frames.
+    /// Numbers rise; omitted numbers are lost frames.
     pub fn frame_each<'a>(
         &'a mut self,
         number: u64,
@@ -169,9 +169,9 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             tiles,
         } = self.memory.borrow_mut();
         let mut known = Vec::<Corners, PANELS>::new();
-        // The first panel that is not followed, unless this frame has just ended it.
+        // The first free place for a panel, unless this frame has just freed it.
         let mut vacant = None;
-        // The first panel that may not be where it is followed, and what was read there.
+        // The first panel that may be elsewhere, and its reading.
         let (mut doubtful, mut is_any_doubtful) = (None, false);
         for (index, (panel, memory)) in self.panels.iter_mut().zip(panels).enumerate() {
             let Panel { reader, decoder, again } = panel;
@@ -187,7 +187,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             if !is_doubtful {
                 again.calm_down();
             }
-            // Two tracks on one panel are one too many.
+            // Two tracks of one panel: drop the second.
             let twice = matches!(&followed, Some(Ok(Reading { corners, .. }))
                 if known.iter().any(|other| overlap(other, corners)));
             match followed {
@@ -225,7 +225,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         if let Some((index, reader, decoder, again, memory, mut reading, misses_a_line)) = doubtful {
             let place = reader.corners();
             let is_here = |location: &Location| place.is_some_and(|place| overlap(&place, &location.corners));
-            // One that is followed a line off is near.
+            // A panel that is followed one line off is nearby.
             let may_be_anywhere = vacant.is_none() && !misses_a_line;
             if let Ok(location) = &found
                 && (may_be_anywhere || is_here(location))
@@ -249,7 +249,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         if reader.is_following() && known.len() + 1 == PANELS {
             self.search.forget();
         }
-        // That there is no further panel is no loss.
+        // The absence of another panel is not a loss.
         let nothing_more = matches!(
             reading,
             Err(Loss::NoPlace | Loss::Locate(LocateError::NothingStandsOut | LocateError::NoCandidate { .. }))
@@ -259,25 +259,24 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         }
     }
 
-    /// Takes in the symbols that the last frames showed, of which [`Receiver::frame_each`] waits for the end.
+    /// Decodes the symbols of the last frames, which [`Receiver::frame_each`] holds back until they are complete.
     pub fn finish_each(&mut self, mut tell: impl FnMut(usize, Event<'_>)) {
         for (index, Panel { decoder, .. }) in self.panels.iter_mut().enumerate() {
             tell(index, decoder.finish());
         }
     }
 
-    /// Where the panels were last seen that are followed, by their numbers.
+    /// The last corners of each followed panel, by panel number.
     pub fn corners_each(&self) -> [Option<Corners>; PANELS] {
         self.panels.each_ref().map(|panel| panel.reader.corners())
     }
 
-    /// What the frames have told of the camera and the LEDs, by the numbers of the panels; none of a panel that has not been read by
-    /// maximum likelihood.
+    /// The learnt camera and LEDs, by panel number; none for a panel that has not been read by maximum likelihood.
     pub fn learnt_each(&self) -> [Option<Learnt>; PANELS] {
         self.memory.borrow().panels.each_ref().map(PanelMemory::learnt)
     }
 
-    /// Says that the frames from now on were taken so many frame periods later than their numbers say: see
+    /// Sets the delay, in frame periods, of the next frames after the times that their numbers imply: see
     /// [`SymbolClock::set_late`](crate::symbols::SymbolClock::set_late).
     ///
     /// ```
@@ -288,6 +287,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
     /// receiver.set_late(0.405 * 30.0 - 12.0);
     /// # Ok::<(), rx_pipeline::receiver::ReceiverError>(())
     /// ```
+    ///
     #[cfg(feature = "time-stamps")]
     pub fn set_late(&mut self, frames: f64) {
         for panel in &mut self.panels {
@@ -295,9 +295,9 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         }
     }
 
-    /// Goes by lines of the camera that are each exposed later than the one above by `delay` exposures, until frames show otherwise:
-    /// negative where lines are read from below; 0, which is final, where all are exposed at once. A delay beyond
-    /// ±[`LINE_DELAY_MAX`](crate::likelihood::LINE_DELAY_MAX) is not taken.
+    /// Sets the initial delay of each line after the one above, in exposures, until frames show another. It is negative if lines are read
+    /// from below; 0, which is final, means a global shutter. A delay beyond ±[`LINE_DELAY_MAX`](crate::likelihood::LINE_DELAY_MAX) is
+    /// ignored.
     ///
     /// ```
     /// use rx_pipeline::receiver::{NoSearch, Receiver, ReceiverMemory, ReceiverSettings};
@@ -314,7 +314,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         }
     }
 
-    /// Goes on in regions of `size` that begin at `origin`.
+    /// Continues with regions of `size` that begin at `origin`.
     fn move_to(&mut self, origin: [u16; 2], size: (usize, usize)) {
         if self.window == (origin, size) {
             return;
@@ -330,42 +330,43 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
     }
 }
 
-/// One panel.
+/// The methods for a receiver of one panel.
 impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS>> Receiver<PIXELS, M, S> {
-    /// Takes in frame `number`. Numbers rise; those that are left out are lost frames.
+    /// Processes frame `number`. Numbers rise; omitted numbers are lost frames.
     ///
-    /// Messages carry as stamps the numbers of the frames that first showed their symbols.
+    /// Messages are stamped with the numbers of the frames that first showed their symbols.
     pub fn frame(&mut self, number: u64, frame: &Frame<'_>) -> Outcome<'_> {
         self.frame_timed(number, frame, &mut ())
     }
 
-    /// The same, with somebody who takes the time of each stage.
+    /// Processes a frame like [`Receiver::frame`], with a `profile` that measures the time of each stage.
     pub fn frame_timed(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> Outcome<'_> {
         let mut told = Outcome::NOTHING;
         self.frame_each(number, frame, profile, |_, outcome| told = outcome);
         told
     }
 
-    /// Takes in the region of frame `number` that begins at `origin` (column and row). All positions in the outcome are the region's own.
+    /// Processes the region of frame `number` that begins at `origin` (column and row). All positions in the outcome are relative to the
+    /// region.
     ///
-    /// Numbers are as for [`Receiver::frame`]. Regions may begin elsewhere, and be of another size, from frame to frame: what is followed
-    /// stays where it is in the camera's frame.
+    /// Numbers are as for [`Receiver::frame`]. Regions may change their origin and size from frame to frame: a followed panel keeps its
+    /// place in the camera's frame.
     pub fn region(&mut self, number: u64, origin: [u16; 2], region: &Frame<'_>, profile: &mut impl Profile) -> Outcome<'_> {
         self.move_to(origin, (region.width(), region.height()));
         self.frame_timed(number, region, profile)
     }
 
-    /// Reads the panel at `corners` (in pixels of the camera's frame) from now on, until it is lost there, in regions that begin at
-    /// `origin` and are `size` (width, height) px large; whole frames begin at `[0, 0]`.
+    /// Reads the panel at `corners` (in pixels of the camera's frame) from now on, until it is lost there. The regions begin at `origin`
+    /// and are `size` (width, height) px large; whole frames begin at `[0, 0]`.
     ///
-    /// The panel is taken to be at rest: until two frames have shown how it moves, it may move by no more than 0.3 pitches a frame.
+    /// The panel is assumed to be at rest: until two frames have shown its motion, it may move by at most 0.3 pitches a frame.
     ///
     /// # Errors
     /// [`CellsError`] if its cells do not fit into the region or the memory; then no panel is followed.
     pub fn place(&mut self, corners: Corners, origin: [u16; 2], size: (usize, usize)) -> Result<(), CellsError> {
         self.window = (origin, size);
         let [x, y] = origin.map(f32::from);
-        // Corners beyond what can be reckoned with are outside of every region.
+        // Corners beyond the numeric range are outside every region.
         let corners = corners.shifted(-x, -y).unwrap_or(corners);
         let ReceiverMemory {
             panels: [memory],
@@ -378,25 +379,25 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
         panel.reader.place(corners, size, &self.locator, tools)
     }
 
-    /// Takes in the symbol that the last frames showed, of which [`Receiver::frame`] waits for the end.
+    /// Decodes the symbol of the last frames, which [`Receiver::frame`] holds back until it is complete.
     pub fn finish(&mut self) -> Event<'_> {
         let [panel] = &mut self.panels;
         panel.decoder.finish()
     }
 
-    /// What the frames have told of the camera and the LEDs; none before the panel was read, or where the method is not maximum likelihood.
+    /// The learnt camera and LEDs; none before the panel was read, or if the method is not maximum likelihood.
     pub fn learnt(&self) -> Option<Learnt> {
         let [learnt] = self.learnt_each();
         learnt
     }
 
-    /// Follows the panel no more, if one is followed; what it has begun to say is not forgotten.
+    /// Stops following the panel, if one is followed. A message that it has begun is kept.
     pub fn give_up(&mut self) {
         let [panel] = &mut self.panels;
         panel.reader.forget();
     }
 
-    /// Where the panel was last seen, while it is followed.
+    /// The last corners of the panel, if one is followed.
     pub fn corners(&self) -> Option<Corners> {
         let [panel] = &self.panels;
         panel.reader.corners()

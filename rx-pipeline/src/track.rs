@@ -12,110 +12,109 @@ use crate::lattice::Lattice;
 use crate::spots::{LatticeModel, Observation, Outline, Residuals, Slope, Window};
 use link::panel::LEDS;
 
-/// Frames further apart say nothing of each other (frames).
+/// Frames that are further apart are unrelated (frames).
 const LONGEST_GAP_FRAMES: u64 = 25;
-/// α and β of the place: what is taken of a frame's correction for the place itself, and for its speed (share).
-/// Higher: follows turns sooner, and noise too.
+/// α and β of the place: the gains of a frame's correction for the place and for the speed (share). Higher: follows turns sooner, and noise
+/// too.
 const PLACE_GAINS: [f32; 2] = [0.8, 0.3];
 /// α and β of the shape, which changes more slowly (share).
 const SHAPE_GAINS: [f32; 2] = [0.6, 0.12];
-/// α of the spots' width, which hardly changes from frame to frame (share). A frame is asked for it with the levels
-/// as they were, and for the levels with the width as it was, so that both answer for the same light: more of it,
-/// and they would answer each other.
+/// α of the spots' width, which hardly changes from frame to frame (share). The width is fitted with the levels fixed, and the levels with
+/// the width fixed, so both explain the same light: with a higher gain, each would correct the other's error.
 const WIDTH_GAIN: f32 = 0.1;
-/// A prediction off by more may have led to wrong bits (pitches). Higher: jumps are followed, one in them by a line
-/// too far.
+/// A larger error of the prediction may have caused wrong bits (pitches). Higher: jumps are followed, some of them one line too far.
 const FARTHEST: f32 = 0.3;
 /// Room around the lattice (pitches).
 pub(crate) const RIM: f32 = 0.6;
-/// Of what frames usually explain, a panel where it is expected explains this much, at least (share of the light
-/// there).
+/// Minimum light that a panel at its expected place explains, relative to its usual share (share).
 const GATE_SHARE: f32 = 0.85;
-/// The same where it also looks likeliest to be, or has lately been on course: a frame that straddles two symbols explains this little.
+/// The same minimum at the likeliest place, and for a panel that has been on course: a frame that straddles two symbols explains as little
+/// (share).
 const GATE_SHARE_LIKELIEST: f32 = 0.5;
-/// The same where it has been placed by its surroundings.
+/// The same minimum at a place that the surroundings gave (share).
 const GATE_SHARE_PLACED: f32 = 0.7;
-/// What it explains as long as it is not known what is usual, at least (share of the light there).
+/// Minimum light that it explains while the usual share is unknown (share of the light there).
 const GATE_LEAST: f32 = 0.25;
-/// The same where the panel is not expected: clutter explains some of itself too.
+/// The same minimum at an unexpected place, because clutter also explains part of its own light (share).
 const GATE_LEAST_ELSEWHERE: f32 = 0.7;
-/// A frame shows the panel too if it leaves less of each pixel than this (multiple of what frames usually leave), and explains more
-/// than this (share of what they usually explain): a symbol with few LEDs On. Higher and lower: what is no panel is followed.
+/// A frame also shows the panel if it leaves a smaller residual per pixel than this (multiple of the usual residual), and explains more
+/// than [`SIGNAL_LEAST`]: this is a symbol with few LEDs On. Higher: things that are no panel are followed.
 const LEFT_MOST: f32 = 1.3;
-/// See there.
+/// Minimum signal per pixel of such a frame (share of the usual signal). Lower: things that are no panel are followed.
 const SIGNAL_LEAST: f32 = 0.3;
-/// A panel that has lately been nearer to where it was expected has not jumped by a line (pitches). Lower: slower where
-/// cameras shake.
+/// A panel that has recently been closer to its expected place has not jumped by a line (pitches). Lower: slower if cameras shake.
 const ON_COURSE: f32 = 0.1;
-/// One that has lately been farther, and explains less than this share of what it usually does, may be seen halfway between two lines:
-/// it is looked for around too (pitches; share). Lower and higher: as above.
+/// A panel that has recently been farther, and explains less light than [`LESS_THAN_USUAL`], may be seen halfway between two lines: its
+/// neighbourhood is searched too (pitches). Lower: slower if cameras shake.
 const NEAR_COURSE: f32 = 0.2;
-/// See there.
+/// Light that such a panel explains at most (share of what it usually explains). Higher: slower if cameras shake.
 const LESS_THAN_USUAL: f32 = 0.95;
-/// What of the farthest that it was from there still counts in the next frame (share). Higher: slower after a jump, and when a
-/// panel has just been found.
+/// The share of the largest recent distance from the expected place that still counts in the next frame. Higher: slower after a jump, and
+/// when a panel has just been found.
 const ASTRAY_SHARE: f32 = 0.8;
-/// A panel that has jumped is taken to be a line beside where it was seen if that promises to leave less (share of what it leaves
-/// there). Higher: LEDs that are Off along a side move it.
+/// A panel that has jumped is moved by a line if the residual there is expected to be smaller than this (share of the residual at the
+/// present place). Higher: LEDs that are Off along a side move it.
 const LINE_LEFT: f32 = 0.8;
-/// What frames usually explain is the mean over about so many (frames).
+/// Number of frames over which the usual light is averaged (frames).
 const MEMORY_FRAMES: f32 = 16.0;
-/// What a frame changes of how far the panel wanders (share). Higher: the camera's shake is known sooner, and less surely.
+/// Gain of a frame for the wander, which is the distance from the prediction (share). Higher: the camera's shake is known sooner, but less
+/// reliably.
 const WANDER_GAIN: f32 = 0.3;
-/// One that wanders less is where it is expected (pitches). Higher: faster, and a jump by a line is noticed later.
+/// A panel that wanders less is at its expected place (pitches). Higher: faster, and a jump by a line is noticed later.
 const STEADY: f32 = 0.1;
-/// Readings of one that wanders more are doubted by what is around it (pitches). Lower: surer, and panels in clutter are doubted without need.
+/// Readings of a panel that wanders more are doubted according to its surroundings (pitches). Lower: more reliable, but panels in clutter
+/// are doubted without need.
 const WANDERING: f32 = 0.25;
-/// A panel that moves as it does now stays near to where it was if its speed makes it miss by more (ratio of mean squares).
+/// A moving panel is predicted at its last place if the prediction with its speed errs more than this (ratio of mean squares).
 const STILL: f32 = 1.2;
-/// It goes on at its speed through a gap if that makes it miss by less (ratio of mean squares).
+/// Its speed is used throughout a gap if the prediction with its speed errs less than this (ratio of mean squares).
 const STEADILY: f32 = 0.25;
-/// LEDs nearer to each other run into each other (standard deviations of a spot): what maximum likelihood reads corrects the
-/// track, since simpler bits are too often wrong, and a fit in several steps, since place, width and levels hang together. Higher:
-/// slower.
+/// LEDs with a smaller distance overlap (standard deviations of a spot). The track is then corrected with the bits of maximum likelihood,
+/// because those of simpler detectors are too often wrong, and by a fit in several steps, because place, width and levels are correlated.
+/// Higher: slower.
 const BLURRED: f32 = 2.0;
-/// Steps of that fit, at most (count). More: slower, and larger corrections are right.
+/// Maximum number of steps in that fit (count). More: slower, and larger corrections are right.
 const BLURRED_STEPS: usize = 6;
-/// Rounds in which levels settle that are wrong by any factor, and places within [`FARTHEST`], at most (count).
+/// Maximum number of rounds in which levels settle that are wrong by any factor, and places within [`FARTHEST`] (count).
 const ROUNDS: usize = 3;
-/// What explains more is settled (share of what frames usually explain).
+/// Light from which the fit has settled (share of what frames usually explain).
 const SETTLED: f32 = 0.9;
-/// The damping of the steps (share of the curvature).
+/// Damping of the steps (share of the curvature).
 const DAMPING: f32 = 0.05;
 
-/// How much of the light in a place the panel has to explain there to be taken for it.
+/// Minimum light that a panel must explain at a place to be accepted there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gate {
-    /// Of what frames usually explain.
+    /// Relative to the light that frames usually explain.
     share: f32,
-    /// As long as it is not known what is usual.
+    /// The minimum while the usual light is unknown.
     least: f32,
 }
 
 impl Gate {
-    /// Where the panel is expected.
+    /// The gate at the expected place.
     pub const SURE: Self = Self {
         share: GATE_SHARE,
         least: GATE_LEAST,
     };
-    /// Where it is expected and also looks likeliest to be.
+    /// The gate at the expected place if it is also the likeliest.
     pub const STILL: Self = Self {
         share: GATE_SHARE_LIKELIEST,
         least: GATE_LEAST,
     };
-    /// Where it is not expected.
+    /// The gate at an unexpected place.
     pub const ELSEWHERE: Self = Self {
         share: GATE_SHARE,
         least: GATE_LEAST_ELSEWHERE,
     };
 }
 
-/// What frames that show the panel are like, on average.
+/// Averages over frames that show the panel.
 #[derive(Clone, Copy, Debug)]
 struct Usual {
     /// Share of the light that the panel explains.
     explained: f32,
-    /// What it explains and what it leaves of each pixel (grey levels squared).
+    /// Mean square of the explained light per pixel, and of the residual (grey levels squared).
     signal: f32,
     left: f32,
 }
@@ -130,7 +129,7 @@ impl Usual {
         }
     }
 
-    /// With another frame.
+    /// The averages with another frame included.
     fn and(self, other: Self) -> Self {
         let mean = |usual: f32, now: f32| usual + (now - usual) / MEMORY_FRAMES;
         Self {
@@ -140,54 +139,54 @@ impl Usual {
         }
     }
 
-    /// Whether another frame leaves no more, though its symbol may have fewer LEDs On.
+    /// Whether another frame leaves no larger residual, although its symbol may have fewer LEDs On.
     fn leaves_as_little(self, other: Self) -> bool {
         other.left < LEFT_MOST * self.left && other.signal > SIGNAL_LEAST * self.signal
     }
 }
 
-/// Where a panel is, how it moves, and how bright it is.
+/// The place, motion and brightness of a panel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Track {
     spots: LatticeModel,
-    /// Change of the lattice in a frame.
+    /// Change of the lattice per frame.
     speed: Lattice,
     speed_known: bool,
     usual: Option<Usual>,
-    /// How far from where it was expected it has been lately (pitches); none of a panel whose place was told, and so its lines.
+    /// The largest recent distance from the expected place (pitches); none for a panel whose place was given, because its lines are then
+    /// known.
     astray: Option<f32>,
-    /// How sure the bits of the last frames were, on average.
+    /// Mean confidence of the bits in the last frames.
     trust: f32,
     last_seen: u64,
-    /// Whether the number of the frame last seen is not known.
+    /// Whether the number of the last frame with the panel is unknown.
     any_number: bool,
     missed: u32,
-    /// How far from its prediction it was lately, with its speed and without (mean square, pitches squared): not at all until it is seen
-    /// to wander.
+    /// Recent error of predictions with and without the speed (mean square, pitches squared); 0 until it is seen to wander.
     wander: [f32; 2],
-    /// Whether what is around it is no ground that its LEDs stand on, and so does not count.
+    /// Whether the surroundings are not the board on which the LEDs stand, and therefore do not count.
     is_amid_clutter: bool,
-    /// Whether it is seen in larger pixels, and so near that its tilt shows.
+    /// Whether the panel is seen in larger pixels, and so is near enough that its tilt is visible.
     is_near: bool,
     frame_size: (usize, usize),
 }
 
-/// Why a followed panel was not seen in a frame.
+/// Why a frame did not show a followed panel.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrackError {
-    /// The frame does not look like the panel in its place.
+    /// The frame does not fit the panel at its place.
     #[error("the panel is not where it should be: the grid explains {explained:.2} of the light there, {needed:.2} is needed")]
     DoesNotFit {
         /// Share of the variance that the fitted spots explain.
         explained: f32,
-        /// The least that counts as the panel.
+        /// The minimum share that counts as the panel.
         needed: f32,
     },
-    /// The place where the panel should be has no bits to tell apart.
+    /// The expected place has no distinguishable bits.
     #[error("the panel is not where it should be: {0}")]
     Unreadable(#[from] DetectError),
-    /// The panel moved otherwise than it used to.
+    /// The panel's motion has changed.
     #[error("the panel is {off_px:.1} px from where it was expected, too far to be sure of its bits")]
     OffCourse {
         /// Distance in pixels.
@@ -196,28 +195,28 @@ pub enum TrackError {
     /// The panel has left the frame.
     #[error("the panel has left the frame")]
     OutOfFrame,
-    /// What was followed is no panel any more.
+    /// The outline is no longer a panel's.
     #[error("the panel's shape is lost: {0}")]
     Corners(#[from] CornersError),
 }
 
-/// What errors of a track have in common, whatever their numbers are.
+/// The kind of a track's error, without its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TrackErrorKind {
-    /// The panel moved otherwise than it used to.
+    /// The panel's motion has changed.
     OffCourse,
-    /// The frame does not look like the panel in its place.
+    /// The frame does not fit the panel at its place.
     DoesNotFit,
-    /// That place has no bits to tell apart.
+    /// The expected place has no distinguishable bits.
     Unreadable,
-    /// What was followed is no panel any more.
+    /// The outline is no longer a panel's.
     Corners,
     /// The panel has left the frame.
     OutOfFrame,
 }
 
 impl TrackError {
-    /// What it has in common with errors of other numbers.
+    /// The kind of this error.
     pub fn kind(&self) -> TrackErrorKind {
         match self {
             Self::DoesNotFit { .. } => TrackErrorKind::DoesNotFit,
@@ -230,7 +229,7 @@ impl TrackError {
 }
 
 impl Track {
-    /// Follows the panel that was found in frame `number`.
+    /// A track of a panel that was found in frame `number`.
     pub fn new(spots: LatticeModel, number: u64, frame_size: (usize, usize)) -> Self {
         Self {
             spots,
@@ -249,12 +248,12 @@ impl Track {
         }
     }
 
-    /// The same, of a panel that was found by what is within its own outline alone.
+    /// Sets whether the panel was located from the inside of its own outline alone.
     pub fn amid_clutter(self, is_amid_clutter: bool) -> Self {
         Self { is_amid_clutter, ..self }
     }
 
-    /// Follows a panel at rest in a given place, whatever the number of the next frame.
+    /// A track of a panel at rest in a given place, whatever the number of the next frame.
     pub fn placed(spots: LatticeModel, frame_size: (usize, usize)) -> Self {
         Self {
             speed_known: true,
@@ -264,7 +263,7 @@ impl Track {
         }
     }
 
-    /// The same track in frames that begin elsewhere, so that positions change by `shift`, and are of another size.
+    /// The track in frames of another size and origin, so that positions change by `shift`.
     pub fn shifted(&self, shift: [f32; 2], frame_size: (usize, usize)) -> Self {
         let mut track = Self { frame_size, ..*self };
         for (centre, shift) in track.spots.lattice.centre.iter_mut().zip(shift) {
@@ -273,7 +272,7 @@ impl Track {
         track
     }
 
-    /// The same track in other pixels of the same frames, `size` of them.
+    /// The track in other pixels of the same frames, `size` of them.
     pub fn seen_in(&self, before: &Grid, now: &Grid, size: (usize, usize)) -> Self {
         let track = Self { frame_size: size, ..*self };
         if before == now {
@@ -294,23 +293,23 @@ impl Track {
         }
     }
 
-    /// Whether two frames have shown how the panel moves.
+    /// Whether two frames have shown the panel's motion.
     pub fn speed_known(&self) -> bool {
         self.speed_known
     }
 
-    /// Frames missed in a row.
+    /// Successive frames without the panel.
     pub fn missed(&self) -> u32 {
         self.missed
     }
 
-    /// Counts a frame that did not show the panel; whether to go on looking.
+    /// Counts a frame without the panel; returns whether to continue.
     pub fn miss(&mut self, patience_frames: u32) -> bool {
         self.missed += 1;
         self.missed <= patience_frames
     }
 
-    /// Whether the prediction holds for frame `number`.
+    /// Whether the prediction is valid for frame `number`.
     pub fn reaches(&self, number: u64) -> bool {
         let elapsed = number.checked_sub(self.last_seen);
         self.any_number || elapsed.is_some_and(|elapsed| (1..=LONGEST_GAP_FRAMES).contains(&elapsed))
@@ -330,23 +329,23 @@ impl Track {
         moved(&self.spots.lattice, &self.speed, [by_speed, elapsed])
     }
 
-    /// How far from where it is expected it usually is (pitches).
+    /// The usual distance from the expected place (pitches).
     pub fn spread(&self) -> f32 {
         let [moving, still] = self.wander;
         libm::sqrtf(moving.min(still))
     }
 
-    /// Whether it is where it is expected, but for what hardly shows.
+    /// Whether the panel is at its expected place, except for a negligible distance.
     pub fn is_steady(&self) -> bool {
         self.spread() < STEADY
     }
 
-    /// Whether it is so far from where it is expected that it may be a line off.
+    /// Whether the distance from the expected place is so large that the track may be one line off.
     pub fn wanders(&self) -> bool {
         self.spread() > WANDERING
     }
 
-    /// Mean squares of how far off predictions were, with another that was seen after so many frames.
+    /// Mean squared errors of predictions, including a panel seen after `elapsed` frames.
     fn wander_with(&self, seen: &Lattice, elapsed: f32) -> [f32; 2] {
         let pitch = seen.pitch()[0];
         let mut wander = self.wander;
@@ -358,12 +357,12 @@ impl Track {
         wander
     }
 
-    /// The panel as it was last seen.
+    /// The panel in the last frame that showed it.
     pub fn spots(&self) -> &LatticeModel {
         &self.spots
     }
 
-    /// Whether the LEDs run into each other.
+    /// Whether the LEDs overlap.
     pub fn is_blurred(&self) -> bool {
         let [across, down] = self.spots.lattice.pitch();
         across.min(down) < BLURRED * self.spots.sigma
@@ -374,8 +373,8 @@ impl Track {
         self.spots.sigma
     }
 
-    /// Compares frame `number` with the panel on `lattice`, which was `expected`, each LED On for its share of the exposure, and corrects
-    /// the track if that fits; with the share of the light that it explains.
+    /// Compares frame `number` with the panel on `lattice`, which was `expected`, with each LED On for its share of the exposure, and
+    /// corrects the track if they fit. Also returns the share of the light that the panel explains.
     pub fn corrected<const N: usize>(
         &self,
         number: u64,
@@ -417,7 +416,7 @@ impl Track {
         let [dx, dy] = difference(&shaped.lattice, &expected).centre;
         let astray = libm::hypotf(dx, dy) / lattice.pitch()[0];
         let usual = match self.usual {
-            // What few LEDs explain is not what to expect of others.
+            // The light that few LEDs explain is not the usual one.
             Some(usual) if explained < needed => usual,
             Some(usual) => usual.and(now),
             None => now,
@@ -436,15 +435,15 @@ impl Track {
         Ok((track, explained))
     }
 
-    /// Whether it has been where it was expected, so that it cannot be a line off.
+    /// Whether the panel has been at its expected place, so that it cannot be one line off.
     pub fn is_on_course(&self) -> bool {
         self.astray.is_none_or(|astray| astray < ON_COURSE)
     }
 
-    /// Checks that what the panel explains of the light where it was placed is what a single symbol explains.
+    /// Checks that the panel at a given place explains as much light as a single symbol does.
     ///
     /// # Errors
-    /// [`TrackError::DoesNotFit`] if it is less.
+    /// [`TrackError::DoesNotFit`] if it explains less.
     pub fn check(&self, explained: f32) -> Result<(), TrackError> {
         let needed = GATE_SHARE_PLACED * self.usual.map_or(0.0, |usual| usual.explained);
         if explained < needed {
@@ -453,13 +452,12 @@ impl Track {
         Ok(())
     }
 
-    /// The same where frame `number` shows it on `lattice`, and nothing else of it is known.
+    /// The track after frame `number` has shown the panel on `lattice` without further information.
     pub fn carried(&self, number: u64, lattice: Lattice) -> Self {
         self.moved_on(number, lattice, &lattice, &AT_REST)
     }
 
-    /// The same on the lattice on which frame `number` has `seen` it, where it was measured to be `there` and off its shape by as much as
-    /// `off`.
+    /// The track moved to the lattice `seen` in frame `number`; `there` is the measured lattice, and `off` the measured error of its shape.
     fn moved_on(&self, number: u64, seen: Lattice, there: &Lattice, off: &Lattice) -> Self {
         let elapsed = number.saturating_sub(self.last_seen).max(1) as f32;
         Self {
@@ -477,12 +475,12 @@ impl Track {
         }
     }
 
-    /// How sure its bits were of late, on average: the probability that one is right.
+    /// Mean confidence of its recent bits: the probability that one is right.
     pub fn trust(&self) -> f32 {
         self.trust
     }
 
-    /// The same after bits that were as sure as that.
+    /// The track after bits with that confidence.
     pub fn read_with(self, confidence: f32) -> Self {
         Self {
             trust: self.trust + (confidence - self.trust) / MEMORY_FRAMES,
@@ -490,29 +488,29 @@ impl Track {
         }
     }
 
-    /// The same where nothing is held against it any longer.
+    /// The track with full confidence.
     pub fn trusted(self) -> Self {
         Self { trust: 1.0, ..self }
     }
 
-    /// The same where nothing speaks for it any longer.
+    /// The track without confidence: its bits are as good as random.
     pub fn distrusted(self) -> Self {
         Self { trust: 0.5, ..self }
     }
 
-    /// The share of the light that it usually explains; all of it, as long as nothing is known.
+    /// The share of the light that the panel usually explains; 1 while it is unknown.
     fn usually_explained(&self) -> f32 {
         self.usual.map_or(1.0, |usual| usual.explained)
     }
 
-    /// Whether it may be seen halfway between two lines, by the share of the light that it explains: it is not where it was expected, and
-    /// explains less than usual.
+    /// Whether the panel may be seen halfway between two lines: it is not at its expected place, and the share of the light that it
+    /// explains is smaller than usual.
     pub fn may_be_elsewhere(&self, explained: f32) -> bool {
         self.astray.is_some_and(|astray| astray > NEAR_COURSE) && explained < LESS_THAN_USUAL * self.usually_explained()
     }
 
-    /// The lattice counted from a neighbouring line that promises to leave clearly less of a frame than this one, if there is one: a
-    /// panel that has jumped may be seen a line off. LEDs that run into each other do not tell, nor does clutter.
+    /// The lattice shifted by a line, if one is expected to leave a clearly smaller residual: a panel that has jumped may be seen one line
+    /// off. Overlapping LEDs and clutter do not show this.
     pub fn line_beside<const N: usize>(&self, observation: Observation<'_, '_>, residuals: &mut Residuals<N>) -> Option<Lattice> {
         if self.is_blurred() || self.is_amid_clutter {
             return None;
@@ -531,8 +529,7 @@ impl Track {
         (least < LINE_LEFT * here).then_some(beside)
     }
 
-    /// The spots, and how they differ from the frame, once levels and place have settled where brightness has changed, or the panel moves
-    /// otherwise than before.
+    /// The spots, and their differences from the frame, after levels and place have settled if the brightness or the motion has changed.
     fn settled<const N: usize>(
         &self,
         mut spots: LatticeModel,
@@ -542,7 +539,7 @@ impl Track {
     ) -> Option<(LatticeModel, Slope)> {
         let mut slope = residuals.compare(&spots, observation, window)?;
         if self.is_blurred() {
-            // Levels that come from the change between two frames are no single frame's.
+            // Levels that were found from the change between two frames do not fit a single frame.
             let levelling = if self.usual.is_none() { LEVELLING } else { 0 };
             for _ in 0..levelling {
                 spots = spots.relevelled(&slope, false)?;
@@ -563,7 +560,7 @@ impl Track {
         Some((spots, slope))
     }
 
-    /// The shape one step down the slope, with its tilt where that shows.
+    /// The shape after one step down the slope, with its tilt if that is visible.
     fn reshaped(&self, spots: &LatticeModel, slope: &Slope) -> Option<LatticeModel> {
         let mut shaped = spots.reshaped(slope, DAMPING)?;
         if self.is_near {
@@ -573,7 +570,7 @@ impl Track {
         Some(shaped)
     }
 
-    /// By how much a panel `seen` now is off the place where its speed alone would have led it, and off the shape by as much as `off`.
+    /// The error of the prediction with the speed alone for a panel `seen` now, with the error of its shape `off`.
     fn off_course(&self, seen: &Lattice, off: &Lattice, elapsed: f32) -> Lattice {
         let led = moved(&self.spots.lattice, &self.speed, [elapsed; 2]);
         Lattice {
@@ -582,7 +579,7 @@ impl Track {
         }
     }
 
-    /// The change of the lattice in a frame, where the panel is `seen` now, `off` the prediction over `elapsed` frames.
+    /// The new change of the lattice per frame, if the panel is `seen` now and the prediction over `elapsed` frames had the error `off`.
     fn corrected_speed(&self, seen: &Lattice, off: &Lattice, elapsed: f32) -> Lattice {
         if self.speed_known {
             let gains = [PLACE_GAINS[1] / elapsed, SHAPE_GAINS[1] / elapsed];
@@ -600,7 +597,7 @@ impl Track {
     }
 }
 
-/// No change of a lattice.
+/// A lattice that does not change.
 const AT_REST: Lattice = Lattice {
     centre: [0.0; 2],
     column: [0.0; 2],

@@ -1,46 +1,46 @@
-//! The frequency and phase that explain what frames showed.
+//! The frequency and phase that explain the sightings.
 
 use super::history::{FRAMES, Sighting};
 use super::waveform::{PHASES, SHAPES, WAVEFORMS};
 use crate::detect::no_surer_than;
 use link::panel::SoftPanel;
 
-/// A frame of less contrast shows nothing (share of the greatest).
+/// A frame with less contrast is blind (share of the greatest contrast).
 const BLIND: f32 = 0.08;
-/// The noise of a frame's modulation, at least (share of its root mean square). Less: what the shapes do not explain counts for more.
+/// Minimum noise of a frame's modulation (share of its root mean square). Lower: differences that the shapes do not explain cost more.
 const NOISE: f32 = 0.08;
-/// What a frame of another modulation than is expected costs, at most (nats): it may have caught two symbols.
+/// Maximum cost of a frame with an unexpected modulation (nats), because it may have caught two symbols.
 pub(super) const ODD: f32 = 3.0;
-/// What it costs where a pair of frames of one symbol has the other sign than is expected, at most (nats).
+/// Maximum cost of a pair of frames of one symbol whose signs contradict the carrier (nats).
 const CONTRARY: f32 = 5.0;
-/// The same for each product of contrasts of which the greatest is 1.
+/// Cost of such a pair per unit of the product of their contrasts, whose maximum is 1 (nats).
 const CONTRARY_SLOPE: f32 = 12.0;
 
-/// What a frame shows of a symbol.
+/// The sign that a frame shows of a symbol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shown {
     /// The symbol.
     Symbol,
     /// Its complement.
     Complement,
-    /// Neither: the carrier spends as much of the exposure in one as in the other.
+    /// Neither: the carrier spends equal parts of the exposure in both.
     Nothing,
 }
 
-/// A carrier: what it does between two frames, and where it stands.
+/// A carrier: frequency, phase and waveform.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fit {
     /// Cycles a frame period.
     pub frequency: f64,
-    /// The phase at `time`, cycles.
+    /// The phase at `time` (cycles).
     pub phase: f64,
-    /// The time to which the phase belongs (frame periods).
+    /// The time of `phase` (frame periods).
     pub time: f64,
     /// The number of the waveform's shape.
     pub shape: usize,
     /// The logarithm of its likelihood (nats).
     pub score: f32,
-    /// By how much it is likelier than any that gives frames other signs (nats).
+    /// Margin in log-likelihood over every carrier that gives frames other signs (nats).
     pub sure: f32,
 }
 
@@ -51,22 +51,22 @@ impl Fit {
         cycles - libm::floor(cycles)
     }
 
-    /// By how much more an LED that is 1 is On, in the frame of that time, than one that is 0: 1 at most, and negative for the complement.
+    /// Contrast in the frame at that time: how much longer a 1 is lit than a 0, at most 1; negative for the complement.
     pub fn contrast_at(&self, time: f64) -> f32 {
         WAVEFORMS[self.shape][step(self.phase_at(time))]
     }
 
-    /// What frames showed, compared with its frequency.
+    /// The sightings at the carrier's frequency.
     pub fn on<'a>(&self, sightings: &'a [Sighting]) -> AtFrequency<'a> {
         AtFrequency::new(sightings, self.time, self.frequency)
     }
 
-    /// The number of its phase.
+    /// The phase in steps of a cycle.
     pub fn phase_step(&self) -> u8 {
         step(self.phase) as u8
     }
 
-    /// What the frame of that time shows.
+    /// The sign that the frame at that time shows.
     pub fn shown_at(&self, time: f64) -> Shown {
         let contrast = self.contrast_at(time);
         if contrast.abs() < BLIND {
@@ -78,7 +78,7 @@ impl Fit {
         }
     }
 
-    /// The soft values of a symbol, no surer than the signs, from those of the frame of that time.
+    /// The soft values of a symbol from those of the frame at that time, no surer than the sign.
     pub fn signed(&self, time: f64, seen: &SoftPanel) -> SoftPanel {
         let symbol = match self.shown_at(time) {
             Shown::Nothing => return SoftPanel::ERASED,
@@ -88,14 +88,14 @@ impl Fit {
         no_surer_than(&symbol, self.sure)
     }
 
-    /// The share of frames in which two differ in the sign, up to one common sign.
+    /// The share of frames in which the signs of two carriers differ, up to one common sign.
     pub fn differs(&self, other: &Self, sightings: &[Sighting]) -> f32 {
         let is_other = |sighting: &&Sighting| self.contrast_at(sighting.time) * other.contrast_at(sighting.time) < 0.0;
         let others = sightings.iter().filter(is_other).count();
         others.min(sightings.len() - others) as f32 / sightings.len().max(1) as f32
     }
 
-    /// The same carrier, its phase told at another time.
+    /// The same carrier with its phase given at another time.
     pub fn moved_to(self, time: f64) -> Self {
         Self {
             phase: self.phase_at(time),
@@ -105,15 +105,15 @@ impl Fit {
     }
 }
 
-/// The number of a phase from 0 to 1 among those that are told apart.
+/// The step of a phase from 0 to 1.
 pub(super) fn step(phase: f64) -> usize {
     (phase * PHASES as f64 + 0.5) as usize % PHASES
 }
 
-/// What frames showed, compared with one frequency.
+/// Sightings with their phases at one frequency.
 pub(super) struct AtFrequency<'a> {
     sightings: &'a [Sighting],
-    /// The phase of each, where that at the middle of them is 0.
+    /// The phase of each sighting, relative to the phase at `time`.
     phases: [u8; FRAMES],
     pub frequency: f64,
     pub time: f64,
@@ -134,12 +134,12 @@ impl<'a> AtFrequency<'a> {
         }
     }
 
-    /// The logarithm of the likelihood of that phase and shape (nats).
+    /// The log-likelihood of that phase and shape (nats).
     pub fn score(&self, phase: u8, shape: usize) -> f32 {
         -self.losses(phase, shape).sum::<f32>()
     }
 
-    /// What each sighting costs with that phase and shape (nats).
+    /// The cost of each sighting with that phase and shape (nats).
     pub fn losses(&self, phase: u8, shape: usize) -> impl Iterator<Item = f32> {
         let shape = &WAVEFORMS[shape];
         let contrast = move |i: usize| shape[usize::from(self.phases[i].wrapping_add(phase))];
@@ -168,7 +168,7 @@ impl<'a> AtFrequency<'a> {
         })
     }
 
-    /// The best of some shapes and phases (steps of 1/256 cycle) at this frequency.
+    /// The most likely of some shapes and phases (steps of 1/256 cycle) at this frequency.
     pub fn best(&self, shapes: core::ops::Range<usize>, phases: impl Iterator<Item = u8> + Clone) -> Fit {
         let mut best = (f32::NEG_INFINITY, 0, 0);
         for shape in shapes {
@@ -191,12 +191,12 @@ impl<'a> AtFrequency<'a> {
     }
 }
 
-/// How well a panel that is still explains what frames showed (nats): all of one contrast, none the complement of another.
+/// The log-likelihood of a still panel (nats): all sightings have one contrast, and none is the complement of another.
 pub(super) fn still_score(sightings: &[Sighting]) -> f32 {
     -still_losses(sightings, mean_modulation(sightings)).sum::<f32>()
 }
 
-/// What each sighting costs if the panel is still and its bits modulate this share of the light (nats).
+/// The cost of each sighting if the panel is still and its bits modulate this share of the light (nats).
 pub(super) fn still_losses(sightings: &[Sighting], modulation: f32) -> impl Iterator<Item = f32> {
     let unit = 1.0 / (NOISE * modulation).max(f32::MIN_POSITIVE);
     sightings.iter().map(move |sighting| {

@@ -1,25 +1,25 @@
 //! Sightings of the carrier in the last frames.
 
-/// Frames that are remembered.
+/// Number of frames in the history.
 pub(super) const FRAMES: usize = 128;
 
-/// What a frame shows of the carrier.
+/// A frame's evidence about the carrier.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sighting {
-    /// When it was taken, in frame periods.
+    /// The time of the frame, in frame periods.
     pub time: f64,
-    /// How much of the light there the LEDs' bits make; not negative.
+    /// The share of the light there that the LEDs' bits modulate, at least 0.
     pub modulation: f32,
-    /// That it shows the same symbol as an earlier one: how many sightings before, and whether as its complement.
+    /// An earlier sighting of the same symbol: how many sightings ago, and whether as its complement.
     pub pair: Option<(u8, bool)>,
 }
 
-/// The last frames, the earliest first.
+/// The sightings of the last frames, the earliest first.
 #[derive(Clone, Debug)]
 pub(super) struct History {
     sightings: [Sighting; FRAMES],
     len: usize,
-    /// How many of the earliest are hidden for the time being.
+    /// Number of the earliest sightings that are hidden for now.
     hidden: usize,
 }
 
@@ -40,7 +40,7 @@ impl History {
         self.len += 1;
     }
 
-    /// Forgets all but the last of them.
+    /// Forgets all but the last `count`.
     fn keep_last(&mut self, count: usize) {
         let dropped = self.len.saturating_sub(count);
         if dropped > 0 {
@@ -49,7 +49,7 @@ impl History {
         }
     }
 
-    /// Forgets those before that time.
+    /// Forgets sightings before that time.
     pub fn forget_before(&mut self, time: f64) {
         self.keep_last(self.sightings().iter().filter(|sighting| sighting.time >= time).count());
     }
@@ -58,7 +58,7 @@ impl History {
         &self.sightings[self.hidden..self.len]
     }
 
-    /// Hides the earliest until they are [shown](Self::show_all) again or [forgotten](Self::forget_hidden).
+    /// Hides the earliest sightings until [`show_all`](Self::show_all) or [`forget_hidden`](Self::forget_hidden).
     pub fn hide(&mut self, earliest: usize) {
         self.hidden = earliest.min(self.len);
     }
@@ -72,26 +72,25 @@ impl History {
         self.keep_last(self.len - hidden);
     }
 
-    /// The last of them, at most `count`.
+    /// The last sightings, at most `count`.
     pub fn last(&self, count: usize) -> &[Sighting] {
         let sightings = self.sightings();
         &sightings[sightings.len().saturating_sub(count)..]
     }
 
-    /// How many of them show the complement of what was seen before.
+    /// Number of sightings that show the complement of an earlier one.
     pub fn reversals(&self) -> usize {
         let is_reversed = |sighting: &&Sighting| matches!(sighting.pair, Some((_, true)));
         self.sightings().iter().filter(is_reversed).count()
     }
 
-    /// Whether they were taken [steadily](is_steady).
+    /// Whether the frames were taken [steadily](is_steady).
     pub fn is_steady(&self) -> bool {
         is_steady(self.sightings().iter().map(|sighting| sighting.time))
     }
 }
 
-/// Whether frames were all taken a whole number of frame periods after each other, so that frequencies more than half a cycle a period look
-/// like lower ones.
+/// Whether all frames are a whole number of frame periods apart, so that frequencies above half a cycle a period look like lower ones.
 pub(super) fn is_steady(mut times: impl Iterator<Item = f64>) -> bool {
     let Some(first) = times.next() else { return true };
     times.all(|time| {
@@ -100,7 +99,7 @@ pub(super) fn is_steady(mut times: impl Iterator<Item = f64>) -> bool {
     })
 }
 
-/// Frames are steady that are late by less (frame periods).
+/// Maximum deviation of a steady frame's time (frame periods).
 const STEADY: f64 = 1e-4;
 
 #[cfg(test)]

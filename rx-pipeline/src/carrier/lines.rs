@@ -1,4 +1,4 @@
-//! A carrier before a rolling shutter: its phase grows with time and from line to line.
+//! A carrier seen by a rolling shutter: its phase grows with time and from line to line.
 //!
 //! An LED's light differs from its mean by a·b·c, with the unknown bit b = ±1 and the contrast c = S(φ) at the phase φ = f·t + κ·y + φ₀ of
 //! its line y at the frame's time t. The square does not depend on the bit: c² is about (1 + cos 4πφ)/2, a plane wave over time and lines
@@ -16,88 +16,87 @@ use crate::detect::{Detection, soft_panel};
 use link::framing::SYNC_SEEN;
 use link::panel::{LEDS, PanelFrame, SIDE, SoftPanel};
 
-/// Frames in which a wave is found, at least (count).
+/// Minimum number of frames from which a wave is found (count).
 const FRAMES_MIN: usize = 12;
-/// Frames in which one is looked for first (count).
+/// Frames in the first, coarse step of a search (count).
 const COARSE_FRAMES: usize = 48;
-/// The time that they are of, at most (frame periods). More: the search takes longer, as it tries more frequencies.
+/// Maximum time span of those frames (frame periods). More: the search takes longer, because it tries more frequencies.
 const COARSE_PERIODS: f64 = 96.0;
-/// Slopes that are tried, in cycles of the squares over the panel's height: up to a whole cycle of the carrier from row to row.
+/// Step of the slopes in a search, in cycles of the squares over the panel's height: up to a whole cycle of the carrier from row to row.
 const SLOPE_STEP: f32 = 0.25;
-/// See there (count).
+/// Number of slopes in a search (count).
 const SLOPES: u32 = 57;
-/// Where the phase turns by less over the panel, all lines are as good as exposed at once (cycles of the squares).
+/// If the phase turns by less over the panel, the exposure of all lines counts as simultaneous (cycles of the squares).
 const AT_ONCE: f32 = 0.2;
-/// Slopes that are tried where frames are not taken steadily, so that many frequencies have to be (count).
+/// Slopes that are tried if frame times are not steady, because many frequencies must then be tried (count).
 const SLOPES_UNSTEADY: usize = 3;
-/// Waves that are looked at more closely (count).
+/// Waves that are refined (count).
 const CANDIDATES: usize = 6;
-/// Waves that explain frames as well as each other, at most (count).
+/// Maximum number of waves that explain frames about equally well (count).
 const RIVALS: usize = 8;
-/// Another wave may be the right one whose sum of squares is as great but for this (share).
+/// Minimum sum of squares of a rival, relative to the greatest (share).
 const AS_GREAT: f32 = 0.85;
-/// The share of what varies in the LEDs' contrasts that a wave explains, at least.
+/// Minimum share of the variation in the LEDs' contrasts that a wave explains.
 const EXPLAINED: f32 = 0.2;
-/// One that explains less is lost.
+/// A wave that explains less is lost (share).
 const LOST: f32 = 0.05;
-/// By how much the signs have to speak for a wave and against all others (nats).
+/// Minimum score of the signs for a wave, and minimum margin over all others (nats).
 const CLEARLY: f32 = 6.0;
-/// What a sync panel says for a wave (nats), and how well it has to be seen (correlation).
+/// Score of a sync panel for a wave (nats).
 const SYNC_NATS: f32 = 6.0;
-/// See there.
+/// Minimum correlation of a sync panel.
 const SYNC_SEEN_BY: f32 = 0.85;
-/// What a pair of frames of the same symbol says for a wave or against it (nats), and how well they have to agree (correlation).
+/// Score of a pair of successive frames for a wave or against it (nats).
 const PAIR_NATS: f32 = 2.0;
-/// See there.
+/// Minimum correlation of such a pair, in absolute value.
 const PAIR_ALIKE: f32 = 0.6;
-/// Each sign is that of more LEDs (share).
+/// Each sign occurs in at least this share of the LEDs.
 const BOTH_SIGNS: f32 = 0.1;
-/// Two waves are the same that give other signs to fewer LEDs (share).
+/// Waves that differ in the signs of fewer LEDs count as one (share).
 const OTHER: f32 = 0.06;
-/// An LED's mean light is surer the more frames it is of (count).
+/// An LED's mean light becomes more certain over about this many frames (count).
 const MEAN_FRAMES: f32 = 16.0;
-/// Light of more than this is another's (root mean squares, squared).
+/// Maximum light that counts as an LED's (square, in mean squares).
 const SQUARE_MAX: f32 = 4.0;
-/// Frames that tell whether an outer line of LEDs is none of the panel's (count).
+/// Frames that show whether an outer line of LEDs is not the panel's (count).
 const RECENT_FRAMES: usize = 16;
-/// Such a line shows less of the wave than that (share of what all show),
+/// Maximum amplitude of the wave in such a line (share of the mean of all LEDs).
 const DARK: f32 = 0.3;
-/// where as much of it should be seen (mean square of the contrast, of which the greatest is 1).
+/// Minimum expected contrast of the wave there, so that its absence is evidence (mean square; the greatest contrast is 1).
 const SEEN_MIN: f32 = 0.1;
-/// What is left of how sure the signs were, from one look at a wave to the next, if nothing confirms it (share).
+/// Share of the signs' certainty that remains from one update of a wave to the next without confirmation.
 const STILL_SURE: f32 = 0.97;
-/// A wave of which the signs are less sure is looked for anew (nats).
+/// Certainty of the signs below which the wave is searched for again (nats).
 const UNSURE: f32 = 1.0;
-/// A wave that leaves more of the last frames than this multiple of what it left before is contradicted (mean squares).
+/// A wave is contradicted if its residual in the last frames exceeds this multiple of the residual before (mean squares).
 const CONTRADICTED: f32 = 1.7;
-/// Frames since the change, when a wave is first contradicted (count).
+/// Frames since the change when a contradiction is first noticed (count).
 const NOTICED_FRAMES: usize = 8;
-/// The growth of the unevenness of light among LEDs, since a wave was last looked for in vain, at which one may have begun (squared relative
-/// deviation).
+/// Increase of the unevenness of light among LEDs since the last failed search at which a wave may have begun (squared relative deviation).
 const MORE_UNEVEN: f32 = 0.1;
-/// A frame's weight in the mean of that.
+/// Weight of a frame in the mean unevenness.
 const UNEVEN_GAIN: f32 = 0.125;
-/// A panel of which lines and rows grow so differently from one frame to the next is another (share).
+/// If lines and rows grow this differently from one frame to the next, the panel is another (share).
 const OTHER_PLACE: f32 = 0.15;
-/// Frames from one search to the next, at least and at most, while none is found, and between two looks at a wave that is (count).
+/// Minimum number of frames between searches while no wave is known (count).
 const SEARCH_FRAMES: u32 = 4;
-/// See there.
+/// Maximum number of frames between such searches (count).
 const SEARCH_FRAMES_MAX: u32 = 64;
-/// Frames from one search to the next while several waves may be: trying them on all readings takes long (count).
+/// Frames between searches while several waves are possible (count): trying them on all readings takes long.
 const RIVALS_FRAMES: u32 = 4 * SEARCH_FRAMES;
-/// See there.
+/// Frames between updates of a known wave (count).
 const FOLLOW_FRAMES: u32 = 4;
 
-/// A frame's light.
+/// The light of a frame.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     number: u64,
-    /// When it was taken (frame periods).
+    /// The time of the frame (frame periods).
     time: f64,
-    /// The line of the panel's middle, and by how many lines LEDs are farther down from column to column and from row to row.
+    /// The line of the panel's middle. `growth` is the increase of an LED's line from column to column and from row to row.
     middle: f32,
     growth: [f32; 2],
-    /// By how much each LED is brighter than the mean, in `unit`s.
+    /// The brightness of each LED above the mean, in `unit`s.
     light: [i8; LEDS],
     unit: f32,
 }
@@ -118,16 +117,16 @@ impl Seen {
         self.middle + across * column + down * row
     }
 
-    /// Lines from the first LED to the last.
+    /// Number of lines from the first LED to the last.
     fn height(&self) -> f32 {
         (SIDE - 1) as f32 * self.growth.iter().map(|growth| growth.abs()).sum::<f32>()
     }
 }
 
-/// A carrier over time and lines.
+/// A carrier as a function of time and line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wave {
-    /// Cycles a frame period, and a line.
+    /// Cycles a frame period; `slope` is cycles a line.
     frequency: f64,
     slope: f32,
     /// The phase at `time` and `line` (cycles).
@@ -136,12 +135,12 @@ pub(super) struct Wave {
     line: f32,
     /// The number of its shape.
     shape: usize,
-    /// The light of an LED of full contrast, and the variance about that.
+    /// The light of an LED of full contrast, and the variance of the residual.
     amplitude: f32,
     variance: f32,
-    /// What the wave explains of what varies (share).
+    /// The share of the variation that the wave explains.
     explained: f32,
-    /// How sure its signs are (nats).
+    /// The certainty of its signs (nats).
     sure: f32,
 }
 
@@ -152,7 +151,7 @@ impl Wave {
         WAVEFORMS[self.shape][step(f64::from(frac(phase)))]
     }
 
-    /// The one that gives every second frame the other sign.
+    /// The wave with the other sign in every second frame.
     fn alternating(&self) -> Self {
         Self {
             frequency: self.frequency + 0.5,
@@ -165,14 +164,14 @@ impl Wave {
     }
 }
 
-/// The last frames, and the wave in them.
+/// The light of the last frames, and the wave in it.
 #[derive(Clone, Debug)]
 pub(super) struct Lines {
-    /// The oldest at `next`, once it is full.
+    /// A ring whose oldest frame is at `next`, once it is full.
     seen: [Seen; FRAMES],
     len: usize,
     next: usize,
-    /// The mean light of each LED, as far as it is sure.
+    /// The mean light of each LED, shrunk towards 0 while few frames are known.
     means: [f32; LEDS],
     wave: Option<Wave>,
     rivals: heapless::Vec<Wave, RIVALS>,
@@ -180,21 +179,21 @@ pub(super) struct Lines {
     pause: u32,
     /// The time of the first frame since the wave may have begun, ended or changed (frame periods).
     since: Option<f64>,
-    /// The unevenness of light among the LEDs of a frame (squared relative deviation), now and when a wave was last looked for in vain.
+    /// The mean unevenness of light among the LEDs of a frame (squared relative deviation), now and at the last failed search.
     uneven: f32,
     uneven_before: f32,
 }
 
-/// What came of a frame.
+/// The state of knowledge after a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Known {
     /// No wave.
     Nothing,
-    /// Several that may be: they are to be tried on the readings.
+    /// Several waves are possible and should be tried on the readings.
     Rivals,
     /// The wave has just been found.
     Now,
-    /// It was known before.
+    /// The wave was known before.
     Before,
 }
 
@@ -217,7 +216,7 @@ impl Lines {
         self.wave.is_some()
     }
 
-    /// The wave that is known, or those that may be.
+    /// The known wave, or the possible ones.
     pub fn waves(&self) -> &[Wave] {
         if self.is_known() { self.wave.as_slice() } else { &self.rivals }
     }
@@ -226,7 +225,7 @@ impl Lines {
         self.len
     }
 
-    /// Takes in the light of a frame.
+    /// Adds the light of a frame.
     pub fn push(&mut self, number: u64, time: f64, lights: &[f32; LEDS], corners: &Corners) -> Known {
         let [a, b, c, d] = corners.points().map(|[_, y]| y);
         let most = lights.iter().fold(f32::MIN_POSITIVE, |most, light| most.max(light.abs()));
@@ -283,7 +282,7 @@ impl Lines {
         found
     }
 
-    /// Notices a wave that begins on a panel that was still: LEDs then differ more in brightness.
+    /// Detects that a wave begins on a still panel, because the LEDs then differ more in brightness.
     fn look_for_a_beginning(&mut self, lights: &[f32; LEDS]) {
         let sum: f32 = lights.iter().map(|light| light.abs()).sum();
         let squares: f32 = lights.iter().map(|light| light * light).sum();
@@ -299,7 +298,7 @@ impl Lines {
         (self.since, self.wait) = (Some(self.last(back).time), SEARCH_FRAMES);
     }
 
-    /// Looks for a wave in the frames since a change, and forgets those before if there is one, or if none has come for long.
+    /// Searches the frames since a change for a wave. Forgets the frames before if it finds one, or if it finds none for long.
     fn search_since(&mut self, since: f64) -> Known {
         if self.wave.is_some_and(|wave| !self.is_contradicted(&wave)) {
             self.since = None;
@@ -324,7 +323,7 @@ impl Lines {
         found
     }
 
-    /// Whether a wave leaves much more of the LEDs' contrasts in the last frames than it left before (mean square).
+    /// Whether the wave's residual in the last frames is much larger than before (mean square).
     fn is_contradicted(&self, wave: &Wave) -> bool {
         let of_frame = |seen: &Seen| -> f32 {
             let off = |led: usize| self.light(seen, led).abs() - wave.amplitude * wave.contrast(seen, led).abs();
@@ -334,7 +333,7 @@ impl Lines {
         self.len > RECENT_FRAMES && left() > CONTRADICTED * wave.variance
     }
 
-    /// Whether an outer line of LEDs shows nothing of the wave, where the others do.
+    /// Whether an outer line of LEDs lacks the wave that the others show.
     pub fn misses_one(&self) -> bool {
         let Some(wave) = self.wave.as_ref().filter(|_| self.len >= RECENT_FRAMES) else {
             return false;
@@ -367,7 +366,7 @@ impl Lines {
         if self.wave.is_some() { Known::Before } else { Known::Nothing }
     }
 
-    /// The frame `back` before the last.
+    /// The frame `back` frames before the last.
     fn last(&self, back: usize) -> &Seen {
         &self.seen[(self.next + 2 * FRAMES - 1 - back) % FRAMES]
     }
@@ -377,12 +376,12 @@ impl Lines {
         (0..self.len.min(count)).map(|back| self.last(back))
     }
 
-    /// By how much the light of an LED differs from its mean.
+    /// The deviation of an LED's light from its mean.
     fn light(&self, seen: &Seen, led: usize) -> f32 {
         seen.unit * f32::from(seen.light[led]) - self.means[led]
     }
 
-    /// Reads the last frame by the wave.
+    /// Demodulates the last frame with the wave.
     pub fn read(&self, detection: &Detection) -> Option<Detection> {
         let wave = self.wave.as_ref()?;
         let llr = match self.since {
@@ -396,13 +395,13 @@ impl Lines {
         })
     }
 
-    /// The log-likelihood ratios of a frame's LEDs (nats): the less, the less contrast their line has, and no surer than the sign.
+    /// The log-likelihood ratios of a frame's LEDs (nats), smaller on lines with less contrast and no surer than the sign.
     fn llrs(&self, seen: &Seen, wave: &Wave) -> [f32; LEDS] {
         let scale = 2.0 * wave.amplitude / wave.variance.max(f32::MIN_POSITIVE);
         core::array::from_fn(|led| (scale * self.light(seen, led) * wave.contrast(seen, led)).clamp(-wave.sure, wave.sure))
     }
 
-    /// The number, the time and the soft values of a frame, the earliest being number 0.
+    /// The number, time and soft values of a frame; the earliest has index 0.
     pub fn reading(&self, index: usize, wave: &Wave) -> (u64, f64, SoftPanel) {
         let seen = self.last(self.len - 1 - index);
         (seen.number, seen.time, soft_panel(&self.llrs(seen, wave)))
@@ -414,7 +413,7 @@ impl Lines {
             core::array::from_fn(|led| per_frame * self.latest(FRAMES).map(|seen| seen.unit * f32::from(seen.light[led])).sum::<f32>());
     }
 
-    /// Σ of the squares' deviations from their mean, as a wave of that slope, of a frame; slopes in cycles a line.
+    /// Correlates a frame's squares, relative to their mean, with a wave of that slope (cycles a line).
     fn along(&self, seen: &Seen, slope: f32, line: f32, mean_square: f32) -> Sum {
         let per = 1.0 / mean_square;
         let mut sum = Sum::ZERO;
@@ -433,7 +432,7 @@ impl Lines {
         (squares.sum::<f32>() / (LEDS * self.len.min(count)) as f32).max(f32::MIN_POSITIVE)
     }
 
-    /// Looks for a wave.
+    /// Searches for a wave.
     #[cold]
     #[inline(never)]
     fn search(&mut self) -> Known {
@@ -448,12 +447,12 @@ impl Lines {
             return Known::Nothing;
         }
         let (last, first) = (*self.last(0), *self.last(count - 1));
-        // That of a frame: half a cycle more a frame turns no phase there.
+        // The time of a frame: half a cycle more per frame leaves the phase there unchanged.
         let (time, line, height) = (self.last(count / 2).time, last.middle, last.height());
         let mean_square = self.mean_square(count);
         let frequency_step = 0.25 / (last.time - first.time).max(1.0);
         let is_steady = is_steady(self.latest(count).map(|seen| seen.time));
-        // What is steady sees frequencies a whole cycle apart as one.
+        // Steady frames cannot distinguish frequencies that are a whole cycle apart.
         let (least, most) = if is_steady {
             (0.0, 1.0)
         } else {
@@ -525,7 +524,7 @@ impl Lines {
         Known::Rivals
     }
 
-    /// The wave of the squares beside a candidate that is greatest in all frames; its frequency is the squares', its slope the carrier's.
+    /// The strongest wave of the squares in all frames near a candidate, with the frequency of the squares and the slope of the carrier.
     fn refined(&self, candidate: Candidate, time: f64, line: f32, steps: [f64; 2], rounds: u32) -> Wave {
         let mean_square = self.mean_square(FRAMES);
         let sum = |frequency: f64, slope: f32| {
@@ -570,7 +569,7 @@ impl Lines {
         }
     }
 
-    /// The same wave, with the shape that explains the LEDs' contrasts best.
+    /// The wave with the shape that explains the LEDs' contrasts best.
     fn fitted(&self, wave: &Wave) -> Wave {
         let count = (LEDS * self.len) as f32;
         let (mut best, mut least) = (*wave, f32::INFINITY);
@@ -602,7 +601,7 @@ impl Lines {
         best
     }
 
-    /// What sync panels and pairs of frames of one symbol say for a wave (nats).
+    /// The score of sync panels and pairs of successive frames for a wave (nats).
     fn signs(&self, wave: &Wave) -> f32 {
         let mut score = 0.0;
         let mut after: Option<[f32; LEDS]> = None;
@@ -629,14 +628,14 @@ impl Lines {
         score
     }
 
-    /// Whether LEDs are seen with either sign, as none of a still panel are.
+    /// Whether both signs occur among the LEDs, which they do not on a still panel.
     fn changes_sign(&self, wave: &Wave) -> bool {
         let signs = self.latest(FRAMES).flat_map(|seen| wave.contrasts(seen));
         let complements = signs.filter(|contrast| *contrast < 0.0).count() as f32 / (LEDS * self.len) as f32;
         (BOTH_SIGNS..1.0 - BOTH_SIGNS).contains(&complements)
     }
 
-    /// The share of the last LEDs to which two waves give other signs, up to one common sign.
+    /// The share of recent LEDs whose sign differs between two waves, up to one common sign.
     fn differ(&self, a: &Wave, b: &Wave) -> f32 {
         let (mut other, mut all) = (0, 0);
         for seen in self.latest(SEARCH_FRAMES as usize * 4) {
@@ -648,7 +647,7 @@ impl Lines {
         other.min(all - other) as f32 / all.max(1) as f32
     }
 
-    /// Follows the wave to the frames seen since.
+    /// Adjusts the wave to the frames seen since.
     #[inline(never)]
     fn follow(&mut self) {
         let Some(before) = self.wave else { return };
@@ -686,7 +685,7 @@ impl Lines {
     }
 }
 
-/// A wave of the squares of light: cycles a frame period and a line, and how great it is.
+/// A wave of the squares of light: cycles a frame period, cycles a line, and amplitude.
 #[derive(Clone, Copy, Debug)]
 struct Candidate {
     frequency: f64,
@@ -695,7 +694,7 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// Takes its place among the greatest, of which each stands for those beside it.
+    /// Enters the list of the greatest candidates. Each of them represents its neighbours.
     fn contend<const N: usize>(self, candidates: &mut heapless::Vec<Self, N>, frequency_step: f64, slope_step: f32) {
         let is_near = |other: &&mut Self| {
             let apart = (other.frequency - self.frequency).abs();
@@ -731,7 +730,7 @@ mod tests {
         sure: 20.0,
     };
 
-    /// Frames of a panel that shows such a wave, of which a row or column shows nothing: from an LED on, in such steps.
+    /// Frames of a panel with [`WAVE`]. One row or column, given by its first LED and the step between its LEDs, does not show the wave.
     fn seen(dark: Option<(usize, usize)>) -> Lines {
         let corners = Corners::new([[9.0, 9.0], [51.0, 9.0], [51.0, 51.0], [9.0, 51.0]]).expect("corners");
         let mut lines = Lines {
@@ -757,7 +756,7 @@ mod tests {
         lines
     }
 
-    /// Such a panel is followed a line off.
+    /// A panel with such a line is followed one line off.
     #[test]
     fn an_outer_line_without_light_is_missed() {
         assert!(!seen(None).misses_one());
@@ -770,7 +769,7 @@ mod tests {
         }
     }
 
-    /// Signs that nothing confirms are no longer as sure as they were.
+    /// The certainty of unconfirmed signs decreases.
     #[test]
     fn evidence_on_signs_fades() {
         let mut lines = seen(None);

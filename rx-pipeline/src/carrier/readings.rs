@@ -1,20 +1,20 @@
-//! The last readings, which are read again once the carrier is known.
+//! The last readings, which are decoded again once the carrier is known.
 
 use super::fit::Fit;
 use super::history::FRAMES;
 use super::lines::Lines;
 use link::panel::SoftPanel;
 
-/// A reading as it was seen, with the carrier's sign or not.
+/// A reading with the sign as seen, not the carrier's.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     number: u64,
-    /// When it was taken (frame periods).
+    /// The time of the frame (frame periods).
     time: f64,
     soft: SoftPanel,
 }
 
-/// The last readings, the oldest at `next`.
+/// The last readings, a ring whose oldest is at `next`.
 #[derive(Clone, Debug)]
 pub(super) struct Readings {
     seen: [Seen; FRAMES],
@@ -39,39 +39,39 @@ impl Readings {
         self.len = (self.len + 1).min(FRAMES);
     }
 
-    /// Forgets those before that time (frame periods).
+    /// Forgets readings before that time (frame periods).
     pub fn forget_before(&mut self, time: f64) {
         let is_earlier = |index: usize| self.seen[(self.next + FRAMES - self.len + index) % FRAMES].time < time;
         self.len -= (0..self.len).take_while(|&index| is_earlier(index)).count();
     }
 
-    /// The reading of a frame with the sign that a carrier gives it, the earliest being number 0.
+    /// A frame's reading with the sign of a carrier; the earliest has index 0.
     fn reading(&self, index: usize, fit: &Fit) -> (u64, f64, SoftPanel) {
         let seen = &self.seen[(self.next + FRAMES - self.len + index) % FRAMES];
         (seen.number, seen.time, fit.signed(seen.time, &seen.soft))
     }
 }
 
-/// Readings of frames before the carrier was known, with the signs that it gives them: or with those of each carrier that may be, if more
-/// than one explain them as well.
+/// Readings from before the carrier was known, with the signs that the carrier gives them. If several carriers explain them equally well,
+/// each gives one set of signs.
 #[derive(Clone, Copy, Debug)]
 pub struct Reread<'a>(pub(super) Source<'a>);
 
-/// Where they come from.
+/// The source of the readings.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Source<'a> {
-    /// Frames of one sign each.
+    /// Frames with one sign each.
     Frames {
         readings: &'a Readings,
         fits: &'a [Fit],
         is_known: bool,
     },
-    /// Frames of which each line has its own.
+    /// Frames in which each line has its own sign.
     Lines(&'a Lines),
 }
 
 impl Source<'_> {
-    /// How many carriers, and how many frames.
+    /// The numbers of carriers and of frames.
     fn counts(&self) -> [usize; 2] {
         match self {
             Self::Frames { readings, fits, .. } => [fits.len(), readings.len],
@@ -79,7 +79,7 @@ impl Source<'_> {
         }
     }
 
-    /// The reading of a frame by a carrier: its number, the time (frame periods) and the soft values.
+    /// A frame's reading with a carrier's signs: its number, its time (frame periods) and the soft values.
     fn reading(&self, carrier: usize, frame: usize) -> (u64, f64, SoftPanel) {
         match self {
             Self::Frames { readings, fits, .. } => readings.reading(frame, &fits[carrier]),
@@ -89,7 +89,7 @@ impl Source<'_> {
 }
 
 impl Reread<'_> {
-    /// Whether the carrier is known, so that later readings go on with these signs.
+    /// Whether the carrier is known, so that later readings continue with these signs.
     pub fn is_known(&self) -> bool {
         match self.0 {
             Source::Frames { is_known, .. } => is_known,
@@ -97,8 +97,8 @@ impl Reread<'_> {
         }
     }
 
-    /// By each carrier, the numbers of the frames, by how many frame periods they were taken later than these say, and their soft values, the
-    /// earliest first.
+    /// For each carrier, the frames from the earliest on: their numbers, their delay after the time that the number implies (frame
+    /// periods), and their soft values.
     pub fn each(&self) -> impl Iterator<Item = impl Iterator<Item = (u64, f64, SoftPanel)>> {
         let [carriers, frames] = self.0.counts();
         (0..carriers).map(move |carrier| {

@@ -1,27 +1,28 @@
-//! Rows of LEDs with one sign each in all frames: a carrier in step with the frames, before a rolling shutter.
+//! Rows of LEDs that have the same sign in all frames: a rolling shutter sees a carrier in step with the frames.
 //!
-//! No frame then shows the complement of another, and the contrast does not change. But the sync panel shows which rows are inverted.
+//! In this case, no frame shows the complement of another, and the contrast is constant. Only the sync panel shows which rows are inverted.
 
 use super::NEAR;
 use link::framing::SYNC_SEEN;
 use link::panel::{PanelFrame, SIDE, SoftPanel};
 
-/// How well each row has to show the sync panel or its complement (correlation), and how many may not (count).
+/// Minimum correlation of each row with the sync panel or its complement.
 const SEEN_BY: f32 = 0.85;
-/// See there.
+/// Maximum number of rows that show neither (count).
 const UNSEEN: u32 = 1;
-/// Sync panels with the same rows inverted, from which on all frames have (count). Fewer: carriers that are not in step seem to be.
+/// Number of sync panels with the same inverted rows after which the rows count as inverted in all frames (count). Fewer: carriers that are
+/// not in step are accepted.
 const SIGHTINGS: u8 = 3;
 
-/// The rows that are inverted, but for one sign common to all.
+/// The inverted rows, up to one common sign.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rows {
     /// A bit for each row.
     inverted: u8,
-    /// When a sync panel showed that last (frame periods), and how many have.
+    /// The time of the last sync panel that showed them (frame periods); `sightings` counts these panels.
     time: f64,
     sightings: u8,
-    /// Whether a frame since then showed none.
+    /// Whether a later frame showed no sync panel.
     is_over: bool,
 }
 
@@ -33,7 +34,7 @@ impl Rows {
         is_over: true,
     };
 
-    /// Takes in what a frame showed.
+    /// Processes a frame.
     pub fn see(&mut self, time: f64, soft: &SoftPanel) {
         let Some((inverted, seen)) = SYNC_SEEN.iter().find_map(|sync| inverted(sync, soft)) else {
             self.is_over = true;
@@ -42,7 +43,7 @@ impl Rows {
         if time - self.time < NEAR {
             return;
         }
-        // A row that is not seen keeps its sign, and one sign is common to all.
+        // A row that is not seen keeps its sign, and all signs are relative to a common one.
         let differing = (inverted ^ self.inverted) & seen;
         let is_complement = 2 * differing.count_ones() > seen.count_ones();
         let differing = if is_complement { !differing & seen } else { differing };
@@ -51,7 +52,7 @@ impl Rows {
             inverted: self.inverted ^ differing,
             time,
             sightings: if differing == 0 || is_slow {
-                // The same sync panel in a further frame says nothing new.
+                // The same sync panel in another frame adds no evidence.
                 self.sightings.saturating_add(u8::from(self.is_over))
             } else {
                 1
@@ -60,21 +61,21 @@ impl Rows {
         };
     }
 
-    /// The LEDs that are inverted; none as long as that is not known.
+    /// The inverted LEDs; 0 until they are known.
     pub fn leds(&self) -> u64 {
         if self.sightings >= SIGHTINGS { leds_of(self.inverted) } else { 0 }
     }
 }
 
-/// The LEDs of rows, a bit for each.
+/// The LEDs of the rows in a mask.
 fn leds_of(rows: u8) -> u64 {
     (0..SIDE).fold(0, |leds, row| leds | (u64::from(rows >> row & 1) * 0xff) << (SIDE * row))
 }
 
-/// The rows that show the complement of a sync panel, and those that show either, if nearly all do.
+/// The rows that show the complement of a sync panel, and the rows that show either sign, if nearly all do.
 fn inverted(sync: &PanelFrame, soft: &SoftPanel) -> Option<(u8, u8)> {
     let (mut inverted, mut seen) = (0u8, 0u8);
-    // Positive where it agrees.
+    // Positive for agreement.
     let agreement = soft.flipped(!sync.bits()).0.map(i32::from);
     for (row, leds) in agreement.chunks_exact(SIDE).enumerate() {
         let (agreeing, all) = leds.iter().fold((0, 0), |(agreeing, all), led| (agreeing + led, all + led.abs()));
@@ -88,7 +89,7 @@ fn inverted(sync: &PanelFrame, soft: &SoftPanel) -> Option<(u8, u8)> {
 mod tests {
     use super::*;
 
-    /// No orientation of the sync panel looks like another whose rows are inverted.
+    /// No orientation of the sync panel looks like another one with inverted rows.
     #[test]
     fn sync_panels_have_no_rows_inverted() {
         for sync in SYNC_SEEN {
@@ -101,7 +102,7 @@ mod tests {
         }
     }
 
-    /// A sync panel of which some rows are inverted, and one LED after another of the last row shows something else.
+    /// A sync panel with some inverted rows, in whose last row LEDs are altered by `other`.
     fn sync_panel(inverted: u8, other: u64) -> SoftPanel {
         let bits = SYNC_SEEN[0].bits() ^ leds_of(inverted) ^ other << (SIDE * (SIDE - 1));
         SoftPanel::certain(PanelFrame::from_bits(bits), 40)

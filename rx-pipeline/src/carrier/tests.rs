@@ -14,7 +14,7 @@ fn symbol(number: u64) -> u64 {
     })
 }
 
-/// What a frame shows of a panel at that contrast: its bits, or their complement.
+/// The detection of a panel at that contrast: its bits, or their complement.
 fn seen(bits: u64, contrast: f32) -> Detection {
     let shown = if contrast < 0.0 { !bits } else { bits };
     let llr = core::array::from_fn(|led| if shown >> led & 1 == 1 { 30.0 } else { -30.0f32 } * contrast.abs());
@@ -28,8 +28,8 @@ fn corners() -> Corners {
     Corners::new([[10.0, 10.0], [52.0, 10.0], [52.0, 52.0], [10.0, 52.0]]).expect("corners")
 }
 
-/// Whether readings are the panel (true) or its complement, of those that say anything, of frames whose contrast is `contrast` of their
-/// number.
+/// For each frame with a clear reading, whether it shows the panel (true) or its complement; `contrast` gives the contrast of a frame by
+/// its number.
 fn signs(frames: u64, contrast: impl Fn(u64) -> f32) -> Vec<(u64, bool)> {
     let mut carrier = std::boxed::Box::new(Carrier::NONE);
     let mut signs = Vec::new();
@@ -53,7 +53,7 @@ fn frames_get_one_sign() {
                 libm::cos(core::f64::consts::TAU * cycles) as f32
             };
             let signs = signs(260, contrast);
-            // A slow one changes its sign before that is seen to be one.
+            // A slow carrier changes its sign before it is recognised.
             let later: Vec<bool> = signs
                 .iter()
                 .filter(|(number, _)| *number >= 160)
@@ -91,8 +91,8 @@ fn what_is_no_number_is_no_carrier() {
     }
 }
 
-/// Readings of a panel of which the lines are exposed one after another, of frames that see LEDs at that contrast by their number and row,
-/// with noise of so much of it.
+/// Readings of a panel whose lines are exposed one after another. `contrast` gives the contrast by frame number and row; `noise` is the
+/// amplitude of the noise, relative to full contrast.
 fn by_lines(frames: u64, noise: f32, contrast: impl Fn(u64, usize) -> f32) -> Vec<(u64, PanelFrame, u64)> {
     let mut carrier = std::boxed::Box::new(Carrier::NONE);
     let mut state = 1u64;
@@ -135,12 +135,12 @@ fn rows_of_still_panels_are_left_as_they_are() {
     }
 }
 
-/// A carrier before lines, by the phase of the first row in frame 0, and its cycles a frame and a row.
+/// A carrier seen by a rolling shutter, from the phase of the first row in frame 0 and the cycles per frame and per row.
 fn rolling(phase: f64, frequency: f64, slope: f64) -> impl Fn(u64, usize) -> f32 {
     move |number, row| libm::cos(core::f64::consts::TAU * (phase + frequency * number as f64 + slope * row as f64)) as f32
 }
 
-/// Soft values are no surer than the sign: not as soon as the carrier is known, nor next to a phase at which it is blind.
+/// Soft values are no surer than the sign, neither when the carrier has just been found nor next to a blind phase.
 #[test]
 fn no_bit_is_surer_than_the_sign() {
     let contrast = rolling(0.05, 0.2497, 0.0);
@@ -165,7 +165,7 @@ fn no_bit_is_surer_than_the_sign() {
     assert!(!is_first && next_to_blind > 0);
 }
 
-/// Rows that a carrier in step with the frames inverts.
+/// Rows that are inverted by a carrier in step with the frames.
 #[test]
 fn rows_in_step_are_told_by_sync_panels() {
     const INVERTED: u64 = 0x00ff_ff00_00ff_ff00;

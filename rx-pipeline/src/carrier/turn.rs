@@ -1,25 +1,25 @@
 //! Sums of rotating phasors.
 
-/// The part of a number beyond the greatest whole one below it.
+/// The fractional part: x − ⌊x⌋.
 pub(super) fn frac(x: f32) -> f32 {
     x - libm::floorf(x)
 }
 
-/// Σ of amplitudes at phases, as cosine and sine.
+/// A sum of phasors, as cosine and sine.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sum([f32; 2]);
 
 impl Sum {
     pub const ZERO: Self = Self([0.0; 2]);
 
-    /// Adds an amplitude at a phase (cycles), backwards.
+    /// Adds an amplitude at the negative of a phase (cycles).
     pub fn add(&mut self, amplitude: f32, phase: f32) {
         let (cosine, sine) = (sine(phase + 0.25), sine(phase));
         self.0[0] += amplitude * cosine;
         self.0[1] -= amplitude * sine;
     }
 
-    /// Adds another sum, turned backwards by a phase (cycles).
+    /// Adds another sum, rotated backwards by a phase (cycles).
     pub fn add_turned(&mut self, other: &Self, phase: f32) {
         let (cosine, sine) = (sine(phase + 0.25), sine(phase));
         let [re, im] = other.0;
@@ -36,16 +36,16 @@ impl Sum {
         re * re + im * im
     }
 
-    /// Its phase (cycles): that of a wave cos 2π(x + phase).
+    /// The phase of the sum (cycles): that of a wave cos 2π(x + phase).
     pub fn phase(&self) -> f32 {
         let [re, im] = self.0;
         libm::atan2f(im, re) / core::f32::consts::TAU
     }
 }
 
-/// sin 2πx within 0.0011, for less than 10⁴ cycles: two parabolas, and what they are off.
+/// sin 2πx with an error of at most 0.0011 for |x| below 10⁴: a parabola and its square as a correction.
 fn sine(x: f32) -> f32 {
-    // The nearest whole number, or nearly so, by the quickest way.
+    // The nearest whole number or nearly so, by the fastest method.
     let x = x - ((x + 16384.5) as i32 - 16384) as f32;
     let parabola = 8.0 * x - 16.0 * x * x.abs();
     0.775 * parabola + 0.225 * parabola * parabola.abs()

@@ -1,16 +1,16 @@
-//! The contrast of an exposure of a square carrier, by the phase at which it falls.
+//! The contrast of an exposure of a square carrier as a function of the phase.
 
 use link::waveform::Waveform;
 
-/// Phases that are told apart in a cycle.
+/// Number of phase steps in a cycle.
 pub(super) const PHASES: usize = 256;
-/// The parts of a cycle by which exposures exceed whole ones, of the shapes that are tried: beyond a half they are the same again, upside
-/// down.
+/// For each shape that is tried, the part of a cycle by which the exposure exceeds whole cycles. Beyond a half, the shapes repeat with the
+/// opposite sign.
 const EXCESS: [f64; 4] = [0.06, 0.2, 0.35, 0.5];
-/// Shapes that are tried.
+/// Number of shapes that are tried.
 pub(super) const SHAPES: usize = EXCESS.len();
 
-/// By the phase of an exposure's middle, how much more of it an LED that is 1 is On than one that is 0: 1 at its greatest.
+/// The contrast by the phase of an exposure's middle: how much longer a 1 is lit than a 0, at most 1.
 pub(super) type Shape = [f32; PHASES];
 
 /// All shapes.

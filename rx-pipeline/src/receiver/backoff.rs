@@ -1,10 +1,10 @@
-//! When a panel that is followed, but read with unsure bits, is looked for again.
+//! Schedules searches for a panel that is followed but read with unsure bits.
 
-/// Frames without a search between two, at most (frames). More: cheaper where bits stay unsure, and a panel that is followed beside its
-/// place is found there later.
+/// Maximum number of frames between two searches (frames). More: cheaper if bits stay unsure, but a panel that is followed beside its place
+/// is found later.
 const LONGEST_FRAMES: u32 = 8;
 
-/// Each search that brings nothing new makes the wait for the next one longer: 1, 2, 4, 8 frames.
+/// Each unsuccessful search lengthens the wait for the next one: 1, 2, 4, 8 frames.
 #[derive(Clone, Copy)]
 pub(super) struct Backoff {
     wait: u32,
@@ -15,20 +15,20 @@ impl Backoff {
     /// No wait.
     pub const NONE: Self = Self { wait: 0, left: 0 };
 
-    /// Whether a search is due in this frame; counts it if not.
+    /// Whether a search is due in this frame; otherwise counts the frame.
     pub fn is_due(&mut self) -> bool {
         let is_due = self.left == 0;
         self.left = self.left.saturating_sub(1);
         is_due
     }
 
-    /// Waits after a search, longer than after the one before.
+    /// Starts a wait after a search, longer than the last one.
     pub fn wait_longer(&mut self) {
         self.left = self.wait;
         self.wait = (2 * self.wait).clamp(1, LONGEST_FRAMES);
     }
 
-    /// Waits less after a frame whose bits were sure.
+    /// Shortens the wait after a frame whose bits were sure.
     pub fn calm_down(&mut self) {
         self.wait /= 2;
         self.left = self.left.min(self.wait);

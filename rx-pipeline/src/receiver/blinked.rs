@@ -1,67 +1,68 @@
-//! Is what was found by its blinking a panel?
+//! Decides whether something that was found by its blinking is a panel.
 //!
-//! Lamps of a sign that all switch together, a lit window or an edge that moves can look like 64 LEDs for a moment. A panel goes on
-//! otherwise: it shows one symbol after another in which about half of the LEDs are On, each time others, and frames of the link. It has to
-//! do so all the time: after a knock LEDs of a panel that is elsewhere may lie where others were.
+//! Lamps of a sign that all switch together, a lit window or a moving edge can look like 64 LEDs for a moment. A panel differs: it shows
+//! one symbol after another, each with about half of the LEDs On and each with others, and frames of the link. It has to do so all the
+//! time: after a knock, LEDs of a panel that is now elsewhere may lie where others were.
 
 use crate::corners::Corners;
 use link::framing::Event;
 use link::panel::LEDS;
 
-/// Symbols in which a place has to prove that it is a panel; and once more after each proof.
+/// Symbols in which a place has to prove that it is a panel, again after each proof.
 const PROOF_SYMBOLS: u32 = 30;
-/// So many symbols must have been seen to tell by them.
+/// Minimum number of symbols for a proof by blinking.
 const LEAST_SYMBOLS: u32 = 16;
-/// LEDs that may not have blinked: they are broken.
+/// Maximum number of LEDs that have not blinked, because they are broken.
 const MOST_STILL: usize = 4;
-/// An LED blinks if it is both On and Off in this part of the symbols: one over six. A panel's is Off or On less often once in 240 times
-/// (16 symbols) to 17 000 (30 symbols); of the LEDs that an edge moves over one row is On at a time, one over eight.
+/// An LED blinks if it is On in at least one sixth of the symbols, and Off in at least one sixth. A panel's LED fails this once in 240
+/// times (16 symbols) to once in 17 000 times (30 symbols). Of the LEDs that an edge moves over, one row is On at a time, which is one
+/// eighth.
 const LEAST_PART: u32 = 6;
-/// LEDs by which two symbols differ at least; readings of one differ by less.
+/// Minimum number of LEDs that differ between two symbols; readings of one symbol differ in fewer.
 const OTHER_SYMBOL: u32 = 13;
-/// A place that has proved to be no panel is passed over for so many symbols.
+/// Number of symbols for which a place that has proved to be no panel is skipped.
 const REST_SYMBOLS: u32 = 90;
-/// A place that was lost before it could prove anything is passed over for so many symbols: others have their turn.
+/// Number of symbols for which a place that was lost before a proof is skipped, so that others get their turn.
 const SHORT_REST_SYMBOLS: u32 = 15;
-/// Places that are remembered.
+/// Number of skipped places that are stored.
 const PLACES: usize = 4;
 
-/// Frames in which so many symbols are shown as a proof takes, at a rate above 0.
+/// The number of frames in which the symbols of a proof are shown, at a rate above 0.
 pub fn proof_frames(symbols_per_frame: f32) -> u64 {
     ((PROOF_SYMBOLS as f32 / symbols_per_frame) as u64).saturating_add(1)
 }
 
-/// What a place has shown since it was found.
+/// The symbols of a place since it was found.
 #[derive(Clone, Copy)]
 pub struct Blinked {
-    /// The frame in which it was found, or proved to be a panel.
+    /// The frame in which it was found, or last proved to be a panel.
     since: u64,
-    /// The frame that was judged last.
+    /// The last frame that was judged.
     latest: u64,
     /// Whether it has proved to be a panel before.
     was_panel: bool,
     is_proved: bool,
     symbols: u32,
     last: u64,
-    /// In how many symbols each LED was On.
+    /// For each LED, the number of symbols in which it was On.
     on: [u8; LEDS],
 }
 
-/// What a place is.
+/// The judgement of a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// It has not shown enough.
+    /// It has not shown enough symbols.
     Unsure,
     /// A panel.
     Panel,
-    /// It was a panel, and has shown none for as long as a proof takes.
+    /// It was a panel, and has not proved to be one for the duration of a proof.
     Gone,
-    /// Something else.
+    /// It is not a panel.
     Other,
 }
 
 impl Blinked {
-    /// Of a place that was found in that frame.
+    /// The state of a place that was found in that frame.
     pub fn new(found: u64) -> Self {
         Self {
             since: found,
@@ -74,7 +75,7 @@ impl Blinked {
         }
     }
 
-    /// It shows these bits, by groups of LEDs that are far apart: noise and light that is evenly spread part into two as well.
+    /// Adds a reading's bits, whose two groups of LEDs must be far apart, because noise and evenly spread light form two groups as well.
     pub fn see(&mut self, bits: u64) {
         let is_new = self.symbols == 0 || (bits ^ self.last).count_ones() >= OTHER_SYMBOL;
         if self.is_proved || !is_new || self.symbols >= u32::from(u8::MAX) {
@@ -88,8 +89,8 @@ impl Blinked {
         self.is_proved = self.symbols >= LEAST_SYMBOLS && self.still() <= MOST_STILL;
     }
 
-    /// Its symbols meant this. What a reading happens to look like is never one of these: of 10⁸ random ones none was taken for a header.
-    /// The end of a segment is no proof: one that a lost panel began ends by itself.
+    /// Adds an event of its symbols. A header that was read (not only expected), a beacon or a size is a proof: none of 10⁸ random readings
+    /// passed as a header. The end of a segment is none, because a segment that a lost panel began ends by itself.
     pub fn hear(&mut self, event: &Event<'_>) {
         self.is_proved |= matches!(
             event,
@@ -97,7 +98,7 @@ impl Blinked {
         );
     }
 
-    /// What it is, by frame `number`, if [`PROOF_SYMBOLS`] take so many frames. Frames that nobody saw do not count.
+    /// The judgement at frame `number`, if [`PROOF_SYMBOLS`] take `proof_frames` frames. Missing frames do not count.
     pub fn verdict(&mut self, number: u64, proof_frames: u64) -> Verdict {
         let unseen = number.saturating_sub(self.latest).saturating_sub(1);
         self.since = self.since.saturating_add(unseen);
@@ -117,7 +118,7 @@ impl Blinked {
         }
     }
 
-    /// LEDs that have not blinked.
+    /// Number of LEDs that have not blinked.
     fn still(&self) -> usize {
         let is_still = |&&on: &&u8| {
             let on = u32::from(on);
@@ -127,14 +128,14 @@ impl Blinked {
     }
 }
 
-/// A part of a frame: columns and rows from the first of each pair up to below the second.
+/// A part of a frame: for columns and rows, the first and the end, which is not included.
 pub type Area = [[usize; 2]; 2];
 
-/// Places that are passed over for a while.
+/// Places that are skipped for a while.
 #[derive(Clone, Copy)]
 pub struct Barred {
     places: [Option<(Area, u64)>; PLACES],
-    /// Which one is forgotten next.
+    /// The entry that is overwritten next.
     next: usize,
 }
 
@@ -144,7 +145,7 @@ impl Barred {
         next: 0,
     };
 
-    /// From frame `number` on passes a place over that was no panel, or was lost before anybody knew.
+    /// Skips a place from frame `number` on, if it is not a panel or was lost before its proof.
     pub fn add(&mut self, corners: &Corners, verdict: Verdict, number: u64, proof_frames: u64) {
         let symbols = match verdict {
             Verdict::Panel | Verdict::Gone => return,
@@ -158,14 +159,14 @@ impl Barred {
         self.next = (self.next + 1) % PLACES;
     }
 
-    /// The places that are passed over in frame `number`.
+    /// The places that are skipped in frame `number`.
     pub fn areas(&self, number: u64) -> impl Iterator<Item = Area> {
         let places = self.places.into_iter().flatten();
         places.filter(move |&(_, until)| number < until).map(|(area, _)| area)
     }
 }
 
-/// What is within one pitch of a panel.
+/// The area within one pitch of a panel.
 fn around(corners: &Corners) -> Area {
     let pitch = corners.pitch_px();
     [0, 1].map(|axis| {
@@ -189,7 +190,7 @@ mod tests {
         *seed
     }
 
-    /// What a place is after the time of its proof, of which each frame shows what `bits` says.
+    /// The judgement of a place at the end of its proof; `bits` gives the bits of each frame.
     fn judged(mut bits: impl FnMut(u64) -> u64) -> Verdict {
         let mut blinked = Blinked::new(7);
         for number in 7..7 + PROOF_FRAMES {
@@ -199,7 +200,7 @@ mod tests {
         blinked.verdict(7 + PROOF_FRAMES, PROOF_FRAMES)
     }
 
-    /// Each symbol seen in one and a half frames, and three LEDs broken: of 10 000 each is taken for a panel.
+    /// Each symbol is shown in one and a half frames, and three LEDs are broken: all 10 000 panels are accepted.
     #[test]
     fn panels_prove_to_be_panels() {
         let mut seed = 0x1234_5678_9abc_def1;
@@ -232,7 +233,7 @@ mod tests {
         assert_eq!(verdict, Verdict::Other);
     }
 
-    /// An edge that goes to and fro: one column at a time stands out.
+    /// An edge that moves back and forth, so that one column at a time differs.
     #[test]
     fn a_moving_edge_is_no_panel() {
         for inverted in [0, u64::MAX] {

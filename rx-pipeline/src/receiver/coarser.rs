@@ -1,8 +1,8 @@
-//! Lattices that are finer than the panel's: every second, fourth, fifth, eighth or ninth place is an LED.
+//! Detects that a lattice is finer than the panel's: only every second, fourth, fifth, eighth or ninth place is an LED.
 //!
-//! The LEDs of a carrier all glow, and where an exposure sees little of their bits, what stands out is that there are LEDs and nothing
-//! between them. A lattice that lies across the panel's, or is a part as wide, is then read as a panel of which the On LEDs form a lattice
-//! themselves, as those of a message never do.
+//! All LEDs of a carrier glow. In an exposure that sees little of their bits, an LED stands out only against the gaps. A lattice that lies
+//! at an angle to the panel's, or has a fraction of its pitch, is then read as a panel whose On LEDs form a lattice themselves. In a
+//! message they never do.
 
 use crate::frame::Frame;
 use crate::lattice::{Lattice, MIDDLE};
@@ -10,15 +10,16 @@ use link::panel::{LEDS, SIDE};
 
 /// Columns and rows from one LED to the next in its row, in places of the finer lattice.
 const STEPS: [[i32; 2]; 6] = [[3, 0], [2, 2], [2, 1], [2, -1], [2, 0], [1, 1]];
-/// The share of the places with an LED that seem to be On, at least,
+/// Minimum share of the places with an LED that look On.
 const ON: f32 = 0.6;
-/// and how many of the others, at most (count).
+/// Maximum number of the other places that look On (count).
 const OFF: u32 = 1;
 
-/// How much better the LEDs of the coarser lattice stand out: twice or more if there are no LEDs between them, as much if they are Off.
+/// Minimum contrast of the coarser lattice's LEDs relative to the finer's: twice or more if there are no LEDs between them, equal if those
+/// are Off.
 const STANDS_OUT: f32 = 1.5;
 
-/// A lattice of which one place is known to be an LED.
+/// A coarser lattice, and one place of the finer lattice that is an LED.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Coarser {
     step: [i32; 2],
@@ -26,7 +27,7 @@ pub(super) struct Coarser {
 }
 
 impl Coarser {
-    /// That of the LEDs that are On in `bits`, if they are such a lattice.
+    /// The lattice of the LEDs that are On in `bits`, if they form one.
     pub fn of(bits: u64) -> Option<Self> {
         let first = bits.trailing_zeros() as i32;
         let led = [first % SIDE as i32, first / SIDE as i32];
@@ -37,7 +38,7 @@ impl Coarser {
         })
     }
 
-    /// The places that are LEDs.
+    /// The places with LEDs, as bits.
     fn leds(&self) -> u64 {
         let [a, b] = self.step;
         let is_led = |place: usize| {
@@ -47,8 +48,8 @@ impl Coarser {
         (0..LEDS).fold(0, |leds, place| leds | u64::from(is_led(place)) << place)
     }
 
-    /// The panel in a frame whose LEDs are such places of a `lattice`: that LED is whichever of the panel makes the LEDs stand out most from
-    /// the places between them. None if no such panel lies within the frame, or if its LEDs stand out no better than those of `lattice`.
+    /// The panel whose LEDs are such places of `lattice`. The known LED gets the row and column with which the LEDs stand out most from the
+    /// gaps. None if no such panel lies within the frame, or if its LEDs stand out no better than those of `lattice`.
     pub fn panel(&self, frame: &Frame<'_>, lattice: &Lattice) -> Option<Lattice> {
         let [a, b] = self.step.map(|step| step as f32);
         let [column, row] = [0, 1].map(|axis| {
@@ -77,7 +78,7 @@ impl Coarser {
     }
 }
 
-/// By how much the LEDs of a panel are brighter than the places between and around them (grey levels); none if it is not in the frame.
+/// The mean difference between a panel's LEDs and the places between and around them (grey levels); none if the panel is not in the frame.
 fn stands_out(frame: &Frame<'_>, panel: &Lattice) -> Option<f32> {
     let mean = |side: usize, first: f32| {
         let mut sum = 0.0;

@@ -1,17 +1,17 @@
-//! The last frames, while a panel is looked for by its blinking.
+//! The last frames, kept while the receiver searches for a blinking panel.
 
 use crate::frame::Frame;
 use heapless::Vec;
 
-/// The most frames that are kept of one size.
+/// Maximum number of frames of one size in the history.
 pub(super) const SLOTS: usize = 3;
 
-/// Which frames lie in a buffer that somebody else provides, of one size and one after the other.
+/// The layout of frames of one size, one after the other, in a buffer that the caller provides.
 #[derive(Clone, Debug, Default)]
 pub(super) struct History {
     size: (usize, usize),
     kept: usize,
-    /// Where the latest frame lies.
+    /// The slot of the latest frame.
     latest: usize,
 }
 
@@ -20,7 +20,7 @@ impl History {
         self.kept = 0;
     }
 
-    /// The place for the next frame, of `slots` that there are at most: over the oldest. `None` where there is no room.
+    /// The slot for the next frame, of at most `slots`: it replaces the oldest. `None` if the buffer is too small.
     pub fn next<'a>(&mut self, buffer: &'a mut [u8], size: (usize, usize), slots: usize) -> Option<&'a mut [u8]> {
         let area = size.0.checked_mul(size.1)?;
         let room = (buffer.len() / area.max(1)).min(slots).min(SLOTS);
@@ -35,7 +35,7 @@ impl History {
         buffer.get_mut(area * self.latest..area * (self.latest + 1))
     }
 
-    /// Copies a frame into the place for the next one.
+    /// Copies a frame into the next slot.
     pub fn keep(&mut self, buffer: &mut [u8], frame: &Frame<'_>, slots: usize) {
         let size = (frame.width(), frame.height());
         if let Some(place) = self.next(buffer, size, slots) {
@@ -45,7 +45,7 @@ impl History {
         }
     }
 
-    /// The kept frames, if they are of that size and in so many slots, the latest first.
+    /// The stored frames, the latest first, if they have that size and that number of slots.
     pub fn frames<'a>(&self, buffer: &'a [u8], size: (usize, usize), slots: usize) -> Vec<Frame<'a>, SLOTS> {
         let area = self.size.0 * self.size.1;
         let room = (buffer.len() / area.max(1)).min(slots).min(SLOTS);

@@ -1,8 +1,8 @@
-//! Panels followed and read in whole numbers, for processors that have no floating point.
+//! Follows and reads panels in integer arithmetic, for processors without floating point.
 //!
-//! A panel is found by its blinking (`integer/blinking.rs`), and has to prove that it is one (`proof.rs`). From then on a frame
-//! costs 401 samples of it: five on each LED, one on each corner of its cell (`integer/samples.rs`). From these come the bits
-//! (`integer/decision.rs`), and by how much each corner of the panel has moved (`integer/following.rs`).
+//! A panel is found by its blinking (`integer/blinking.rs`) and has to prove that it is one (`proof.rs`). From then on, each frame needs
+//! 401 samples of it: five on each LED, and one on each corner of its cell (`integer/samples.rs`). They give the bits
+//! (`integer/decision.rs`) and the motion of each corner of the panel (`integer/following.rs`).
 
 mod blinking;
 mod decision;
@@ -31,41 +31,41 @@ use samples::Samples;
 
 pub use blinking::{BlinkSearch, BlinkSearchError};
 
-/// Frames in a row that may miss the panel before it is given up.
+/// Maximum number of successive frames without the panel before it is given up.
 const PATIENCE_FRAMES: u32 = TrackingSettings::DEFAULT.patience_frames as u32;
 
-/// One frame's panel.
+/// The reading of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IntegerReading {
-    /// Where it is.
+    /// The panel's corners.
     pub corners: Corners,
     /// Bit 8·row + column: 1 for On.
     pub bits: u64,
-    /// How sure that is of each LED.
+    /// The soft value of each LED.
     pub soft: SoftPanel,
-    /// The share of bits that are right if the soft values are: 0.5 to 1.
+    /// The mean probability of a right bit according to the soft values: 0.5 to 1.
     pub confidence: f32,
-    /// Whether the exposure seems to have caught two symbols.
+    /// Whether the exposure seems to show two symbols.
     pub is_mixed: bool,
 }
 
-/// What a frame brought.
+/// The result of one frame.
 #[derive(Debug)]
 pub struct IntegerOutcome<'a> {
-    /// Whether a panel is followed, in this frame or through a gap: what was found, and has proved to be one since.
+    /// Whether a panel is followed, in this frame or through a gap. It has proved to be one since it was found.
     pub is_following: bool,
-    /// The panel, or what may be one, where it was read.
+    /// The reading of the panel, or of a candidate, if there is one.
     pub reading: Option<IntegerReading>,
-    /// Whether a panel was looked for in the frame where none is followed, or why it could not be.
+    /// Whether the frame could be searched for a panel, if none is followed; otherwise the reason.
     pub search: Result<(), BlinkSearchError>,
-    /// Which way up the picture has the panel, by the symbols before: known from the first header of a message on.
+    /// The panel's orientation in the picture according to earlier symbols, known from the first message header on.
     pub orientation: Option<Orientation>,
-    /// What the symbol before this frame's meant for the message.
+    /// The event of the symbol before this frame's.
     pub event: Event<'a>,
 }
 
-/// Frames to messages, of one panel, read in whole numbers: its frames are linear in light, as those of small sensors are, and the
-/// panel moves by less than a quarter of its pitch from one frame to the next.
+/// Decodes frames of one panel into messages in integer arithmetic. Frames must be linear in light, as those of small sensors are, and the
+/// panel must move by less than a quarter of its pitch from one frame to the next.
 pub struct IntegerReceiver<B> {
     search: BlinkSearch<B>,
     decoder: MessageDecoder,
@@ -73,16 +73,16 @@ pub struct IntegerReceiver<B> {
     proof: Proof,
 }
 
-/// A panel that is followed.
+/// A followed panel.
 struct Track {
     outline: Outline,
-    /// How far apart the two groups of LEDs usually are, see [`Decision::distance`].
+    /// The usual distance of the two groups of LEDs, see [`Decision::distance`].
     usual: u32,
     missed: u32,
 }
 
 impl Track {
-    /// Reads the panel in a frame, and moves along with it.
+    /// Reads the panel in a frame and follows its motion.
     fn read(&mut self, frame: &Frame<'_>, profile: &mut impl Profile) -> Option<(IntegerReading, Decision)> {
         let samples = profile.timed(Stage::Features, || Samples::take(frame, &self.outline));
         let decision = profile.timed(Stage::Detect, || samples.as_ref().and_then(Decision::of));
@@ -95,7 +95,7 @@ impl Track {
             profile.timed(Stage::Follow, || self.follow(&samples, &decision));
         }
         let corners = self.outline.corners();
-        // Two symbols at once are a panel still; for long they are none. No more is an outline that has collapsed.
+        // A frame of two symbols may still show a panel, but a long run of them does not. Nor does an outline that has collapsed.
         self.missed = if is_mixed || corners.is_none() { self.missed + 1 } else { 0 };
         let reading = IntegerReading {
             corners: corners?,
@@ -115,10 +115,10 @@ impl Track {
 }
 
 impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
-    /// A receiver that has seen nothing, and the room that its search needs: [`BlinkSearch::bytes`].
+    /// A receiver that has not seen a frame, with the memory for its search: [`BlinkSearch::bytes`].
     ///
     /// # Errors
-    /// [`ReceiverError`] if the rate, symbols in a frame's period, is not above 0 and at most 1.
+    /// [`ReceiverError`] if the rate, in symbols a frame period, is not above 0 and at most 1.
     pub fn new(symbols_per_frame: f32, room: B) -> Result<Self, ReceiverError> {
         Ok(Self {
             search: BlinkSearch::new(room),
@@ -128,12 +128,12 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
         })
     }
 
-    /// The next frames are exposed otherwise.
+    /// Announces that the exposure of the next frames differs.
     pub fn expect_another_exposure(&mut self) {
         self.search.expect_another_exposure();
     }
 
-    /// Forgets everything and goes by another symbol rate.
+    /// Forgets everything and continues with another symbol rate.
     ///
     /// # Errors
     /// [`ReceiverError`] if it is out of its range; then nothing changes.
@@ -146,7 +146,7 @@ impl<B: BorrowMut<[u8]>> IntegerReceiver<B> {
         Ok(())
     }
 
-    /// Takes in frame `number`. Numbers rise; those that are left out are lost frames.
+    /// Processes frame `number`. Numbers rise; omitted numbers are lost frames.
     pub fn frame(&mut self, number: u64, frame: &Frame<'_>, profile: &mut impl Profile) -> IntegerOutcome<'_> {
         let mut search = Ok(());
         if self.track.is_none() {

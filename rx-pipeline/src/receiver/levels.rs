@@ -1,8 +1,9 @@
-//! The frame in larger pixels, level by level, so that panels of any size are found: what is too large in one level is small in the next.
+//! The frame in larger pixels, in levels, so that panels of any size are found: a panel that is too large on one level is small on the
+//! next.
 //!
-//! A search looks for panels of 14 to 110 px. Each level's pixels are four times as wide as those of the one before, so that their ranges
-//! overlap, and it is a sixteenth as large: to draw it costs no more than to survey the frame. In each frame one level is looked at beside
-//! the frame itself, and before it: a panel's parts look like nothing on its own level.
+//! A search finds panels of 14 to 110 px. The pixels of each level are four times as wide as those of the one before, so that the ranges
+//! overlap. A level has a sixteenth as many pixels, so drawing it costs no more than a survey of the frame. For each frame, one level is
+//! searched before the frame itself, because a panel's parts look like nothing on its own level.
 
 use super::history::{History, SLOTS};
 use crate::coarse::Grid;
@@ -13,25 +14,24 @@ use crate::profile::Profile;
 use crate::spots::Residuals;
 use heapless::Vec;
 
-/// From one level of the search to the next, pixels grow to so many times their side. Larger: fewer levels, between
-/// whose ranges panels fall.
+/// Factor of the pixels' side from one level to the next. Larger: fewer levels, with gaps between their ranges.
 const LEVEL_SIDE: usize = 4;
 
-/// Levels beside the frame itself.
+/// Number of levels besides the frame itself.
 const LEVELS: usize = 2;
 
-/// What is asked of each level.
+/// The query to each level.
 pub(super) struct Asked<'a, const PIXELS: usize> {
     pub effort: Effort,
     pub locator: &'a Locator,
-    /// Panels in the frame that are known.
+    /// Known panels in the frame.
     pub known: &'a [Corners],
     pub residuals: &'a mut Residuals<PIXELS>,
     pub search: &'a mut SearchMemory,
 }
 
 impl<const PIXELS: usize> Asked<'_, PIXELS> {
-    /// The panel in `frame`, which shows the camera's in the pixels of `grid`, as it is in the camera's.
+    /// Converts the panel in `frame`, which shows the camera's frame in the pixels of `grid`, to the camera's frame.
     pub fn at(
         &mut self,
         grid: &Grid,
@@ -69,14 +69,14 @@ impl<const PIXELS: usize> Asked<'_, PIXELS> {
     }
 }
 
-/// Panels that are known on a level, at most.
+/// Maximum number of known panels on a level.
 const MOST_KNOWN: usize = 16;
 
-/// The frame and earlier ones in larger pixels.
+/// The frame and earlier frames in larger pixels.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Levels {
     level: [Level; LEVELS],
-    /// The level that was looked at last: one in each frame.
+    /// The level that was searched last; one is searched per frame.
     turn: usize,
 }
 
@@ -84,12 +84,12 @@ pub(super) struct Levels {
 struct Level {
     history: History,
     suspects: Suspects,
-    /// Of the latest frame; none where it was too small, or there is no room.
+    /// The size of the latest frame; none if it was too small, or if there is no memory.
     size: Option<(usize, usize)>,
 }
 
 impl Levels {
-    /// What the levels of frames of that size take.
+    /// The memory for the levels of frames of that size.
     pub fn bytes(size: (usize, usize)) -> usize {
         sizes(size).map(|(width, height)| SLOTS * width * height).iter().sum()
     }
@@ -118,7 +118,7 @@ impl Levels {
         }
     }
 
-    /// The panel that a level shows: the coarsest, or in the next frame the next one; or any of them, where time does not count.
+    /// The panel on one level: first the coarsest, with the next frame the next one. If time does not count, the panel on any level.
     pub fn find<const PIXELS: usize>(
         &mut self,
         buffer: &[u8],

@@ -1,23 +1,23 @@
-//! The places of a lattice that have been lit of late.
+//! The places of a lattice that have recently been lit.
 
 use crate::lattice::Lattice;
 use link::panel::{LEDS, PanelFrame, SIDE};
 
-/// Frames over which it is averaged how often a place is lit (count). Lower: known sooner, and from fewer symbols.
+/// Number of frames over which the share of lit frames is averaged (count). Lower: known sooner, and from fewer symbols.
 const MEMORY: u8 = 8;
-/// What a frame in which a place is lit adds to its level, which is then 248 at most.
+/// Increase of a place's level in a frame in which it is lit; the maximum level is then 248.
 const GAIN: u8 = 31;
-/// A place is an LED's if its level is higher. A place between LEDs is at 0, an LED that is lit in half of the frames at 124.
+/// A place with a higher level has an LED. A place between LEDs is at 0, an LED that is lit in half of the frames at 124.
 const LIT: u8 = 25;
-/// Frames that tell that (count). Fewer: LEDs that happened to be Off look like places without one.
+/// Minimum number of frames before levels are used (count). Fewer: LEDs that happen to be Off look like gaps.
 const FRAMES: u8 = 12;
 
-/// LEDs that have been lit and would no longer be on the panel, from which on a panel at rest has not moved there (count).
+/// Minimum number of lit LEDs outside a new place that prove that a panel at rest has not moved there (count).
 const LEFT: usize = 4;
-/// Places of a panel (pitches from its first LED).
+/// The range of places on a panel (pitches from its first LED).
 const ON_PANEL: core::ops::Range<f32> = -0.5..SIDE as f32 - 0.5;
 
-/// How often each place has been lit in the last frames.
+/// The recent level of each place.
 #[derive(Clone, Debug)]
 pub(super) struct Lit {
     level: [u8; LEDS],
@@ -30,7 +30,7 @@ impl Lit {
         frames: 0,
     };
 
-    /// Takes in the bits of a frame.
+    /// Processes the bits of a frame.
     pub fn see(&mut self, bits: PanelFrame) {
         for (led, level) in self.level.iter_mut().enumerate() {
             *level -= *level / MEMORY;
@@ -39,7 +39,7 @@ impl Lit {
         self.frames = self.frames.saturating_add(1);
     }
 
-    /// Whether `there` leaves out LEDs of the panel that has been on `lattice`.
+    /// Whether `there` excludes LEDs of the panel that has been on `lattice`.
     pub fn leaves_leds(&self, lattice: &Lattice, there: &Lattice) -> bool {
         let Some(places) = self.places() else { return false };
         let is_left = |led: &usize| {
@@ -50,7 +50,7 @@ impl Lit {
         (0..LEDS).filter(|led| places >> led & 1 == 1).filter(is_left).count() >= LEFT
     }
 
-    /// The places that have been lit, as bits; none after too few frames to tell.
+    /// The places that have been lit, as bits; none after too few frames.
     pub fn places(&self) -> Option<u64> {
         let lit = |places: u64, led: usize| places | u64::from(self.level[led] > LIT) << led;
         (self.frames >= FRAMES).then(|| (0..LEDS).fold(0, lit))
@@ -61,7 +61,7 @@ impl Lit {
 mod tests {
     use super::*;
 
-    /// A panel at rest stays where its LEDs have been lit; one that is followed a line off may go back to its place.
+    /// A panel at rest stays where its LEDs have been lit; a panel that is followed one line off may return to its place.
     #[test]
     fn a_panel_leaves_no_line_that_was_lit() {
         let lattice = Lattice {
@@ -91,7 +91,7 @@ mod tests {
         assert!(!Lit::NONE.leaves_leds(&lattice, &beside(1.0, 0.0)));
     }
 
-    /// A panel whose LEDs are every second place of the lattice: none of its frames shows all of them.
+    /// A panel whose LEDs are every second place of the lattice: no frame shows all of them.
     #[test]
     fn places_that_are_never_lit_are_between_leds() {
         const LEDS_OF_PANEL: u64 = 0xaa55_aa55_aa55_aa55;

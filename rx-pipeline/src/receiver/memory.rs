@@ -1,4 +1,4 @@
-//! The large parts of a receiver, which lie where its user puts them.
+//! The large parts of a receiver, in memory that its user provides.
 
 use super::reader::MaximumLikelihood;
 use super::reader::Tools;
@@ -10,21 +10,21 @@ use crate::spots::Residuals;
 use crate::surroundings::{Surroundings, Tiles};
 use link::panel::SoftPanel;
 
-/// What a receiver follows and reads with: `PANELS` panels, each in up to `PIXELS` pixels. Panels that cover more of the frame are read in
-/// larger pixels, so that `9216`, 96×96, serves panels of any size.
+/// The memory of a receiver for `PANELS` panels, each in up to `PIXELS` pixels. Panels that cover more of the frame are read in larger
+/// pixels, so that `9216`, 96×96, serves panels of any size.
 ///
-/// For one panel 31 bytes a pixel and 45 kB: 331 kB for 96×96 pixels; for each further one 22 bytes a pixel and 35 kB. It begins as
-/// nothing but zeros: as a `static` it takes no room in flash. On a computer, `Box::default()` makes it where it stays, and takes no room
-/// for it on the stack.
+/// One panel takes 31 bytes a pixel and 45 kB, which is 331 kB for 96×96 pixels. Each further panel takes 22 bytes a pixel and 35 kB.
+/// Initially, all bytes are zero, so that a `static` takes no room in flash. On a computer, `Box::default()` makes it in place and needs no
+/// room for it on the stack.
 pub struct ReceiverMemory<const PIXELS: usize, const PANELS: usize = 1> {
     pub(super) panels: [PanelMemory<PIXELS>; PANELS],
     pub(super) residuals: Residuals<PIXELS>,
-    /// Where a near panel's surroundings are drawn in larger pixels.
+    /// The surroundings of a near panel in larger pixels.
     pub(super) canvas: [u8; PIXELS],
     pub(super) tiles: Tiles,
 }
 
-/// What each panel has of its own.
+/// The memory of one panel.
 pub(super) struct PanelMemory<const PIXELS: usize> {
     pub map: CellMap<PIXELS>,
     likelihood: MaximumLikelihood<PIXELS>,
@@ -38,18 +38,18 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
         surroundings: Surroundings::UNKNOWN,
     };
 
-    /// What has been learnt of the camera and the panel.
+    /// The learnt camera and panel.
     pub fn learnt(&self) -> Option<Learnt> {
         self.likelihood.learnt()
     }
 
-    /// Goes by lines that are each later than the one above by so many exposures.
+    /// Sets the initial delay of each line after the one above, in exposures.
     #[cfg(feature = "read-lines")]
     pub fn tell_line_delay(&mut self, delay: f32) {
         self.likelihood.tell_line_delay(delay);
     }
 
-    /// Whether its contrast is another in each frame, by a carrier.
+    /// Sets whether the contrast differs in each frame, because of a carrier.
     pub fn expect_carrier(&mut self, has_carrier: bool) {
         #[cfg(feature = "carrier")]
         self.likelihood.expect_carrier(has_carrier);
@@ -57,7 +57,7 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
         let _ = has_carrier;
     }
 
-    /// What the panel is read with in a frame, `before` which that symbol was shown.
+    /// The tools with which the panel is read in a frame, `before` which that symbol was shown.
     pub fn tools<'a>(&'a mut self, residuals: &'a mut Residuals<PIXELS>, tiles: &'a mut Tiles, before: SoftPanel) -> Tools<'a, PIXELS> {
         Tools {
             map: &mut self.map,
@@ -71,7 +71,7 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
 }
 
 impl<const PIXELS: usize, const PANELS: usize> ReceiverMemory<PIXELS, PANELS> {
-    /// A constant, so that its parts are not made one by one on the stack before they are put together.
+    /// A constant, so that the compiler does not build its parts one by one on the stack.
     const EMPTY: Self = Self {
         panels: [const { PanelMemory::EMPTY }; PANELS],
         residuals: Residuals::new(),
@@ -79,12 +79,12 @@ impl<const PIXELS: usize, const PANELS: usize> ReceiverMemory<PIXELS, PANELS> {
         tiles: Tiles::EMPTY,
     };
 
-    /// Memory that holds nothing yet.
+    /// Empty memory.
     pub const fn new() -> Self {
         Self::EMPTY
     }
 
-    /// Gets ready for a camera.
+    /// Prepares the memory for a camera.
     pub(super) fn prepare(&mut self, settings: &ReceiverSettings) {
         if settings.method == Method::MaximumLikelihood {
             for panel in &mut self.panels {

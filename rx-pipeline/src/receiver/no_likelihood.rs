@@ -1,4 +1,4 @@
-//! What stands where maximum likelihood would, in programs that leave it out: nothing, and it takes no room.
+//! Placeholder of maximum likelihood in programs that leave it out; it takes no memory.
 
 use crate::camera::Learnt;
 use crate::corners::Corners;
@@ -8,10 +8,10 @@ use crate::settings::LikelihoodSettings;
 use link::camera::Camera;
 use link::panel::SoftPanel;
 
-/// No detector. No receiver goes by maximum likelihood without the feature, so that nobody asks it.
+/// Not a detector. Without the feature, no receiver uses maximum likelihood, so it is never called.
 pub(crate) struct MaximumLikelihood<const PIXELS: usize>;
 
-/// What it has learnt.
+/// The placeholder of the learnt state.
 pub(crate) struct Nothing;
 
 impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {

@@ -1,4 +1,4 @@
-//! What a receiver says of each frame.
+//! The result of a receiver for each frame.
 
 use crate::carrier::Reread;
 use crate::cells::CellsError;
@@ -10,18 +10,18 @@ use crate::track::{TrackError, TrackErrorKind};
 use link::framing::Event;
 use link::orientation::Orientation;
 
-/// One frame's panel, read.
+/// The reading of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// Where the panel is.
+    /// The panel's corners.
     pub corners: Corners,
-    /// Its bits, hard and soft, and how sure they are.
+    /// Its bits, hard and soft, with their certainty.
     pub detection: Detection,
 }
 
 impl Reading {
-    /// The same in the panel's own rows and columns, where this is in those of a picture that has it in that orientation. Of a mirrored
-    /// picture it stays as it is: corners run clockwise.
+    /// The reading in the panel's own rows and columns, if this one is in those of a picture with that orientation. The reading of a
+    /// mirrored picture stays unchanged, because corners run clockwise.
     pub fn upright(&self, orientation: Orientation) -> Self {
         let orientation = orientation.turn();
         Self {
@@ -31,14 +31,14 @@ impl Reading {
     }
 }
 
-/// Why a frame gave no reading.
+/// Why a frame has no reading.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Loss {
     /// No panel was found.
     #[error(transparent)]
     Locate(#[from] LocateError),
-    /// No panel is followed, and none is looked for.
+    /// No panel is followed, and there is no search.
     #[error("no panel is followed, and regions are not searched for one: give its corners")]
     NoPlace,
     /// The panel's cells are not in the frame or the memory.
@@ -47,42 +47,42 @@ pub enum Loss {
     /// The frame and the cells do not match.
     #[error(transparent)]
     Features(#[from] FeaturesError),
-    /// The bits could not be told apart.
+    /// The bits could not be distinguished.
     #[error(transparent)]
     Detect(#[from] DetectError),
-    /// The panel that was followed is not seen; it is looked for where it should be.
+    /// The followed panel was not seen; the receiver continues to expect it.
     #[error("coasting, frame {missed} of {patience} without the panel: {why}")]
     Coasting {
-        /// Frames missed in a row, from 1.
+        /// Successive frames without the panel, from 1.
         missed: u32,
-        /// How many may be before it is given up.
+        /// Maximum of `missed` before the panel is given up.
         patience: u32,
-        /// Why this one did not show it.
+        /// Why this frame did not show it.
         why: TrackError,
     },
-    /// The panel that was followed is given up; from the next frame on it is looked for everywhere.
+    /// The followed panel was given up; from the next frame on, the receiver searches everywhere.
     #[error("lost: {0}")]
     Lost(TrackError),
 }
 
-/// What losses have in common, whatever their numbers are. Of kinds that are as frequent, the last is told first.
+/// The kind of a loss, without its numbers. Of equally frequent kinds, the last in this order is reported first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LossKind {
     /// The panel is covered, or dark.
     Covered,
-    /// The bits could not be told apart.
+    /// The bits could not be distinguished.
     Undetected,
     /// An outer line of LEDs was not seen.
     EdgeUnseen,
-    /// The panel that is followed was not seen, for such a reason.
+    /// The followed panel was not seen, for such a reason.
     Coasting(TrackErrorKind),
     /// The LEDs are lost in noise.
     ContrastTooLow,
-    /// The panel that was followed is given up, for such a reason.
+    /// The followed panel was given up, for such a reason.
     Lost(TrackErrorKind),
-    /// Nothing that stands out has the size of a panel.
+    /// No bright area has the size of a panel.
     NoCandidate,
-    /// No panel is followed, and none is looked for.
+    /// No panel is followed, and there is no search.
     NoPlace,
     /// The LEDs show no random pattern.
     NotRandom,
@@ -90,18 +90,18 @@ pub enum LossKind {
     Saturated,
     /// The frame and the cells do not match.
     NoFeatures,
-    /// What stands out is no grid of LEDs.
+    /// The bright areas are no grid of LEDs.
     NoGrid,
-    /// The grid found has no shape of a panel.
+    /// The grid has no shape of a panel.
     NoPanel,
-    /// The grid goes on beyond 8×8.
+    /// The grid continues beyond 8×8.
     GoesOn,
     /// The panel's cells are not in the frame or the memory.
     NoCells,
 }
 
 impl Loss {
-    /// What it has in common with losses of other numbers.
+    /// The kind of this loss.
     pub fn kind(&self) -> LossKind {
         let why = match self {
             Self::Locate(why) => why,
@@ -131,18 +131,19 @@ impl Loss {
     }
 }
 
-/// What one frame brought.
+/// The result of one frame.
 #[derive(Debug)]
 pub struct Outcome<'a> {
-    /// The panel, or why there is none: in rows and columns of the picture, turned by less than half a right angle when it was found.
+    /// The reading, or why there is none, in rows and columns of the picture. The panel was rotated by less than half a right angle when it
+    /// was found.
     pub reading: Result<Reading, Loss>,
-    /// The number of the symbol that the frame shows, where it was read; of the one that begins, where it shows two.
+    /// The number of the symbol that the frame shows, if it was read; in a frame of two symbols, that of the later one.
     pub symbol: Option<u32>,
-    /// Which way up these have the panel, by the symbols before: known from the first header of a message on.
+    /// The panel's orientation in the picture according to earlier symbols, known from the first message header on.
     pub orientation: Option<Orientation>,
-    /// What the symbol before this frame's meant for the message.
+    /// The event of the symbol before this frame's.
     pub event: Event<'a>,
-    /// What the frames before it have shown, where it is the first that tells how to read them: with the signs that a carrier gives them.
+    /// The readings of the frames before, with the signs of a carrier, if this frame is the first that makes the signs known.
     pub reread: Option<Reread<'a>>,
 }
 
@@ -157,7 +158,7 @@ impl From<TrackError> for Loss {
 }
 
 impl Outcome<'_> {
-    /// No panel, no symbol, no message.
+    /// An outcome without a panel, symbol or message.
     pub(super) const NOTHING: Self = Self {
         reading: Err(Loss::NoPlace),
         symbol: None,

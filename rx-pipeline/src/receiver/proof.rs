@@ -1,28 +1,28 @@
-//! Whether what is followed is a panel, and where none is looked for.
+//! Decides whether a followed place is a panel, and which areas the search skips.
 
 use super::blinked::{Area, Barred, Blinked, Verdict, proof_frames};
 use crate::corners::Corners;
 use link::framing::Event;
 
-/// What has been seen of what is followed. Signs, lamps and edges blink too, and are found; they have failed when they have not shown what
-/// panels show within 30 symbols, and are passed over for 90.
+/// The evidence about a followed place. Signs, lamps and edges blink too, and are found. A place fails if it does not behave like a panel
+/// within 30 symbols, and is then skipped for 90.
 pub struct Proof {
     place: Option<Place>,
     barred: Barred,
-    /// Frames in which it has to prove to be a panel.
+    /// Frames in which a place has to prove to be a panel.
     frames: u64,
 }
 
-/// What is followed.
+/// A followed place.
 struct Place {
     blinked: Blinked,
-    /// Where it was last.
+    /// Its last corners.
     corners: Corners,
     verdict: Verdict,
 }
 
 impl Proof {
-    /// Nothing is followed, and nothing passed over, at that many symbols a frame, above 0.
+    /// A state without a followed or skipped place, at that many symbols a frame, above 0.
     pub fn new(symbols_per_frame: f32) -> Self {
         Self {
             place: None,
@@ -31,7 +31,7 @@ impl Proof {
         }
     }
 
-    /// Something is followed from frame `number` on.
+    /// Starts to follow a place in frame `number`.
     pub(crate) fn found(&mut self, corners: Corners, number: u64) {
         self.place = Some(Place {
             blinked: Blinked::new(number),
@@ -40,7 +40,7 @@ impl Proof {
         });
     }
 
-    /// It was read there, and showed these bits, if they mean something: noise parts into two groups of LEDs as well.
+    /// Adds a reading at these corners, with its bits if they are valid: noise forms two groups of LEDs as well.
     pub(crate) fn see(&mut self, corners: Corners, bits: Option<u64>) {
         let Some(place) = &mut self.place else { return };
         place.corners = corners;
@@ -49,31 +49,31 @@ impl Proof {
         }
     }
 
-    /// By frame `number`, in which the symbol before meant that.
+    /// Judges the place at frame `number` after the event of the symbol before.
     pub(crate) fn judge(&mut self, number: u64, event: &Event<'_>) {
         let Some(place) = &mut self.place else { return };
         place.blinked.hear(event);
         place.verdict = place.blinked.verdict(number, self.frames);
     }
 
-    /// Whether it has proved to be a panel.
+    /// Whether the place has proved to be a panel.
     pub(crate) fn is_panel(&self) -> bool {
         self.verdict() == Some(Verdict::Panel)
     }
 
-    /// Whether it is no panel, or one no more.
+    /// Whether the place is not a panel, or no longer one.
     pub(crate) fn has_failed(&self) -> bool {
         matches!(self.verdict(), Some(Verdict::Other | Verdict::Gone))
     }
 
-    /// It is followed no more from frame `number` on.
+    /// Stops following the place from frame `number` on.
     pub(crate) fn lost(&mut self, number: u64) {
         if let Some(place) = self.place.take() {
             self.barred.add(&place.corners, place.verdict, number, self.frames);
         }
     }
 
-    /// Where nothing is looked for in frame `number`.
+    /// The areas that a search skips in frame `number`.
     pub(crate) fn others(&self, number: u64) -> impl Iterator<Item = Area> {
         self.barred.areas(number)
     }
@@ -89,7 +89,7 @@ mod tests {
 
     const RATE: f32 = 0.68;
 
-    /// A place whose readings are noise: they differ from frame to frame, as a panel's symbols do, and would prove one.
+    /// A place whose readings are noise: they differ from frame to frame like a panel's symbols, and would prove one.
     fn after_noise(means_something: bool) -> Proof {
         let corners = Corners::new([[20.0, 30.0], [41.0, 30.0], [41.0, 51.0], [20.0, 51.0]]);
         let (corners, mut noise) = (corners.unwrap(), 77u64);

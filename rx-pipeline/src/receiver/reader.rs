@@ -1,4 +1,4 @@
-//! One panel, followed and read: the part of a receiver that each panel has its own of.
+//! Follows and reads one panel: the part of a receiver that exists once per panel.
 
 #[cfg(feature = "carrier")]
 use super::coarser::Coarser;
@@ -27,8 +27,8 @@ use crate::track::{Gate, Track, TrackError};
 use link::panel::PanelFrame;
 use link::panel::{LEDS, SoftPanel};
 
-/// Cells serve poses whose corners differ by less (pitches): noise alone moves them by less, and a cell's mean
-/// hardly notices. Higher: faster, and cells that are off.
+/// Cells are reused while the corners differ by less (pitches): noise alone moves them by less, and a cell's mean hardly changes. Higher:
+/// faster, and cells that are off.
 const SAME_CELLS: f32 = 0.03;
 /// The standard deviation of an LED's image at a given place, at least (pitches): a disc half a pitch wide. Higher: near panels of small
 /// LEDs are not recognised; lower: those of large LEDs are not.
@@ -36,29 +36,28 @@ const DISC: f32 = 0.125;
 /// What a place has to explain more to be taken for the panel's instead of the expected one (share of the light
 /// there).
 const CLEARLY: f32 = 0.05;
-/// Room that a panel which should be partly out of the picture has to have where it is seen instead (pitches): for
-/// another line, which is not there. Less: what is left of it is read as a panel a line off.
+/// Minimum room around a panel that is seen within the picture although it should be partly outside (pitches). It is room for another line,
+/// which must not exist. Lower: the rest of the panel is read as one that is a line off.
 const LINE_ROOM: f32 = 1.5;
-/// Lines by which a panel that has jumped is moved, at most (count). More: slower where cameras shake.
+/// Maximum number of lines by which a panel that has jumped is moved (count). More: slower if cameras shake.
 const LINES_MOVED: usize = 3;
-/// Or what it leaves of what is left at the expected one (share).
+/// It is also accepted if it leaves less than this share of the expected place's residual (share).
 const CLEARLY_LEFT: f32 = 0.6;
 
-/// Surroundings are learnt with bits that are surer (probability that one is right).
+/// Minimum confidence of bits from which the surroundings are learnt (probability that a bit is right).
 const SURE: f32 = 0.98;
-/// Frames from one in which the surroundings of a panel that hardly moves are learnt to the next (count). More: faster, and slow changes are
-/// known later.
+/// Frames between updates of the surroundings of a panel that hardly moves (count). More: faster, and slow changes are noticed later.
 const STEADY_FRAMES: u64 = 8;
 
-/// Frames in a row in which a lattice seems too fine, before it is (count).
+/// Successive frames in which a lattice must look too fine before it counts as such (count).
 #[cfg(feature = "carrier")]
 const TOO_FINE_FRAMES: u8 = 4;
 
-/// A track corrected by a frame, what the frame shows, and how much of the light there that explains.
+/// A track corrected by a frame, the reading of the frame, and the share of the light there that the panel explains.
 type Followed = (Track, Reading, f32);
 
-/// The attempt that explains clearly more; the first if neither does. Where nothing was read at the first place, edges and walls explain as
-/// much as a panel does: only bits as random as a message's tell them apart.
+/// The attempt that explains clearly more light; the first if neither does. If the first attempt has no reading, edges and walls explain as
+/// much as a panel, and only bits as random as a message's distinguish a panel from them.
 fn better(here: Result<Followed, Loss>, elsewhere: Result<Followed, Loss>) -> Result<Followed, Loss> {
     match (here, elsewhere) {
         (Ok(here), Ok(elsewhere)) if elsewhere.2 > here.2 + CLEARLY || 1.0 - elsewhere.2 < CLEARLY_LEFT * (1.0 - here.2) => Ok(elsewhere),
@@ -67,59 +66,59 @@ fn better(here: Result<Followed, Loss>, elsewhere: Result<Followed, Loss>) -> Re
     }
 }
 
-/// The large parts that it takes to read a panel.
+/// The large tools for reading a panel.
 pub(crate) struct Tools<'a, const N: usize> {
     pub map: &'a mut CellMap<N>,
     pub residuals: &'a mut Residuals<N>,
     pub likelihood: &'a mut MaximumLikelihood<N>,
     pub surroundings: &'a mut Surroundings,
     pub tiles: &'a mut Tiles,
-    /// What is known of the symbol that the frame may show the end of.
+    /// The known part of the symbol whose end the frame may show.
     pub before: SoftPanel,
 }
 
-/// A frame, and what it takes to read it.
+/// A frame, and the tools for reading it.
 struct Input<'a, 'f, 't, const N: usize> {
     number: u64,
     frame: &'a Frame<'f>,
-    /// Where the panel should be.
+    /// The expected lattice.
     expected: Lattice,
-    /// Whether the picture says so, and not only how it moved before.
+    /// Whether the picture gave this place, not only the earlier motion.
     is_placed: bool,
     locator: &'a Locator,
     tools: &'a mut Tools<'t, N>,
 }
 
 impl<const N: usize> Input<'_, '_, '_, N> {
-    /// Whether what is around the expected place is as it was.
+    /// Whether the surroundings of the expected place are unchanged.
     fn agrees(&self, profile: &mut impl Profile) -> bool {
         profile.timed(Stage::Follow, || self.tools.surroundings.agrees(self.frame, &self.expected))
     }
 
-    /// Where a panel is likely to be that is usually `spread` pitches off its expected place.
+    /// The likely places of a panel that is usually `spread` pitches off its expected place.
     fn placed(&mut self, spread: f32, profile: &mut impl Profile) -> Placement {
         let Tools { surroundings, tiles, .. } = &mut *self.tools;
         profile.timed(Stage::Follow, || surroundings.place(self.frame, &self.expected, spread, tiles))
     }
 }
 
-/// The state of one panel's reception, but for its large parts.
+/// The state of one panel's reception without its large parts.
 #[derive(Clone, Debug)]
 pub(crate) struct Reader {
     method: Method,
     settings: TrackingSettings,
     track: Option<Track>,
-    /// What of the frame the track, the cells and the likelihood are in.
+    /// The part and scale of the frame in which track, cells and likelihood work.
     view: View,
     frame_size: (usize, usize),
-    /// The pose that the cell map was built for.
+    /// The corners for which the cell map was built.
     cells: Option<Corners>,
-    /// Where in the frame the panel was seen.
+    /// The panel's last corners in the frame.
     seen: Option<Corners>,
-    /// Frames in a row that were read on a lattice which seems to be finer than the panel's.
+    /// Successive frames that were read on a lattice which seems finer than the panel's.
     #[cfg(feature = "carrier")]
     too_fine: u8,
-    /// The places that were lit of late.
+    /// The places that have recently been lit.
     #[cfg(feature = "carrier")]
     lit: Lit,
 }
@@ -153,7 +152,7 @@ impl Reader {
         self.track.and(self.seen)
     }
 
-    /// Goes on in frames of another size that begin elsewhere, so that positions change by `shift` px.
+    /// Continues with frames of another size and origin, so that positions change by `shift` px.
     pub fn shift<const N: usize>(&mut self, shift: [i32; 2], frame_size: (usize, usize), map: &mut CellMap<N>) {
         let by = shift.map(|shift| shift as f32);
         let moved = |corners: Corners| corners.shifted(by[0], by[1]).ok();
@@ -172,7 +171,7 @@ impl Reader {
         };
     }
 
-    /// Reads the panel where it is expected; `None` if none is followed.
+    /// Reads the panel at its expected place; `None` if none is followed.
     pub fn follow<const N: usize>(
         &mut self,
         number: u64,
@@ -240,7 +239,7 @@ impl Reader {
         })
     }
 
-    /// Follows the panel whose LEDs are some of the places of the `lattice` that was followed, if that has seemed so for some frames.
+    /// Switches to the panel whose LEDs are a subset of the places of the followed `lattice`, if that has seemed so for some frames.
     #[cfg(feature = "carrier")]
     fn follow_coarser<const N: usize>(
         &mut self,
@@ -269,7 +268,7 @@ impl Reader {
         *tools.surroundings = Surroundings::UNKNOWN;
     }
 
-    /// Forgets what was learnt of the places of a lattice: another is followed from now on.
+    /// Forgets the places of a lattice, because another is followed from now on.
     #[cfg(feature = "carrier")]
     fn forget_places(&mut self) {
         (self.too_fine, self.lit) = (0, Lit::NONE);
@@ -278,7 +277,7 @@ impl Reader {
     #[cfg(not(feature = "carrier"))]
     fn forget_places(&mut self) {}
 
-    /// Reads the panel where it is expected in the frame, or where it has been placed.
+    /// Reads the panel at its expected place in the frame, or at `place` if the surroundings gave one.
     fn follow_to<const N: usize>(
         &mut self,
         track: &Track,
@@ -323,7 +322,7 @@ impl Reader {
         Ok((track, reading))
     }
 
-    /// From now on looks at a panel on `lattice` of the frame, in pixels of the right size; `None` if it is outside.
+    /// Switches the view to a panel on `lattice` of the frame, in pixels of a suitable size; `None` if it is outside.
     fn look_at<const N: usize>(&mut self, lattice: &Lattice, tools: &mut Tools<'_, N>) -> Option<View> {
         let now = self.view.of(lattice, self.settings.max_pitch_px, self.frame_size, N)?;
         let before = core::mem::replace(&mut self.view, now);
@@ -344,7 +343,7 @@ impl Reader {
         Some(now)
     }
 
-    /// A reading in the view as it is in the frame.
+    /// Converts a reading in the view to the frame.
     fn in_frame(&mut self, reading: Reading) -> Result<Reading, Loss> {
         let corners = self.view.grid.corners_to_frame(&reading.corners);
         let corners = corners.map_err(TrackError::from)?;
@@ -352,7 +351,7 @@ impl Reader {
         Ok(Reading { corners, ..reading })
     }
 
-    /// Reads the panel where it is expected, or where it looks likeliest to be, and corrects the track by what the frame shows there.
+    /// Reads the panel at its expected place, or at the likeliest one, and corrects the track by the frame.
     fn correct<const N: usize>(
         &mut self,
         track: &Track,
@@ -362,7 +361,7 @@ impl Reader {
         let expected = input.expected;
         let here = self.attempt(track, expected, Gate::SURE, input, profile);
         let is_known = track.speed_known() || input.is_placed;
-        // As long as it is not known how the panel moves, its bits may look right a line off.
+        // As long as the panel's motion is unknown, bits may look right one line off.
         let here = match here {
             Ok(here) if is_known && here.0.is_on_course() => return Ok(here),
             Ok(here) if is_known => {
@@ -372,7 +371,7 @@ impl Reader {
                 }
                 here
             }
-            // What has been where it was expected is likeliest still there.
+            // A panel that has been on course is likely still at its expected place.
             Err(Loss::Coasting {
                 why: TrackError::DoesNotFit { .. },
                 ..
@@ -387,7 +386,7 @@ impl Reader {
             input.locator.locate_near(input.frame, &expected, sigma_px)
         });
         match (near, here) {
-            // What is left of a panel at the picture's rim looks like one that is a line off.
+            // The rest of a panel at the picture's edge looks like a panel that is one line off.
             (Some(near), here @ Err(Loss::Cells(_))) if !has_room(&near, input.frame) => here,
             (Some(near), here) if !near.is_close_to(&expected) && !self.is_held(track, &expected, &near) => {
                 let elsewhere = self.attempt(track, near, Gate::ELSEWHERE, input, profile);
@@ -400,7 +399,7 @@ impl Reader {
         }
     }
 
-    /// Whether a panel that hardly moves is still on `lattice`, because LEDs that have been lit there would be missing from `there`.
+    /// Whether a panel that hardly moves is still on `lattice`, because LEDs that have been lit there would be missing on `there`.
     #[cfg(feature = "carrier")]
     fn is_held(&self, track: &Track, lattice: &Lattice, there: &Lattice) -> bool {
         track.is_steady() && self.lit.leaves_leds(lattice, there)
@@ -411,7 +410,7 @@ impl Reader {
         false
     }
 
-    /// The attempt, or one a line beside it where that explains more.
+    /// The attempt, or one that is a line beside it if that explains more light.
     fn on_its_line<const N: usize>(
         &mut self,
         track: &Track,
@@ -434,7 +433,7 @@ impl Reader {
         Ok(found)
     }
 
-    /// Counts a frame in which the panel was not seen; says so, or that it is given up.
+    /// Counts a frame without the panel; returns the loss to report, which says whether the panel is given up.
     fn miss(&mut self, mut track: Track, loss: Loss) -> Loss {
         let patience = self.settings.patience_frames.into();
         let going_on = track.miss(patience);
@@ -450,20 +449,19 @@ impl Reader {
         }
     }
 
-    /// Whether bits are so unsure that what is followed may be no panel, or lie beside one. Other methods than maximum likelihood do not
-    /// tell.
+    /// Whether bits are so unsure that the followed place may not be a panel, or may lie beside one. Only maximum likelihood shows this.
     pub fn is_doubtful(&self) -> bool {
         let is_unsure = |track: &Track| track.trust() < self.settings.min_confidence;
         self.method == Method::MaximumLikelihood && self.track.as_ref().is_some_and(is_unsure)
     }
 
-    /// Says that the panel is not where it is followed.
+    /// Marks the panel as followed at a wrong place.
     pub fn distrust(&mut self) {
         self.track = self.track.map(Track::distrusted);
     }
 
-    /// Reads a panel that was looked for although one is followed, and follows it from now on if its bits are surer. Nothing has changed
-    /// if they are not, or if it is the same.
+    /// Reads a panel that a search has found while one is followed, and switches to it if its bits are surer. Otherwise, or if it is the
+    /// same panel, nothing changes.
     pub fn find_again<const N: usize>(
         &mut self,
         number: u64,
@@ -491,7 +489,7 @@ impl Reader {
         found
     }
 
-    /// Goes on as `before`.
+    /// Returns to the state `before`.
     fn go_back<const N: usize>(&mut self, before: Self, tools: &mut Tools<'_, N>) {
         let grid = before.view.grid;
         let track = before.track.and_then(|track| {
@@ -506,7 +504,7 @@ impl Reader {
         };
     }
 
-    /// Reads a panel just found, and follows it.
+    /// Reads a panel that was just found, and follows it.
     pub fn begin<const N: usize>(
         &mut self,
         number: u64,
@@ -535,14 +533,14 @@ impl Reader {
         self.in_frame(reading)
     }
 
-    /// Begins in frames of that size.
+    /// Sets the size of the frames.
     fn watch(&mut self, frame_size: (usize, usize)) {
         if self.frame_size != frame_size {
             (self.frame_size, self.cells) = (frame_size, None);
         }
     }
 
-    /// Reads the panel on `lattice` and corrects the track by what the frame shows there.
+    /// Reads the panel on `lattice` and corrects the track by the frame.
     fn attempt<const N: usize>(
         &mut self,
         track: &Track,
@@ -578,7 +576,7 @@ impl Reader {
         Ok((track, reading, explained))
     }
 
-    /// Reads the panel fast: well enough to follow it.
+    /// Reads the panel with a fast detector, which suffices for following it.
     fn read<const N: usize>(
         &mut self,
         frame: &Frame<'_>,
@@ -600,13 +598,13 @@ impl Reader {
         Ok(Reading { corners, detection })
     }
 
-    /// Whether the LEDs run into each other so much that only maximum likelihood tells bits by which the track can be corrected.
+    /// Whether the LEDs overlap so much that only maximum likelihood gives bits that can correct the track.
     fn reads_well_at_once(&self, track: &Track) -> bool {
         self.method == Method::MaximumLikelihood && track.is_blurred()
     }
 
-    /// Makes the cells of a panel anew.
-    // Not inlined, so that there is but one of it in a microcontroller's flash.
+    /// Rebuilds the cells of a panel.
+    // Not inlined, so that a microcontroller's flash has only one copy.
     #[inline(never)]
     fn build<const N: usize>(&mut self, corners: Corners, map: &mut CellMap<N>) -> Result<(), CellsError> {
         self.cells = None;
@@ -619,7 +617,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Reads a panel whose place is known as well as the method does; `fast` is what served to follow it.
+    /// Reads a panel at a known place with the configured method; `fast` is the reading with which it was followed.
     fn read_well<const N: usize>(
         &self,
         frame: &Frame<'_>,
@@ -666,7 +664,7 @@ impl Reader {
     }
 }
 
-/// A track corrected by what two symbols show together, as far as that is known: held against one, it would be corrected wrongly.
+/// A track corrected with both symbols of a mixture, as far as they are known: either symbol alone would correct it wrongly.
 fn corrected_by_both<const N: usize>(track: &Track, mixture: &Mixture, input: &mut Input<'_, '_, '_, N>) -> Option<Track> {
     let (number, place) = (input.number, input.expected);
     let observation = observation(input.frame, input.locator);
@@ -675,7 +673,7 @@ fn corrected_by_both<const N: usize>(track: &Track, mixture: &Mixture, input: &m
     corrected.ok().map(|(corrected, _)| corrected)
 }
 
-/// Spots on a lattice of which nothing else is known.
+/// Spots on a lattice without any other knowledge.
 fn spots_on(lattice: Lattice, sigma: f32) -> LatticeModel {
     LatticeModel {
         lattice,
@@ -696,7 +694,7 @@ fn observation<'a, 'f>(frame: &'a Frame<'f>, locator: &'a Locator) -> Observatio
     }
 }
 
-/// Whether another line of LEDs would be in the frame on all sides of a lattice.
+/// Whether the frame has room for another line of LEDs on all sides of a lattice.
 fn has_room(lattice: &Lattice, frame: &Frame<'_>) -> bool {
     let extent = lattice.extent(LINE_ROOM);
     let limit = [frame.width(), frame.height()];
@@ -727,12 +725,12 @@ mod tests {
             Ok((Track::new(spots, 0, (96, 96)), Reading { corners, detection }, explained))
         };
         let lost = || Err(TrackError::OutOfFrame.into());
-        // None On, all On, and five whole rows.
+        // No LED On, all On, and five whole rows.
         for edge in [0, u64::MAX, 0xffff_ffff_ff00_0000] {
             assert!(better(lost(), followed(edge, 0.9)).is_err());
         }
         assert!(better(lost(), followed(Scene::PLAIN.bits, 0.9)).is_ok());
-        // Where both places are read, the light alone decides.
+        // If both places are read, only the light decides.
         let both = better(followed(Scene::PLAIN.bits, 0.5), followed(0, 0.9));
         assert!(both.is_ok_and(|(_, _, explained)| explained == 0.9));
     }

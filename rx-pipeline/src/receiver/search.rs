@@ -1,4 +1,4 @@
-//! How a receiver comes by a panel that it does not follow yet.
+//! The search of a receiver for panels that it does not follow yet.
 
 use core::borrow::BorrowMut;
 
@@ -12,27 +12,27 @@ use crate::locate::{Effort, LocateError, Location, Locator, SearchMemory, Suspec
 use crate::profile::{Profile, Stage};
 use crate::spots::Residuals;
 
-/// Searches in vain after which each looks at less (count). More: panels are found in fewer frames, and it takes longer until frames are
-/// cheap where there is none.
+/// Failed searches after which each search covers less (count). More: panels are found in fewer frames, and frames without panels stay
+/// expensive for longer.
 const PATIENCE_SEARCHES: u32 = 30;
-/// Earlier frames that tell what blinks.
+/// Number of earlier frames that show blinking.
 const KEPT_FRAMES: usize = 2;
 
-/// Where panels come from: [`FrameSearch`] looks for them, [`NoSearch`] waits to be told of one.
+/// The source of panels: [`FrameSearch`] searches for them, [`NoSearch`] waits for a place.
 ///
-/// There are no others, as nobody else can name what is asked.
+/// Other crates cannot implement it, because they cannot name the query.
 pub trait Search<const PIXELS: usize> {
-    /// A panel other than those that are known.
+    /// Finds a panel other than the known ones.
     ///
     /// # Errors
-    /// Why there is none.
+    /// The reason why there is none.
     fn find(&mut self, query: Query<'_, '_, PIXELS>, profile: &mut impl Profile) -> Result<Location, Loss>;
 
     /// Forgets earlier frames.
     fn forget(&mut self);
 }
 
-/// What is asked of a search, and the room to work in.
+/// The query to a search, and its working memory.
 pub struct Query<'a, 'f, const PIXELS: usize> {
     pub(super) number: u64,
     pub(super) frame: &'a Frame<'f>,
@@ -41,9 +41,9 @@ pub struct Query<'a, 'f, const PIXELS: usize> {
     pub(super) residuals: &'a mut Residuals<PIXELS>,
 }
 
-/// No search: panels are read where [`Receiver::place`](super::Receiver::place) says.
+/// No search: panels are read at the place that [`Receiver::place`](super::Receiver::place) sets.
 ///
-/// On a microcontroller this leaves the locator's memory and most of its program out.
+/// On a microcontroller, this leaves out the locator's memory and most of its program.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoSearch;
 
@@ -55,11 +55,11 @@ impl<const PIXELS: usize> Search<PIXELS> for NoSearch {
     fn forget(&mut self) {}
 }
 
-/// Looks through whole frames, as long as fewer panels are followed than there may be, or maximum likelihood reads one with unsure bits.
+/// Searches whole frames while fewer panels are followed than there may be, or while maximum likelihood reads one with unsure bits.
 ///
-/// `L` is where its [memory](SearchMemory) is: `SearchMemory` itself, `&mut SearchMemory`, or a `Box` of it. `H` keeps the last frames,
-/// so that a panel that does not stand out is found by its blinking: anything that lends a slice of bytes. Where it also holds them in
-/// [larger pixels](Self::bytes), panels larger than 110 px are found too.
+/// `L` is the location of its [memory](SearchMemory): `SearchMemory` itself, `&mut SearchMemory`, or a `Box` of it. `H` stores the last
+/// frames, so that a panel that does not stand out is found by its blinking; it is anything that lends a slice of bytes. If it also has
+/// room for them in [larger pixels](Self::bytes), panels larger than 110 px are found too.
 pub struct FrameSearch<L, H = [u8; 0]> {
     memory: L,
     kept: H,
@@ -67,19 +67,19 @@ pub struct FrameSearch<L, H = [u8; 0]> {
     levels: Levels,
     suspects: Suspects,
     is_thorough: bool,
-    /// Searches in vain since the last panel.
+    /// Failed searches since the last panel.
     in_vain: u32,
 }
 
 impl<L: BorrowMut<SearchMemory>> FrameSearch<L> {
-    /// A search that finds panels that stand out in a single frame, and are no larger than 110 px.
+    /// A search for panels of at most 110 px that stand out in a single frame.
     pub fn new(memory: L) -> Self {
         Self::with_history(memory, [])
     }
 }
 
 impl<L, H> FrameSearch<L, H> {
-    /// What `history` needs for panels of any size, found by their blinking too, in frames of that size: 2.2 bytes a pixel.
+    /// The size of `history` for panels of any size, which are also found by their blinking, in frames of that size: 2.2 bytes a pixel.
     pub fn bytes(width: usize, height: usize) -> usize {
         let frames = width.saturating_mul(height).saturating_mul(KEPT_FRAMES);
         frames.saturating_add(Levels::bytes((width, height)))
@@ -87,8 +87,8 @@ impl<L, H> FrameSearch<L, H> {
 }
 
 impl<L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> FrameSearch<L, H> {
-    /// A search that finds panels by their blinking too, in frames of up to half as many pixels as `history` has bytes; with less
-    /// certainty in frames of up to as many. With [`FrameSearch::bytes`] of them panels larger than 110 px are found too.
+    /// A search that also finds panels by their blinking, in frames of up to half as many pixels as `history` has bytes, and less reliably
+    /// in frames of up to as many. With [`FrameSearch::bytes`], it also finds panels larger than 110 px.
     pub fn with_history(memory: L, history: H) -> Self {
         Self {
             memory,
@@ -101,7 +101,7 @@ impl<L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> FrameSearch<L, H> {
         }
     }
 
-    /// The same, which looks at all that stands out in each frame, and not at a share of it: for single frames, and where time does not
+    /// The same search, but it examines all candidates in each frame and not only a share of them: for single frames, and if time does not
     /// count.
     pub fn thorough(self) -> Self {
         Self { is_thorough: true, ..self }
@@ -140,7 +140,7 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
         profile.begins(Stage::Survey);
         self.levels.draw(frame, for_levels);
         profile.ends(Stage::Survey);
-        // Each level's turn comes in every second frame, or after searches in vain in every fourth.
+        // Each level's turn comes in every second frame, or in every fourth after failed searches.
         let are_left_out = matches!(first, Effort::Spare(number) if number % 4 >= 2);
         let mut look = |effort| {
             asked.effort = effort;
@@ -164,7 +164,7 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
         self.history.keep(for_frames, frame, KEPT_FRAMES);
         self.in_vain = match found {
             Ok(_) => 0,
-            // What costs nothing need not be less.
+            // A search that costs nothing need not be reduced.
             Err(LocateError::NothingStandsOut) => self.in_vain,
             Err(_) => self.in_vain.saturating_add(1),
         };

@@ -1,4 +1,4 @@
-//! What a receiver is told before its first frame.
+//! The settings of a receiver.
 
 use crate::detect::Method;
 use crate::locate::Locator;
@@ -6,20 +6,20 @@ use crate::settings::{LikelihoodSettings, SearchSettings, SettingError, Tracking
 use crate::symbols::{SymbolClock, SymbolRateError};
 use link::camera::{Camera, CameraError};
 
-/// What a receiver has to know of the link.
+/// The properties of the link, and the methods of the receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReceiverSettings {
     /// The camera that makes the frames.
     pub camera: Camera,
-    /// How bits are told apart.
+    /// The detector.
     pub method: Method,
-    /// Symbols the panel shows in a camera's frame period: above 0, at most 1.
+    /// Symbols per frame period of the camera: above 0, at most 1.
     pub symbols_per_frame: f32,
-    /// How panels are looked for.
+    /// The search for panels.
     pub search: SearchSettings,
-    /// How they are followed.
+    /// The tracking of panels.
     pub tracking: TrackingSettings,
-    /// How maximum likelihood reads them.
+    /// The settings of maximum likelihood.
     pub likelihood: LikelihoodSettings,
 }
 
@@ -38,7 +38,7 @@ impl Default for ReceiverSettings {
 }
 
 impl ReceiverSettings {
-    /// Checks all of them, without a receiver.
+    /// Validates all settings without a receiver.
     ///
     /// # Errors
     /// [`ReceiverError`] if one is out of its range.
@@ -46,7 +46,7 @@ impl ReceiverSettings {
         self.clock().map(|_| ())
     }
 
-    /// The clock of a panel's symbols, once all settings are checked.
+    /// The clock of a panel's symbols, after all settings have been validated.
     pub(super) fn clock(&self) -> Result<SymbolClock, ReceiverError> {
         self.camera.checked()?;
         if self.method == Method::MaximumLikelihood && cfg!(not(feature = "maximum-likelihood")) {
@@ -59,20 +59,20 @@ impl ReceiverSettings {
         Ok(clock)
     }
 
-    /// What looks for panels.
+    /// The locator of panels.
     pub(super) fn locator(&self) -> Result<Locator, ReceiverError> {
         Ok(Locator::new(self.camera)?.with_settings(self.search)?)
     }
 }
 
-/// Why there is no receiver with these settings.
+/// Why no receiver can have these settings.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReceiverError {
-    /// No camera is like that.
+    /// The camera is invalid.
     #[error(transparent)]
     Camera(#[from] CameraError),
-    /// The program has no maximum likelihood.
+    /// The program was built without maximum likelihood.
     #[error("maximum likelihood was left out of this program: build it with the feature maximum-likelihood, or choose another method")]
     LeftOut,
     /// The symbols cannot be followed at this rate.

@@ -1,4 +1,4 @@
-//! A panel's readings to messages: each gets the sign that the carrier gives it, and then goes into the decoder.
+//! Decodes a panel's readings into messages: each reading gets its sign from the carrier and then enters the decoder.
 
 use super::outcome::{Loss, Outcome, Reading};
 use crate::carrier::Carrier;
@@ -8,14 +8,14 @@ use crate::symbols::{Decoded, MessageDecoder, SymbolClock};
 use link::framing::Event;
 use link::panel::SoftPanel;
 
-/// The decoder of a panel's messages, and what is known of its carrier.
+/// The decoder of a panel's messages, and the state of its carrier.
 pub(super) struct SignedDecoder {
     decoder: MessageDecoder,
     carrier: Carrier,
 }
 
 impl SignedDecoder {
-    /// One that has seen nothing, as the clock has not.
+    /// A decoder that, like the clock, has not seen a frame.
     pub fn of(clock: SymbolClock) -> Self {
         Self {
             decoder: MessageDecoder::of(clock),
@@ -23,33 +23,33 @@ impl SignedDecoder {
         }
     }
 
-    /// Begins anew, where it lies.
+    /// Restarts in place.
     pub fn restart(&mut self, clock: SymbolClock) {
         self.decoder.restart(clock);
         self.carrier = Carrier::NONE;
     }
 
-    /// Whether it seems to have a carrier.
+    /// Whether the panel seems to have a carrier.
     pub fn has_carrier(&self) -> bool {
         self.carrier.is_likely()
     }
 
-    /// Whether each line has its own sign, so that it is no wonder where bits are unsure before they have it.
+    /// Whether each line has its own sign, so that unsure bits before the signs are applied are no reason for doubt.
     pub fn reads_by_lines(&self) -> bool {
         self.carrier.reads_by_lines()
     }
 
-    /// Whether an outer line of LEDs shows nothing of the carrier that the others show: then the panel is followed a line off.
+    /// Whether an outer line of LEDs lacks the carrier that the others show: then the panel is followed one line off.
     pub fn misses_a_line(&self) -> bool {
         self.carrier.misses_a_line()
     }
 
-    /// Says that the panel is elsewhere than the last frames have shown it.
+    /// Announces that the panel is followed at another place than in the last frames.
     pub fn move_panel(&mut self) {
         self.carrier.move_panel();
     }
 
-    /// What frame `number` shows of a symbol that it may show the end of, as far as that is known.
+    /// The expected look, in frame `number`, of a symbol whose end it may show, as far as it is known.
     pub fn before(&self, number: u64) -> SoftPanel {
         let before = self.decoder.before(number);
         self.carrier.as_seen(self.decoder.time_of(number), before)
@@ -60,12 +60,12 @@ impl SignedDecoder {
         self.decoder.set_late(frames);
     }
 
-    /// Takes the symbol that the last frames showed.
+    /// Decodes the symbol of the last frames.
     pub fn finish(&mut self) -> Event<'_> {
         self.decoder.finish()
     }
 
-    /// What a frame brought of the panel: its reading goes into the decoder.
+    /// The outcome of a frame: its reading enters the decoder.
     pub fn outcome<'a>(&'a mut self, number: u64, reading: Result<Reading, Loss>, profile: &mut impl Profile) -> Outcome<'a> {
         // No symbol of a message leaves all LEDs Off.
         let reading = reading.and_then(|reading| match reading.detection.bits.count_on() {

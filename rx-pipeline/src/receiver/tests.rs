@@ -1,4 +1,4 @@
-//! Whole films, in whole frames and in parts of them.
+//! Whole films, in whole frames and in regions.
 
 mod near;
 
@@ -78,7 +78,7 @@ fn slow_panels_and_lost_frames_still_give_the_message() {
     assert_eq!(delivered.unwrap().0, MESSAGE);
 }
 
-/// Reads panels in the scenes that `scene` makes of them; how many were read, and none of them wrongly.
+/// Reads panels in the scenes that `scene` makes; returns the number of readings, all of which must be right.
 fn read(receiver: &mut Searching, frames: usize, scene: impl Fn(usize) -> Scene) -> usize {
     let panels = panels(frames);
     let mut read = 0;
@@ -139,7 +139,7 @@ fn a_soft_panel_that_jumps_is_not_read_halfway_between_its_lines() {
 
 #[test]
 fn a_panel_on_a_board_is_followed_before_a_wall_as_bright_as_its_leds() {
-    // A board that ends 0.9 pitches beyond the outer LEDs, turned as these are.
+    // A board that ends 0.9 pitches beyond the outer LEDs, rotated like them.
     let wall = |[x, y]: [f32; 2]| {
         let (sin, cos) = 11.0f32.to_radians().sin_cos();
         let (x, y) = (x - 48.0, y - 48.0);
@@ -161,7 +161,7 @@ fn a_panel_on_a_board_is_followed_before_a_wall_as_bright_as_its_leds() {
 
 #[test]
 fn a_panel_whose_leds_run_into_each_other_is_followed() {
-    // A board as dark as what is between the LEDs, before a bright wall on one side.
+    // A board as dark as the gaps between the LEDs, before a wall that is bright on one side.
     let wall = |[x, _]: [f32; 2]| if x < 24.0 { 3.0 } else { 1.0 };
     let scene = |_| Scene {
         pitch_px: 5.45,
@@ -246,7 +246,7 @@ fn what_passes_before_a_panel_does_not_take_it_along() {
     for speed in [23, 37, 51] {
         let mut receiver = receiver(1.0);
         for (number, panel) in panels(20).into_iter().enumerate() {
-            // A dark post that covers the panel for two to four frames.
+            // A dark post covers the panel for two to four frames.
             let from = (speed * number).saturating_sub(4 * speed);
             let scene = Scene {
                 bits: panel.bits(),
@@ -308,7 +308,7 @@ fn frames_of_other_sizes_end_what_was_followed() {
 #[test]
 fn a_known_place_needs_no_search() {
     let mut receiver = receiver(1.0);
-    // Off LEDs as dark as the background: no outline, so no locating.
+    // Off LEDs as dark as the background: there is no outline, so the panel cannot be located.
     let scene = Scene {
         light: [1.0, 9.0],
         ..Scene::PLAIN
@@ -383,7 +383,7 @@ fn the_memory_is_as_large_as_stated() {
     let further = size_of::<ReceiverMemory<9216, 2>>() - memory;
     assert!(further <= 22 * 9216 + 34_500);
     assert!(size_of::<SearchMemory>() <= 132_000);
-    // What the feature `carrier` adds.
+    // The size that the feature `carrier` adds.
     let carrier = size_of::<crate::carrier::Carrier>() + size_of::<super::lit::Lit>();
     assert!(carrier <= 27_500, "{carrier}");
     assert!(size_of::<Whole>() - size_of::<Deframer>() - carrier < 5_000);
@@ -474,7 +474,7 @@ fn two_panels_deliver_their_own_messages() {
     }
 }
 
-/// The 64 × 64 pixels of a frame around a place.
+/// The 64×64 pixels of a frame around a place.
 fn cut(frame: &Frame<'_>, [x, y]: [f32; 2]) -> ([u16; 2], Vec<u8>) {
     let origin = [x, y].map(|c| c as usize - 32);
     let region = frame.region(origin[0], origin[1], 64, 64).unwrap();

@@ -1,4 +1,4 @@
-//! What of a frame a followed panel is looked at in: the frame itself, or larger pixels around the panel.
+//! The view in which a followed panel is read: the frame itself, or larger pixels around the panel.
 
 use super::outcome::Loss;
 use crate::cells::{CellsError, ends};
@@ -8,14 +8,14 @@ use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::track::{RIM, TrackError};
 
-/// Pixels change their size only where the pitch is beyond the limit by more (share). Higher: they change less
-/// often as a panel grows and shrinks.
+/// The size of pixels changes only if the pitch exceeds the limit by more than this (share). Higher: it changes less often as a panel grows
+/// and shrinks.
 const HYSTERESIS: f32 = 0.1;
-/// Room around the panel that is drawn in larger pixels, and the part of it that has to be left before it is drawn
-/// anew around another place (pitches). More: farther jumps are followed, and slower.
+/// Room around the panel that is drawn in larger pixels, and the part of it that must remain before another area is drawn (pitches). More:
+/// farther jumps can be followed, but slower.
 const ROOM: [f32; 2] = [2.0, 1.0];
 
-/// The frame itself, or part of it in larger pixels.
+/// The whole frame, or part of it in larger pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct View {
     pub grid: Grid,
@@ -24,7 +24,7 @@ pub(super) struct View {
 }
 
 impl View {
-    /// The whole frame as it is.
+    /// The whole frame in its own pixels.
     pub const fn whole((width, height): (usize, usize)) -> Self {
         Self {
             grid: Grid::FRAME,
@@ -41,8 +41,8 @@ impl View {
         (width, height)
     }
 
-    /// The view of a panel expected on `lattice`, in pixels of a frame of that size, so that `capacity` pixels hold it: this one as long as
-    /// it serves. `None` where the panel is not in the frame at all.
+    /// The view of a panel that is expected on `lattice`, in pixels of such a size that `capacity` pixels hold it in a frame of that size:
+    /// the present view as long as it suffices. `None` if the panel is entirely outside the frame.
     pub fn of(&self, lattice: &Lattice, max_pitch_px: f32, frame_size: (usize, usize), capacity: usize) -> Option<Self> {
         let [across, down] = lattice.pitch();
         let pitch = across.max(down);
@@ -85,7 +85,7 @@ impl View {
         side as usize
     }
 
-    /// Larger pixels that cover a part of the frame, as far as they are whole, where those of `before` could be.
+    /// Whole larger pixels that cover a part of the frame, aligned with those of `before`.
     fn around([low, high]: &[[i32; 2]; 2], side: usize, before: [i32; 2]) -> Self {
         let step = side as i32;
         let origin: [i32; 2] = core::array::from_fn(|i| low[i] + before[i].wrapping_sub(low[i]).rem_euclid(step));
@@ -96,28 +96,28 @@ impl View {
         }
     }
 
-    /// Ends of the part of the frame that is seen, in the frame's pixels.
+    /// The ends of the visible part of the frame, in the frame's pixels.
     fn ends(&self) -> [[i32; 2]; 2] {
         let Grid { side, origin } = self.grid;
         let high = core::array::from_fn(|i| origin[i].saturating_add((self.size[i] * side) as i32));
         [origin, high]
     }
 
-    /// Whether no more is beyond a frame of that size than can be.
+    /// Whether the view exceeds a frame of that size by no more than it may.
     fn is_near(&self, (width, height): (usize, usize)) -> bool {
         let ([low, high], beyond) = (self.ends(), beyond(self.grid.side));
         let limit = [width, height].map(|limit| limit as i32 + beyond);
         (0..2).all(|i| low[i] >= -beyond && high[i] <= limit[i])
     }
 
-    /// Whether all larger pixels that are whole within a part of the frame are seen.
+    /// Whether the view includes all larger pixels that lie entirely within a part of the frame.
     fn holds(&self, [low, high]: &[[i32; 2]; 2]) -> bool {
         let slack = self.grid.side as i32;
         let [from, to] = self.ends();
         (0..2).all(|i| from[i] < low[i] + slack && to[i] > high[i] - slack)
     }
 
-    /// By how many pixels what is seen moves in another view of as large pixels; `None` if not by whole ones.
+    /// The shift to another view with pixels of the same size; `None` if it is not a whole number of pixels.
     pub fn shift_to(&self, other: &Self) -> Option<[i32; 2]> {
         let side = self.grid.side as i32;
         let px = [0, 1].map(|i| self.grid.origin[i].saturating_sub(other.grid.origin[i]));
@@ -125,7 +125,7 @@ impl View {
         aligned.then(|| px.map(|px| px / side))
     }
 
-    /// What went wrong here, in pixels of the frame.
+    /// Converts a loss in this view to pixels of the frame.
     pub fn loss_in_frame(&self, loss: Loss, frame_size: (usize, usize)) -> Loss {
         let side = self.grid.side as f32;
         let in_frame = |why: TrackError| match why {
@@ -144,7 +144,7 @@ impl View {
         }
     }
 
-    /// The same of what does not fit.
+    /// Converts an error of cells in this view to pixels of the frame.
     pub fn error_in_frame(&self, error: CellsError, (width, height): (usize, usize)) -> CellsError {
         match error {
             CellsError::OutsideFrame {
@@ -158,7 +158,7 @@ impl View {
         }
     }
 
-    /// Makes sure that all cells of a panel seen here are in a frame of that size.
+    /// Checks that all cells of a panel in this view are within a frame of that size.
     pub fn check_cells(&self, corners: &Corners, (width, height): (usize, usize)) -> Result<(), CellsError> {
         let last = [width as f64 - 1.0, height as f64 - 1.0];
         let outline = corners.homography().outline();
@@ -172,12 +172,12 @@ impl View {
         Err(self.outside_frame(corners))
     }
 
-    /// That the cells of a panel seen here are not all in the frame.
+    /// The error that not all cells of a panel in this view are in the frame.
     pub fn outside_frame(&self, corners: &Corners) -> CellsError {
         CellsError::outside_frame(ends(corners), self.size)
     }
 
-    /// What is seen of a frame, drawn in `buffer` if need be.
+    /// The visible part of a frame, drawn in `buffer` if necessary.
     pub fn draw<'a>(&self, frame: &'a Frame<'a>, buffer: &'a mut [u8]) -> Option<Frame<'a>> {
         if self.is_whole() {
             return Some(*frame);
@@ -186,12 +186,12 @@ impl View {
     }
 }
 
-/// How far larger pixels may lie beyond the frame, where they are as at its end, in its pixels: what a panel at the very rim needs.
+/// How far larger pixels may extend beyond the frame, in its pixels, where they repeat its edge: as far as a panel at the very edge needs.
 fn beyond(side: usize) -> i32 {
     2 * side as i32
 }
 
-/// The first pixel of the frame around a lattice with so much room, in pitches, and the one after the last; `None` outside the frame.
+/// The part of the frame around a lattice with that room, in pitches: its first pixel and the one after the last; `None` outside the frame.
 fn part(lattice: &Lattice, room: f32, side: usize, (width, height): (usize, usize)) -> Option<[[i32; 2]; 2]> {
     let (extent, beyond) = (lattice.extent(room), beyond(side));
     let limit = [width, height].map(|limit| limit as i32);
@@ -227,7 +227,7 @@ mod tests {
             sides.push(view.grid.side);
         }
         let changes = sides.windows(2).filter(|pair| pair[0] != pair[1]).count();
-        // Once for each side on the way up, and once on the way down.
+        // Once per side while the panel grows, and once while it shrinks.
         assert_eq!(sides.iter().max(), Some(&sides[199]));
         assert!(changes <= 2 * sides[199], "{changes}");
     }
@@ -242,10 +242,10 @@ mod tests {
             if let Some(view) = View::whole(frame_size).of(&lattice, PITCH_MAX, frame_size, capacity) {
                 prop_assert!(view.is_whole() || view.size[0] * view.size[1] <= capacity);
                 prop_assert!(pitch / view.grid.side as f32 <= PITCH_MAX * (1.0 + HYSTERESIS));
-                // The whole panel is in it, as far as it is in the frame.
+                // The view contains all of the panel that is in the frame.
                 for corner in lattice.corners() {
                     let [x, y] = view.grid.place_of_frame(corner);
-                    // The last pixel's centre is at one less than their count, its rim half a pixel further.
+                    // The last pixel's centre is at the number of pixels minus one, its edge half a pixel further.
                     let in_frame = (0.0..3999.5).contains(&corner[0]) && (0.0..2999.5).contains(&corner[1]);
                     let seen = x > -0.5 && y > -0.5 && x < view.size[0] as f32 - 0.5 && y < view.size[1] as f32 - 0.5;
                     prop_assert!(seen || !in_frame, "{corner:?} in {view:?}");

@@ -1,11 +1,11 @@
-//! Where in the whole frame is a panel? In whole numbers, by what blinks: before what stands still, only a panel's LEDs change.
+//! Finds a panel in the whole frame by its blinking, in integer arithmetic: before a static background, only a panel's LEDs change.
 //!
-//! Of some frames the greatest change of each pixel is kept. After a few symbols that is a picture of all 64 LEDs before black, whatever
-//! the panel showed. The largest group of it that hangs together has the corner LEDs where it reaches furthest, along the diagonals or, of
-//! a panel that stands on a corner, along rows and columns; then all 64 must be where these say, and nothing beside them.
+//! The search keeps the greatest change of each pixel over some frames. After a few symbols, this is a picture of all 64 LEDs on black,
+//! whatever the panel shows. The corner LEDs are the outermost points of the largest connected group, along the diagonals or, if the panel
+//! stands on a corner, along rows and columns. All 64 LEDs must then be in the places that these corners imply, and nothing beside them.
 //!
-//! The camera stands still meanwhile, or moves by less than a fraction of a pitch. A panel is turned any way, and its LEDs are apart from
-//! each other.
+//! The camera must stand still during the search, or move by less than a fraction of a pitch. The panel may have any rotation, and its LEDs
+//! must not overlap.
 
 use core::borrow::BorrowMut;
 
@@ -16,25 +16,25 @@ use crate::corners::Corners;
 use crate::frame::Frame;
 use link::panel::{LEDS, SIDE};
 
-/// Tiles along the longer side of a frame: LEDs further from each other than two of them do not hang together.
+/// Tiles along the longer side of a frame: LEDs that are more than two tiles apart are not connected.
 const TILES: usize = 16;
-/// Frames before the first attempt.
+/// Minimum number of frames before the first attempt.
 const LEAST_FRAMES: u32 = 5;
-/// Frames after which all that was kept is forgotten: something else has changed by then.
+/// Number of frames after which all changes are forgotten, because something else has changed by then.
 const MOST_FRAMES: u32 = 30;
-/// Frames after a change of the exposure that show it.
+/// Number of frames that show a change of the exposure.
 const SETTLING_FRAMES: u32 = 3;
-/// What counts as a change, at least, grey levels.
+/// Smallest difference that counts as a change, in grey levels.
 const LEAST_CHANGE: u8 = 14;
-/// The same beyond the mean change of all pixels, which is noise.
+/// Smallest difference that counts as a change, relative to the mean change of all pixels, which is noise.
 const OVER_NOISE: u32 = 4;
-/// LEDs that must be seen to blink; the others are broken, or had no chance to.
+/// Minimum number of LEDs that blink; the others may be broken, or may not have changed yet.
 const LEAST_LEDS: usize = 60;
-/// Pitch of the smallest panel, pixels.
+/// Minimum pitch of a panel, in pixels.
 const LEAST_PITCH_PX: f32 = 1.8;
-/// Rounds in which the corners are moved onto the LEDs.
+/// Number of steps that move the corners onto the LEDs.
 const ROUNDS: usize = 6;
-/// Pixels of the longest side of a frame that can be searched: sums over all pixels are within 32 bits.
+/// Maximum pixels along a side of a frame, so that sums over all pixels fit into 32 bits.
 const LONGEST_SIDE: usize = 2048;
 /// All LEDs.
 const ALL: u64 = u64::MAX;
@@ -42,43 +42,43 @@ const ALL: u64 = u64::MAX;
 /// Why a frame cannot be searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BlinkSearchError {
-    /// It is too large.
+    /// The frame is too large.
     #[error("a frame of {width} × {height} pixels: up to 2048 a side can be searched; leave pixels out")]
     Size {
-        /// Its columns.
+        /// The columns of the frame.
         width: usize,
-        /// Its rows.
+        /// The rows of the frame.
         height: usize,
     },
-    /// The search has been given too little memory.
+    /// The search has too little memory.
     #[error("{has} bytes for a search that needs {needed}: give it `BlinkSearch::bytes`")]
     Room {
-        /// Bytes needed.
+        /// Required bytes.
         needed: usize,
-        /// Bytes there are.
+        /// Available bytes.
         has: usize,
     },
 }
 
-/// Looks for a panel by its blinking. `B` lends [`BlinkSearch::bytes`] bytes.
+/// Searches for a panel by its blinking. `B` lends [`BlinkSearch::bytes`] bytes.
 pub struct BlinkSearch<B> {
     room: B,
     size: [usize; 2],
-    /// Frames whose change is kept.
+    /// Frames whose changes are included.
     frames: u32,
-    /// Frames that are to pass first.
+    /// Frames to skip first.
     settling: u32,
 }
 
 impl BlinkSearch<[u8; 0]> {
-    /// What a search in frames of that size, up to 2048 pixels a side, needs: two bytes a pixel.
+    /// The memory for a search in frames of that size, up to 2048 pixels a side: two bytes a pixel.
     pub const fn bytes(width: usize, height: usize) -> usize {
         2 * width * height
     }
 }
 
 impl<B: BorrowMut<[u8]>> BlinkSearch<B> {
-    /// A search that has seen nothing.
+    /// A search that has not seen a frame.
     pub fn new(room: B) -> Self {
         Self {
             room,
@@ -88,25 +88,25 @@ impl<B: BorrowMut<[u8]>> BlinkSearch<B> {
         }
     }
 
-    /// Forgets what it has seen.
+    /// Forgets all frames.
     pub fn forget(&mut self) {
         (self.frames, self.settling) = (0, 1);
     }
 
-    /// The next frames are exposed otherwise: what changes with that says nothing.
+    /// Announces that the exposure of the next frames differs, so that the change it causes is ignored.
     pub fn expect_another_exposure(&mut self) {
         (self.frames, self.settling) = (0, SETTLING_FRAMES);
     }
 
-    /// Takes in a frame; the panel, if it has blinked enough.
+    /// Processes a frame. Returns the panel if it has blinked enough.
     ///
     /// # Errors
-    /// [`BlinkSearchError`] for a frame that is too large for this search, or for its memory. It is not looked at.
+    /// [`BlinkSearchError`] if the frame is too large for this search or its memory. The frame is then ignored.
     pub fn find(&mut self, frame: &Frame<'_>) -> Result<Option<Corners>, BlinkSearchError> {
         self.find_beside(frame, [])
     }
 
-    /// The same, where some parts of the frame are passed over.
+    /// Processes a frame, but skips some areas of it.
     pub(crate) fn find_beside(
         &mut self,
         frame: &Frame<'_>,
@@ -148,7 +148,7 @@ impl<B: BorrowMut<[u8]>> BlinkSearch<B> {
     }
 }
 
-/// The panel in a picture of what has changed, whose pixels add up to `sum`.
+/// The panel in a picture of changes whose pixels add up to `sum`.
 fn found(change: &[u8], size: [usize; 2], sum: u32) -> Option<Corners> {
     let most = change.iter().copied().max().unwrap_or(0);
     let noise = OVER_NOISE * sum / change.len().max(1) as u32;
@@ -158,7 +158,7 @@ fn found(change: &[u8], size: [usize; 2], sum: u32) -> Option<Corners> {
     settled(&change, outline, i32::from(enough) * GREY)
 }
 
-/// Keeps the greatest changes; the sum of all that are kept.
+/// Updates the greatest changes; returns their sum.
 fn keep_change(frame: &Frame<'_>, earlier: &mut [u8], change: &mut [u8]) -> u32 {
     let mut sum = 0;
     let rows = earlier.chunks_exact_mut(frame.width()).zip(change.chunks_exact_mut(frame.width()));
@@ -172,7 +172,7 @@ fn keep_change(frame: &Frame<'_>, earlier: &mut [u8], change: &mut [u8]) -> u32 
     sum
 }
 
-/// Wipes a part of a picture; what its pixels add up to.
+/// Clears an area of a picture; returns the sum of its pixels.
 fn wipe(change: &mut [u8], width: usize, area: Area) -> u32 {
     let [[left, right], [top, bottom]] = area;
     let rows = change.chunks_exact_mut(width).take(bottom).skip(top);
@@ -180,17 +180,18 @@ fn wipe(change: &mut [u8], width: usize, area: Area) -> u32 {
     pixels.map(|pixel| u32::from(core::mem::take(pixel))).sum()
 }
 
-/// The ends of the largest group of changed pixels: along the diagonals or along rows and columns, whichever reach around more.
+/// The corners of the largest group of changed pixels: along the diagonals or along rows and columns, whichever enclose the larger area.
 fn corner_leds(change: &Frame<'_>, enough: u8) -> Option<Outline> {
     let tiles = Tiles::of(change);
     let group = largest_group(change, enough, tiles);
     let is_in_group = |x: usize, y: usize| group.0[tiles.of_place(y)] >> tiles.of_place(x) & 1 == 1;
-    // The least of x + y, −x + y, −x − y and x − y: top left, top right, bottom right, bottom left. And of y, −x, −y and x.
+    // The minima of x + y, −x + y, −x − y and x − y are the top left, top right, bottom right and bottom left corners; those of y, −x, −y
+    // and x the tips.
     let mut ends = [[(i32::MAX, [0i32; 2]); 4]; 2];
     let inner_rows = change.rows().enumerate().skip(1).take(change.height().saturating_sub(2));
     for (y, row) in inner_rows {
         let inner = row.iter().enumerate().skip(1).take(row.len().saturating_sub(2));
-        // Most pixels have not changed: this comes first.
+        // This test is first because most pixels have not changed.
         for (x, &here) in inner.filter(|&(_, &here)| here >= enough) {
             if !is_in_group(x, y) || !is_peak(change, x, y, here) {
                 continue;
@@ -224,11 +225,11 @@ fn is_peak(change: &Frame<'_>, x: usize, y: usize, here: u8) -> bool {
     })
 }
 
-/// Which tile a column or a row is in. A processor without a divider takes some 40 cycles for a division, and this is asked for each
-/// pixel: so it is a product, which is the same for all places below [`LONGEST_SIDE`].
+/// Maps a column or a row to its tile. A processor without a divider takes about 40 cycles for a division, and each pixel needs one. This
+/// is a multiplication instead, with the same result for all places below [`LONGEST_SIDE`].
 #[derive(Clone, Copy)]
 struct Tiles {
-    /// One over the pixels along a tile, in 1/2¹⁸, rounded up.
+    /// The reciprocal of the pixels along a tile, in 1/2¹⁸, rounded up.
     inverse: u32,
 }
 
@@ -257,7 +258,7 @@ struct Group([u16; TILES]);
 impl Group {
     const NONE: Self = Self([0; TILES]);
 
-    /// A single tile of it.
+    /// The first tile of the set, alone.
     fn first(self) -> Option<Self> {
         let row = self.0.iter().position(|&row| row != 0)?;
         let mut first = Self::NONE;
@@ -265,7 +266,7 @@ impl Group {
         Some(first)
     }
 
-    /// The same, and all tiles that touch it.
+    /// The set with all tiles that touch it.
     fn grown(self) -> Self {
         let wide = self.0.map(|row| row | row << 1 | row >> 1);
         Self(core::array::from_fn(|y| {
@@ -283,7 +284,7 @@ impl Group {
         Self(core::array::from_fn(|y| self.0[y] & !other.0[y]))
     }
 
-    /// What its tiles count together.
+    /// The sum of the counts of its tiles.
     fn count(self, counts: &[[u16; TILES]; TILES]) -> u32 {
         let rows = self.0.iter().zip(counts);
         rows.flat_map(|(row, counts)| {
@@ -295,7 +296,7 @@ impl Group {
     }
 }
 
-/// The tiles of the group that has the most changed pixels.
+/// The tiles of the group with the most changed pixels.
 fn largest_group(change: &Frame<'_>, enough: u8, tiles: Tiles) -> Group {
     let mut counts = [[0u16; TILES]; TILES];
     for (y, row) in change.rows().enumerate() {
@@ -329,7 +330,7 @@ fn largest_group(change: &Frame<'_>, enough: u8, tiles: Tiles) -> Group {
     best.1
 }
 
-/// Moves corners onto the LEDs; the corners, if all LEDs are there and nothing is beside them.
+/// Moves corners onto the LEDs. Returns them if all LEDs are there and nothing is beside them.
 fn settled(change: &Frame<'_>, mut outline: Outline, enough: i32) -> Option<Corners> {
     for _ in 0..ROUNDS {
         let samples = Samples::take(change, &outline)?;
@@ -344,7 +345,7 @@ fn settled(change: &Frame<'_>, mut outline: Outline, enough: i32) -> Option<Corn
     (is_large && mean > enough / 4 && seen >= LEAST_LEDS && ends_there(change, &outline, mean)).then_some(corners)
 }
 
-/// Whether there are no LEDs one pitch beyond the outermost ones: what the frame has of them is darker than half of an LED.
+/// Whether there are no LEDs one pitch beyond the outermost ones: the frame is darker there than half an LED.
 fn ends_there(change: &Frame<'_>, outline: &Outline, mean: i32) -> bool {
     let [column, row] = outline.steps();
     let last = SIDE - 1;
@@ -366,7 +367,7 @@ fn ends_there(change: &Frame<'_>, outline: &Outline, mean: i32) -> bool {
 mod tests {
     use super::*;
 
-    /// For each size of a tile that a frame can have, and each place in it.
+    /// For each tile size that a frame can have, and each place in it.
     #[test]
     fn places_are_in_the_tiles_that_a_division_gives() {
         for tile in 1..=LONGEST_SIDE.div_ceil(TILES) {

@@ -1,38 +1,38 @@
-//! Two groups of LEDs, and how sure it is which one an LED belongs to.
+//! Splits the LEDs into two groups, with the certainty of each LED's group.
 
 use super::samples::{GREY, Samples};
 use link::panel::{LEDS, LLR_STEP, SoftPanel};
 
-/// By how much a feature in whole numbers may differ from the same in real ones, grey levels: places are cut to 1/256 of a pixel, where
-/// the light changes by up to 120 grey levels from one to the next.
+/// Maximum error of a feature in integer arithmetic, in grey levels: places are rounded down to 1/256 of a pixel, and the light differs by
+/// up to 120 grey levels from one pixel to the next.
 #[cfg(test)]
 pub const FEATURE_ERROR_GREY: f64 = 0.5;
-/// Rounds of the clustering, at most.
+/// Maximum number of rounds of clustering.
 const ROUNDS: usize = 8;
-/// The least that the groups' means differ by, grey levels.
+/// Minimum difference of the groups' means.
 const LEAST_CONTRAST: i32 = 6 * GREY;
-/// The least distance of two groups that mean something: noise parts into two of 7, light that is evenly spread of 12.
+/// Minimum distance of two valid groups: noise gives 7, evenly spread light 12.
 const LEAST_DISTANCE: u32 = 16;
-/// Steps of a soft value in a nat.
+/// Steps of a soft value per nat.
 const STEPS_PER_NAT: i64 = (1.0 / LLR_STEP) as i64;
-/// The deviation within a group that is taken at least, as a share of the contrast: 1/16. Groups of 64 cells tell no more.
+/// The contrast divided by the smallest deviation within a group: groups of 64 cells cannot show a smaller one.
 const LEAST_DEVIATION: i64 = 16;
 /// The greatest soft value.
 const MOST: i64 = 127;
 
-/// What a panel's samples say of its bits.
+/// The decision about a panel's bits.
 #[derive(Clone, Copy, Debug)]
 pub struct Decision {
     /// Bit 8·row + column: 1 for On.
     pub bits: u64,
     /// The log-likelihood ratio of each LED.
     pub soft: SoftPanel,
-    /// The square of the groups' contrast over their variance.
+    /// The squared contrast of the groups relative to their variance.
     pub distance: u32,
 }
 
 impl Decision {
-    /// Two groups of one variance; `None` if they differ by too little, or are one.
+    /// Two groups with a common variance; `None` if they differ too little or are one.
     pub fn of(samples: &Samples) -> Option<Self> {
         let features: [i32; LEDS] = core::array::from_fn(|led| samples.feature(led));
         let (off, on) = groups(&features)?;
@@ -49,7 +49,7 @@ impl Decision {
                 deviation * deviation
             })
             .sum();
-        // Two means have been taken from the same cells.
+        // Two means have been estimated from the same cells.
         let least = contrast * contrast / (LEAST_DEVIATION * LEAST_DEVIATION);
         let variance = (scatter / (LEDS as i64 - 2)).max(least).max(1);
         let mut bits = 0;
@@ -66,14 +66,14 @@ impl Decision {
         })
     }
 
-    /// Whether the groups are farther apart than what noise and light that is evenly spread part into.
+    /// Whether the groups are farther apart than those of noise and of evenly spread light.
     pub fn is_parted(&self) -> bool {
         self.distance >= LEAST_DISTANCE
     }
 
-    /// The share of bits that are right if the soft values are.
+    /// The mean probability of a right bit according to the soft values.
     pub fn confidence(&self) -> f32 {
-        // 1/(1 + exp(x)) in 1/65 536, at x = 0, 1/4 … and beyond what a number shows, none.
+        // 1/(1 + exp(x)) in 1/65 536, at x = 0, 1/4 and so on; 0 beyond the last.
         const WRONG: [u16; 45] = [
             32_768, 28_693, 24_743, 21_025, 17_625, 14_595, 11_955, 9_702, 7_812, 6_249, 4_971, 3_938, 3_108, 2_446, 1_921, 1_506, 1_179,
             922, 720, 562, 439, 342, 267, 208, 162, 126, 98, 77, 60, 47, 36, 28, 22, 17, 13, 10, 8, 6, 5, 4, 3, 2, 2, 1, 1,
@@ -88,7 +88,7 @@ impl Decision {
     }
 }
 
-/// The means of the dark and the bright group (Lloyd's algorithm); `None` if there is but one.
+/// The means of the dark and the bright group (Lloyd's algorithm); `None` if there is only one.
 fn groups(features: &[i32; LEDS]) -> Option<(i32, i32)> {
     let mut off = features.iter().copied().min()?;
     let mut on = features.iter().copied().max()?;

@@ -1,18 +1,17 @@
-//! By how much a panel has moved.
+//! Measures a panel's motion.
 
 use super::outline::{Outline, STEPS, weights};
 use super::samples::Samples;
 use link::panel::SIDE;
 
-/// The least difference that tells of a peak, over all LEDs: one grey level on one of them.
+/// Smallest curvature of a peak over all LEDs: one grey level on one LED.
 const FLAT: i32 = STEPS * STEPS * 256;
 
 impl Outline {
-    /// Moves each corner halfway to where the On LEDs that are nearest to it have their brightest points, by at most an eighth of the
-    /// pitch.
+    /// Moves each corner halfway towards the brightest points of the On LEDs that are nearest to it, by at most an eighth of the pitch.
     pub fn correct(&mut self, samples: &Samples, bits: u64) {
         let steps = self.steps();
-        // Of a parabola through three samples, for each corner and both ways: slope and curvature, weighted by nearness.
+        // For each corner and each axis, the slope and the curvature of a parabola through three samples, weighted by nearness.
         let mut slopes = [[0i32; 2]; 4];
         let mut curvatures = [[0i32; 2]; 4];
         for (led, samples) in samples.leds.iter().enumerate() {

@@ -1,14 +1,14 @@
-//! Where a panel is, in 1/65 536 of a pixel.
+//! The place of a panel, in 1/65 536 of a pixel.
 
 use crate::corners::Corners;
 use link::panel::SIDE;
 
 /// Steps from the first LED of a row to the last.
 pub const STEPS: i32 = SIDE as i32 - 1;
-/// One pixel, in the steps of positions: 65 536.
+/// One pixel in units of a position: 65 536.
 pub const PIXEL: i32 = 1 << 16;
 
-/// A place or a way in the frame.
+/// A point or a vector in the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Point {
     pub x: i32,
@@ -37,7 +37,7 @@ impl Point {
         }
     }
 
-    /// So many 256ths of it.
+    /// `share`/256 of the vector.
     pub fn share(self, share: i32) -> Self {
         let part = |at: i32| (i64::from(at) * i64::from(share) / 256) as i32;
         Self {
@@ -47,19 +47,19 @@ impl Point {
     }
 }
 
-/// A panel's corner LEDs: top left, top right, bottom right, bottom left. What is between them follows by how near they are, which is
-/// right but for the perspective of a panel that is very near and turned.
+/// A panel's corner LEDs: top left, top right, bottom right, bottom left. Other points are interpolated between them, which is right except
+/// for the perspective of a panel that is very near and rotated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outline(pub [Point; 4]);
 
 impl Outline {
-    /// That of corners in pixels, of a frame of up to 8191 pixels a side.
+    /// The outline of corners in pixels, in a frame of up to 8191 pixels a side.
     pub fn of(corners: &Corners) -> Self {
         let whole = |at: f32| (at.clamp(-8191.0, 8191.0) * PIXEL as f32) as i32;
         Self(corners.points().map(|[x, y]| Point { x: whole(x), y: whole(y) }))
     }
 
-    /// The corners in pixels; `None` if they are no panel's.
+    /// The corners in pixels; `None` if they are not a panel's.
     pub fn corners(&self) -> Option<Corners> {
         let pixels = |at: i32| at as f32 / PIXEL as f32;
         Corners::new(self.0.map(|point| [pixels(point.x), pixels(point.y)])).ok()
@@ -83,7 +83,7 @@ impl Outline {
         }
     }
 
-    /// The way from one LED to the next along a row, and along a column; means over the panel.
+    /// The vectors from one LED to the next along a row and along a column; means over the panel.
     pub fn steps(&self) -> [Point; 2] {
         let [top_left, top_right, bottom_right, bottom_left] = self.0;
         let mean = |a: Point, b: Point, c: Point, d: Point| a.minus(b).over(2 * STEPS).plus(c.minus(d).over(2 * STEPS));
@@ -94,7 +94,7 @@ impl Outline {
     }
 }
 
-/// How near an LED is to each corner; 49 in all.
+/// The weights of the corners at an LED; their sum is 49.
 pub fn weights(column: i32, row: i32) -> [i32; 4] {
     let (right, below) = (column, row);
     let (left, above) = (STEPS - column, STEPS - row);

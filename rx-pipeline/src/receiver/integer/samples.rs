@@ -1,24 +1,24 @@
-//! The light at some points of a panel.
+//! Samples of the light on a panel.
 
 use super::outline::{Outline, Point};
 use crate::frame::Frame;
 use link::panel::{LEDS, SIDE};
 
-/// One grey level, in the steps of samples: 256.
+/// One grey level in units of a sample: 256.
 pub const GREY: i32 = 1 << 8;
-/// Samples on each LED: its centre, a quarter of a pitch to the left and right, above and below.
+/// Samples on each LED: its centre, and a quarter of a pitch to the left, right, above and below.
 const ON_LED: usize = 5;
 
 /// The light on and between LEDs, in 1/256 of a grey level.
 pub struct Samples {
-    /// On each LED.
+    /// The samples on each LED.
     pub leds: [[i32; ON_LED]; LEDS],
-    /// Where four cells meet, and on the panel's outline half a pitch from its outermost LEDs.
+    /// Samples at the corners of the cells. The outermost are half a pitch outside the outer LEDs.
     between: [[i32; SIDE + 1]; SIDE + 1],
 }
 
 impl Samples {
-    /// Of the panel at `outline`; `None` if some of it is outside of the frame.
+    /// Samples the panel at `outline`; `None` if part of it is outside the frame.
     pub fn take(frame: &Frame<'_>, outline: &Outline) -> Option<Self> {
         let [column, row] = outline.steps();
         let quarter = [column, row].map(|step| step.over(4));
@@ -40,7 +40,7 @@ impl Samples {
         let mut between = [[0; SIDE + 1]; SIDE + 1];
         for (v, samples) in between.iter_mut().enumerate() {
             for (u, sample) in samples.iter_mut().enumerate() {
-                // The corner above and left of LED (u, v); beyond the last one, below or right of it.
+                // The corner above and to the left of LED (u, v); beyond the last LED, below and to the right of it.
                 let mut point = outline.led(u.min(SIDE - 1), v.min(SIDE - 1)).minus(half);
                 if u == SIDE {
                     point = point.plus(column);
@@ -54,7 +54,7 @@ impl Samples {
         Some(Self { leds, between })
     }
 
-    /// By how much an LED is brighter than what is around its cell, in 1/256 of a grey level.
+    /// The difference of an LED and the corners of its cell, in 1/256 of a grey level.
     pub fn feature(&self, led: usize) -> i32 {
         let [centre, around @ ..] = self.leds[led];
         let bright = (2 * centre + around.iter().sum::<i32>()) / 6;
@@ -64,7 +64,7 @@ impl Samples {
     }
 }
 
-/// The light at a point between four pixels, by how near each is; `None` outside of the frame.
+/// The bilinearly interpolated light at a point; `None` outside the frame.
 pub fn light(frame: &Frame<'_>, point: Point) -> Option<i32> {
     let [x, y] = [point.x, point.y];
     let column = usize::try_from(x >> 16).ok()?;

@@ -1,4 +1,4 @@
-//! Whole numbers against real ones.
+//! Compares integer arithmetic with floating point.
 
 use super::decision::FEATURE_ERROR_GREY;
 use super::outline::Outline;
@@ -48,7 +48,7 @@ fn corners(x: f32, y: f32, pitch: f32, roll: f32) -> Corners {
     Corners::new([[x, y], [x + dx, y + dy], [x + dx - dy, y + dx + dy], [x - dy, y + dx]]).unwrap()
 }
 
-/// The same around the middle of the frame, turned any way.
+/// Corners around the middle of the frame, with any rotation.
 fn turned(pitch: f32, roll: f32) -> Corners {
     let (sin, cos) = roll.sin_cos();
     let half = 3.5 * pitch;
@@ -56,7 +56,7 @@ fn turned(pitch: f32, roll: f32) -> Corners {
     Corners::new(ends.map(|[x, y]| [39.7 + cos * x - sin * y, 40.2 + sin * x + cos * y])).unwrap()
 }
 
-/// A feature by the same rule in real numbers: the places from the homography, the light between pixels by bilinear interpolation.
+/// The same feature in floating point: places from the homography, and bilinear interpolation of the light.
 fn feature(frame: &Frame<'_>, corners: &Corners, led: usize) -> f64 {
     let place = corners.homography();
     let light = |column: f64, row: f64| {
@@ -78,7 +78,7 @@ fn feature(frame: &Frame<'_>, corners: &Corners, led: usize) -> f64 {
 }
 
 properties! {
-    /// The bound that is stated, over poses, light and noise.
+    /// The stated error bound, over poses, light and noise.
     #[test]
     fn features_are_those_of_real_numbers(
         bits: u64, x in 15.0f32..25.0, y in 15.0f32..25.0, pitch in 2.2f32..5.5, roll in -0.3f32..0.3, noise in 0.0..4.0f64,
@@ -93,7 +93,7 @@ properties! {
         }
     }
 
-    /// From corners that are a tenth of a pitch off, a few frames bring it to within a twentieth, and the bits are right.
+    /// From corners with an error of a tenth of a pitch, a few frames reduce the error to a twentieth, and the bits are right.
     #[test]
     fn following_comes_to_the_panel(
         x in 15.0f32..25.0, y in 15.0f32..25.0, pitch in 3.0f32..5.5, roll in -0.3f32..0.3, off in prop::array::uniform8(-0.1f32..0.1),
@@ -118,7 +118,7 @@ properties! {
         }
     }
 
-    /// Whatever the frame and the outline, nothing falls over.
+    /// Nothing panics, whatever the frame and the outline.
     #[test]
     fn any_outline_is_survived(pixels in prop::collection::vec(any::<u8>(), 400), points in prop::array::uniform8(-1e6f32..1e6)) {
         let [a, b, c, d, e, f, g, h] = points;
@@ -164,8 +164,8 @@ properties! {
     }
 }
 
-/// How many bits are wrong under noise, beside k-means in floating-point numbers on the same frames, which looks at all pixels: 22 of 9600
-/// against 4. Such light is a fifth of what exposure control aims at.
+/// Wrong bits under noise, compared with floating-point k-means on the same frames, which uses all pixels: 22 of 9600 against 4. The light
+/// is a fifth of the exposure control's target.
 #[test]
 fn noise_costs_few_bits_more_than_with_real_numbers() {
     let mut wrong = [0u32; 2];
@@ -204,7 +204,7 @@ fn confidence_is_that_of_the_soft_values() {
     }
 }
 
-/// A frame that is too large, or has too little room, is refused with a reason, and the next one is searched all the same.
+/// A frame that is too large, or whose search lacks memory, is rejected with a reason, and the next frame is still searched.
 #[test]
 fn frames_that_cannot_be_searched_are_refused() {
     let mut search = BlinkSearch::new(std::vec![0; 2 * 4096 + 1]);
@@ -232,7 +232,7 @@ fn frames_that_cannot_be_searched_are_refused() {
     );
 }
 
-/// The largest frame, all of whose pixels change by as much as can be: no sum overflows.
+/// The largest frame, in which all pixels change by the maximum: no sum overflows.
 #[test]
 fn the_largest_frames_are_searched() {
     let mut search = BlinkSearch::new(std::vec![0; BlinkSearch::bytes(2048, 2048)]);
@@ -243,7 +243,7 @@ fn the_largest_frames_are_searched() {
     }
 }
 
-/// Two groups as far apart as noise parts into, and light that is evenly spread, mean nothing.
+/// Two groups that are as far apart as those of noise or evenly spread light are rejected.
 #[test]
 fn noise_is_not_parted() {
     for (distance, is_parted) in [(7, false), (12, false), (40, true)] {
@@ -256,7 +256,7 @@ fn noise_is_not_parted() {
     }
 }
 
-/// Its samples may tell On from Off as well as ever.
+/// Its samples may still separate On from Off.
 #[test]
 fn an_outline_that_is_none_any_more_counts_as_missed() {
     let shown = turned(7.0, 0.0);

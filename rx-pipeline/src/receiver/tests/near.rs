@@ -1,4 +1,4 @@
-//! Panels of any size, up to those that fill the picture: sharp discs many pixels wide.
+//! Panels of any size, up to those that fill the picture: sharp discs, many pixels wide.
 
 use super::*;
 use crate::cells::CellsError;
@@ -11,7 +11,7 @@ fn receiver_of(width: usize, height: usize) -> Whole {
     Receiver::new(ReceiverSettings::default(), Box::default(), search).unwrap()
 }
 
-/// A frame of `size` with a panel at four corner LEDs, of which what lies beyond the frame is cut off.
+/// A frame of `size` with a panel at four corner LEDs; the frame cuts off any part beyond it.
 fn draw([width, height]: [usize; 2], corners: &Corners, bits: u64) -> Vec<u8> {
     let mut light = std::vec![1.0f32; width * height];
     let homography = corners.homography();
@@ -49,7 +49,7 @@ fn off(seen: &Corners, truth: &Corners) -> f32 {
     pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f32::max)
 }
 
-/// A panel turned so that the next LED to the right is farther off by the share `tilt`.
+/// A panel rotated so that each LED is farther away than its left neighbour by the share `tilt`.
 fn aside([x, y]: [f32; 2], pitch: f32, tilt: f32) -> Corners {
     let corners = [[-3.5, -3.5], [3.5, -3.5], [3.5, 3.5], [-3.5, 3.5f32]];
     Corners::new(corners.map(|[column, row]| {
@@ -59,7 +59,7 @@ fn aside([x, y]: [f32; 2], pitch: f32, tilt: f32) -> Corners {
     .unwrap()
 }
 
-/// The first reading of a panel that shows always the same, and the frame of it.
+/// The first reading of a panel that always shows the same bits, and the number of its frame.
 fn first_reading(size: [usize; 2], truth: &Corners, bits: u64) -> (u64, Reading) {
     let pixels = draw(size, truth, bits);
     let frame = Frame::new(&pixels, size[0], size[1]).unwrap();
@@ -136,7 +136,7 @@ fn a_panel_partly_out_of_the_picture_says_so_and_is_read_once_it_is_in() {
                 assert_eq!(reading.detection.bits, panel, "frame {number}");
             }
             Err(Loss::Cells(why)) => {
-                // It turned round unseen: it is expected farther out until it is given up there.
+                // It has turned round unseen and is expected farther outside until it is given up there.
                 assert!(out || (20..=10 + PATIENCE_FRAMES as usize).contains(&number));
                 assert!(matches!(why, CellsError::OutsideFrame { width: 800, .. }), "{why}");
             }

@@ -1,4 +1,4 @@
-//! What blinks and is no panel: it is found, and nobody says that a panel is followed.
+//! Things that blink and are not panels: they are found, but never reported as followed.
 
 use super::*;
 use std::println;
@@ -9,7 +9,7 @@ const HEIGHT: usize = 80;
 const RATE: f32 = 0.68;
 const FRAMES: u64 = 400;
 
-/// Makes frames of lamps.
+/// Draws frames of lamps.
 struct Scene {
     seed: u64,
     pixels: Vec<f64>,
@@ -30,7 +30,7 @@ impl Scene {
         self.seed
     }
 
-    /// Lamps as bright as `light` says.
+    /// Adds lamps with the brightness `light`.
     fn lamps(&mut self, corners: &Corners, light: impl Fn(usize) -> f64) {
         let place = corners.homography();
         for lamp in 0..64 {
@@ -44,7 +44,7 @@ impl Scene {
         }
     }
 
-    /// What the camera makes of it; the next frame is dark again.
+    /// The camera's frame of the scene; the next frame starts dark.
     fn frame(&mut self) -> Vec<u8> {
         let pixels = std::mem::replace(&mut self.pixels, std::vec![12.0; WIDTH * HEIGHT]);
         let noisy = |grey: f64| (grey + (self.random() % 5) as f64 - 2.0).clamp(0.0, 255.0) as u8;
@@ -52,19 +52,19 @@ impl Scene {
     }
 }
 
-/// What came of some frames.
+/// Counts over some frames.
 #[derive(Debug, Default)]
 struct Outcome {
-    /// Frames in which something was read.
+    /// Frames with a reading.
     read: u32,
-    /// Times that something was found.
+    /// Number of finds.
     found: u32,
-    /// Frames in which a panel was said to be followed.
+    /// Frames in which a panel was reported as followed.
     followed: u32,
     last: Option<Corners>,
 }
 
-/// Runs over frames. A naive receiver takes what it finds for a panel.
+/// Processes frames. A naive receiver accepts everything that it finds.
 fn run(is_naive: bool, mut draw: impl FnMut(&mut Scene, u64)) -> Outcome {
     let room = std::vec![0; BlinkSearch::bytes(WIDTH, HEIGHT)];
     let mut receiver = IntegerReceiver::new(RATE, room).unwrap();
@@ -87,7 +87,7 @@ fn run(is_naive: bool, mut draw: impl FnMut(&mut Scene, u64)) -> Outcome {
     outcome
 }
 
-/// Taken for a panel by a naive receiver for most of the time, and never by this one.
+/// Checks that a naive receiver accepts it as a panel for most of the time, and that this receiver never does.
 fn assert_rejected(what: &str, draw: impl Fn(&mut Scene, u64)) {
     let naive = run(true, &draw);
     let careful = run(false, &draw);
@@ -97,7 +97,7 @@ fn assert_rejected(what: &str, draw: impl Fn(&mut Scene, u64)) {
     );
     assert!(naive.followed > 200, "{what}: {naive:?}");
     assert_eq!(careful.followed, 0, "{what}: {careful:?}");
-    // Given up after 30 symbols, 45 frames, and passed over for 90 symbols.
+    // A place is given up after 30 symbols, which are 45 frames, and skipped for 90 symbols.
     assert!((1..=4).contains(&careful.found), "{what}: {careful:?}");
     assert!(careful.read < 200, "{what}: {careful:?}");
 }
@@ -106,7 +106,7 @@ fn block() -> Corners {
     corners(20.3, 22.4, 4.3, 0.03)
 }
 
-/// Half of a sign's lamps are brighter than the others.
+/// A sign with half of its lamps brighter than the others.
 fn sign(lamp: usize) -> f64 {
     if (lamp % 8 < 4) == (lamp / 8 < 4) { 180.0 } else { 110.0 }
 }
@@ -132,7 +132,7 @@ fn a_few_lamps_that_blink_are_not_followed() {
     });
 }
 
-/// A window in whose lamps' places an edge is mirrored, which goes to and fro.
+/// A window that mirrors a moving edge in the places of the lamps.
 #[test]
 fn an_edge_that_moves_over_lamps_is_not_followed() {
     assert_rejected("an edge over lamps", |scene, number| {
@@ -140,7 +140,7 @@ fn an_edge_that_moves_over_lamps_is_not_followed() {
     });
 }
 
-/// A bright surface whose edge moves is not even found.
+/// A bright surface with a moving edge is not even found.
 #[test]
 fn a_bright_edge_that_moves_is_not_found() {
     let outcome = run(false, |scene, number| {
@@ -152,7 +152,7 @@ fn a_bright_edge_that_moves_is_not_found() {
     assert_eq!((outcome.followed, outcome.found), (0, 0), "{outcome:?}");
 }
 
-/// Beside a larger sign that flickers a panel is followed nevertheless, once it is known what the sign is.
+/// A panel beside a larger flickering sign is followed once the sign has been rejected.
 #[test]
 fn a_panel_beside_a_sign_is_followed() {
     let panel = corners(105.4, 25.2, 3.6, 0.0);
