@@ -1,4 +1,4 @@
-//! The build script of all boards: gives the linker the memory layout of the chip that is built for.
+//! The build script of all boards: gives the linker the memory layout of the target chip.
 
 use std::{env, error::Error, fs, path::PathBuf};
 

@@ -1,4 +1,4 @@
-// A Raspberry Pi Pico on simulated time: processor and memories. What is soldered to its pins is its kind's affair: `attach`.
+// A Raspberry Pi Pico in simulated time: processor and memories. Each kind of board overrides `attach` for the parts on its pins.
 
 import { Simulator } from 'rp2040js';
 import { BootRom } from './boot_rom.mjs';
@@ -17,7 +17,7 @@ export class Board {
     this.report = (event) => report({ ns: Math.round(this.nanos), ...event });
   }
 
-  // What is on the pins of a processor that has just started.
+  // Connects the parts to the pins of a processor that has just started.
   attach() {}
 
   get nanos() {
@@ -36,7 +36,7 @@ export class Board {
     const watchdog = mcu.peripherals[WATCHDOG];
     watchdog.onWatchdogTrigger = () => {
       this.wanted = 'reset';
-      // Or it triggers again before any time has passed.
+      // Otherwise it would trigger again before any time has passed.
       watchdog.alarm.enable = false;
     };
     this.stopwatch?.attach(mcu);
@@ -46,7 +46,7 @@ export class Board {
     core.PC = mcu.readUint32(VECTORS + 4) & ~1;
   }
 
-  // By the watchdog: the chip starts over, and its register tells why. What was in memory is still there.
+  // A reset by the watchdog: the chip restarts, and its register has the reason. The memory keeps its contents.
   reset() {
     const { sram } = this.mcu;
     const { reason } = this.mcu.peripherals[WATCHDOG];
@@ -57,19 +57,19 @@ export class Board {
     this.report({ reset: reason === TIMED_OUT ? 'timed out' : 'forced' });
   }
 
-  // The supply has gone and come back: nothing is left but the flash.
+  // The supply fails for a moment: only the flash keeps its contents.
   brownOut() {
     this.startedNanos += this.clock.nanos;
     this.powerUp();
     this.report({ reset: 'brown-out' });
   }
 
-  // The processor executes nothing any more, as if it were in a loop with interrupts off, or goes on.
+  // Stops the processor, as a loop with interrupts off would, or lets it continue.
   hang(on = true) {
     this.hung = on;
   }
 
-  // The processor meets what it cannot do.
+  // Makes the processor fault.
   fault() {
     const { core } = this.mcu;
     core.waiting = false;
@@ -78,12 +78,12 @@ export class Board {
     core.PC &= ~1;
   }
 
-  // The stack is as deep as it may be, but for two words.
+  // Fills the stack except for two words.
   fillStack(end) {
     this.mcu.core.SP = end + 8;
   }
 
-  // The processor goes on in another function, with interrupts off.
+  // Continues in another function, with interrupts off.
   enter(address) {
     const { core } = this.mcu;
     core.PM = true;
@@ -106,7 +106,7 @@ export class Board {
     while (clock.nanos < end && !this.wanted) {
       if (core.waiting || this.hung) {
         const sleep = clock.nanosToNextAlarm;
-        // Never so little that the time, a sum of floating-point numbers, stands still.
+        // At least one cycle: a smaller step would vanish in the time, which is a sum of floating-point numbers.
         clock.tick(Math.max(Math.min(sleep, end - clock.nanos), cycleNanos));
       } else if (rom.holds(core.PC)) {
         rom.enter();
@@ -117,12 +117,12 @@ export class Board {
     }
   }
 
-  // A byte arrives at UART 0.
+  // Receives a byte at UART 0.
   feed(byte) {
     this.mcu.uart[0].feedByte(byte);
   }
 
-  // What a byte takes on its line: start, eight data and stop bits.
+  // The duration of a byte on its line: start, eight data and stop bits.
   byteNanos() {
     return (10 * NANOS_PER_SECOND) / (this.mcu.uart[0].baudRate || 115200);
   }

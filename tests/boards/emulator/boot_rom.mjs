@@ -1,11 +1,11 @@
-// The functions of the RP2040's boot ROM that the firmware calls (datasheet, 2.8.3): those that erase and program the flash.
-// The ROM itself does not come with the emulator; here its table leads to addresses at which the run loop calls `enter`.
+// The functions of the RP2040's boot ROM that the firmware calls (datasheet, 2.8.3): they erase and program the flash. The emulator does
+// not include the ROM itself; here, its table leads to addresses at which the run loop calls `enter`.
 
 const FUNCTION_TABLE_POINTER = 0x14, DATA_TABLE_POINTER = 0x16, LOOKUP_POINTER = 0x18;
 const TABLE = 0x40, LOOKUP = 0x100, FUNCTIONS = 0x200, SIZE = 0x4000;
 const NANOS_PER_MS = 1e6;
 
-// W25Q16JV datasheet, 9.6: typical times, and the longest.
+// W25Q16JV datasheet, 9.6: typical and maximum times.
 const TYPICAL_MS = { sector: 45, page: 0.4 }, LONGEST_MS = { sector: 400, page: 3 };
 const SECTOR = 4096, PAGE = 256;
 
@@ -34,7 +34,7 @@ export class BootRom {
     return address < SIZE;
   }
 
-  // Does what the function at the program counter does, and returns to its caller.
+  // Executes the function at the program counter and returns to its caller.
   enter() {
     const { core } = this.mcu;
     const [first, second, third] = core.registers;
@@ -56,7 +56,7 @@ export class BootRom {
     return known[1](...operands.map((operand) => operand >>> 0));
   }
 
-  // The processor stands still while everything else goes on.
+  // The processor is stopped while everything else continues.
   inSteps(offset, count, step, milliseconds, work) {
     for (let at = offset; at < offset + count; at += step) {
       work(at);

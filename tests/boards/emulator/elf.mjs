@@ -1,8 +1,8 @@
-// The parts of an ELF file that a flashing tool and a stop-watch need.
+// The parts of an ELF file that flashing and timing need.
 
 const LOADED = 1, SYMBOL_TABLE = 2, FUNCTION = 2, TYPE = 0xf;
 
-// What goes into the flash: [{ address, bytes }].
+// The contents of the flash: [{ address, bytes }].
 export function segments(elf) {
   const table = { start: elf.readUInt32LE(28), size: elf.readUInt16LE(42), count: elf.readUInt16LE(44) };
   return rows(table)
@@ -18,7 +18,7 @@ export function functions(elf) {
   return symbols(elf).filter(({ type }) => type === FUNCTION).map(({ name, address }) => ({ name, address: address & ~1 }));
 }
 
-// The address that the linker gave a name.
+// The address of a symbol.
 export function address(elf, wanted) {
   return symbols(elf).find(({ name }) => name === wanted).address;
 }

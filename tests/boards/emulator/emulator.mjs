@@ -3,20 +3,19 @@
 //   node emulator.mjs IMAGE.elf FLASH.bin SOCKET [--max7219] [--edges] [--stage gate|buffer] [--fault FAULT]... [--slow-flash]
 //       [--time NAME]...
 //
-// IMAGE.elf is flashed into FLASH.bin if that is not there yet. SOCKET is UART 0, a Unix socket for one client at a time.
-// --max7219 puts a module with that chip in the place of the shift registers.
-// --edges follows each pulse of the dimming, --time counts the cycles of a function or an interrupt. --stage is what drives output enable:
-// see `output_enable.mjs`. --fault is one of the LEDs' wires: see `wires.mjs`. With --slow-flash, erasing and programming take the longest
-// that the datasheet allows.
+// IMAGE.elf is flashed into FLASH.bin if that does not exist yet. SOCKET is UART 0, a Unix socket for one client at a time. --max7219
+// replaces the shift registers by a module with that chip. --edges follows each pulse of the dimming, --time counts the cycles of a
+// function or an interrupt. --stage selects the driver of output enable: see `output_enable.mjs`. --fault is a fault of the LEDs' wires:
+// see `wires.mjs`. With --slow-flash, erasing and programming take the maximum times of the datasheet.
 //
-// Commands, beside those of `harness.mjs`:
+// Commands, in addition to those of `harness.mjs`:
 //
-//   {"lux": 5000, "fault": "none"}   the light on the sensor, and how it fails: none, missing, stuck, silent, hanging
-//   {"hang": true}                   the processor executes nothing any more, or goes on
-//   {"boot_loader": true}            it starts anew in its boot loader, and runs no program
-//   {"power": false}                 it has no supply any more; the registers have theirs
-//   {"enter": "NAME"}                it goes on in the function of that (mangled) name
-//   {"cut_after": 3}                 cuts the power half-way through a flash operation, after so many more
+//   {"lux": 5000, "fault": "none"}   the light on the sensor, and its fault: none, missing, stuck, silent, hanging
+//   {"hang": true}                   stops the processor, or lets it continue
+//   {"boot_loader": true}            restarts in the boot loader, which runs no program
+//   {"power": false}                 the board loses its supply; the registers keep theirs
+//   {"enter": "NAME"}                continues in the function with that (mangled) name
+//   {"cut_after": 3}                 cuts the power halfway through a flash operation, after this many more
 //
 // Events have the simulated time, ns since power-up: {"ns", "panel"}: the LEDs at a latch's edge; {"ns", "lit_cycles",
 // "period_cycles"}: the dimming; {"ns", "low_current"}; {"ns", "register", "value"}: of a MAX7219; {"ns", "reset"}.

@@ -1,13 +1,13 @@
-// What a camera sees of a transmitter's panel: the LEDs as the pins drive them, drawn by a program of its own.
+// A camera's view of a transmitter's panel: the LEDs as the pins drive them, drawn by a separate program.
 
 import { spawn } from 'node:child_process';
 
 const LEDS = 64n;
-// The most symbols that a frame may see, from the one before it.
+// Maximum number of symbols that a frame may show, counted from the frame before.
 const REMEMBERED = 64;
 
 export class Eye {
-  // `command` is the drawing program and its arguments. It gets one JSON object a line, and answers a frame by its pixels.
+  // `command` is the drawing program and its arguments. It receives one JSON object per line, and answers a frame with its pixels.
   constructor([program, ...options]) {
     Object.assign(this, { share: 0, seed: 1, symbols: [], pulses: [], pulse: { lit_cycles: 0, period_cycles: 1, low_current: false } });
     this.process = spawn(program, options, { stdio: ['pipe', 'pipe', 'inherit'] });
@@ -22,7 +22,7 @@ export class Eye {
     });
   }
 
-  // Takes down what the transmitter's pins do.
+  // Records the events of the transmitter's pins.
   witness({ ns, panel, lit_cycles, period_cycles, low_current }) {
     if (panel !== undefined) this.symbols.push([ns, this.spoilt(panel)]);
     if (this.symbols.length > 2 * REMEMBERED) this.symbols.splice(0, REMEMBERED);
@@ -32,7 +32,7 @@ export class Eye {
     if (this.pulses.length > 2 * REMEMBERED) this.pulses.splice(0, REMEMBERED);
   }
 
-  // So many of the LEDs are seen otherwise than they are from the next symbol on.
+  // Inverts this share of the LEDs in the view, from the next symbol on.
   spoil(share) {
     this.share = share;
   }
@@ -43,7 +43,7 @@ export class Eye {
     return bits.toString(16).padStart(16, '0');
   }
 
-  // The next of a sequence of numbers from 0 to 1 (mulberry32), the same each time.
+  // The next pseudorandom number from 0 to 1 (mulberry32); the sequence is always the same.
   chance() {
     this.seed = (this.seed + 0x6d2b79f5) | 0;
     let mixed = Math.imul(this.seed ^ (this.seed >>> 15), 1 | this.seed);
@@ -61,7 +61,7 @@ export class Eye {
     this.tell({ scene });
   }
 
-  // The pixels of a frame; the transmitter has gone on until its end.
+  // The pixels of a frame. The transmitter must have run until the frame's end.
   async see(frame) {
     const middle = frame.ns - (frame.exposureLines - frame.height) * (frame.lineNanos / 2);
     const pulse = this.pulses.findLast(([ns]) => ns <= middle)?.[1] ?? this.pulse;

@@ -1,4 +1,4 @@
-// The flash chip: its contents lie in a file, so that they outlast the process as they outlast a power cut.
+// The flash chip. Its contents are in a file, so that they survive the process as they survive a power cut.
 
 import fs from 'node:fs';
 import { segments } from './elf.mjs';
@@ -6,7 +6,7 @@ import { segments } from './elf.mjs';
 const BASE = 0x10000000, SIZE = 2 * 1024 * 1024;
 
 export class Flash {
-  // `elf`: flashed if the file is not there yet.
+  // `elf` is flashed if the file does not exist yet.
   constructor(path, elf) {
     if (!fs.existsSync(path)) fs.writeFileSync(path, image(elf));
     this.contents = fs.readFileSync(path);
@@ -16,7 +16,7 @@ export class Flash {
     this.isSlow = false;
   }
 
-  // Cuts the power half-way through the operation after `operations` more.
+  // Cuts the power halfway through an operation, after `operations` more.
   cutAfter(operations) {
     this.cutAt = this.operations + operations;
   }
@@ -39,7 +39,7 @@ export class Flash {
     if (torn) process.exit(0);
   }
 
-  // Shows the contents where the processor reads them.
+  // Makes the contents readable for the processor.
   map(memory) {
     this.mapped = memory;
     memory.fill(0xff);

@@ -1,10 +1,10 @@
-// What every emulation here has: boards that are flashed and plugged in, time that passes as fast as it goes or with the clock on the wall,
-// commands that come as JSON, one a line, on standard input, and answers and events that leave on standard output.
+// The common parts of all emulations: boards that are flashed and plugged in, time that passes as fast as possible or with the wall clock,
+// commands as JSON, one per line, on standard input, and answers and events on standard output.
 //
-//   {"run_ms": 500}                  runs so much simulated time as fast as it goes; answered by {"ran": …}
-//   {"real_time": true}              runs on, no faster than the clock on the wall, until {"real_time": false}
+// {"run_ms": 500}                  runs for this simulated time as fast as possible; answered by {"ran": …}
+// {"real_time": true}              continues, no faster than the wall clock, until {"real_time": false}
 //
-// One command is done after the other.
+// Commands are executed one after the other.
 
 import fs from 'node:fs';
 import readline from 'node:readline';
@@ -16,8 +16,8 @@ const SLICE_NANOS = 2e6;
 
 export const say = (event) => fs.writeSync(1, JSON.stringify(event) + '\n');
 
-// A board of a kind, from its image, and its serial line. The image is flashed if the flash chip's file is not there yet; `options` are
-// the kind's own.
+// A board of a kind, with its image and its serial line. The image is flashed if the flash chip's file does not exist yet; `options` are
+// those of the kind.
 export function plug(Kind, { elf, flash, socket, name, report, hear }, options) {
   const chip = new Flash(flash, elf);
   const board = new Kind(chip, report, options);
@@ -25,13 +25,13 @@ export function plug(Kind, { elf, flash, socket, name, report, hear }, options) 
 }
 
 export class Harness {
-  // `now` tells the simulated time, `advance` lets it pass until another; `obey` takes each command; `results` goes into the answer to a
-  // run.
+  // `now` returns the simulated time, and `advance` runs until another time; `obey` executes a command; `results` is added to the answer to
+  // a run.
   constructor({ now, advance, obey, results = () => ({}) }) {
     Object.assign(this, { now, advance, obey, results, realTime: null, busy: Promise.resolve() });
     const commands = readline.createInterface({ input: process.stdin });
     commands.on('line', (line) => this.inTurn(() => this.command(JSON.parse(line))));
-    // Whoever started this is gone.
+    // The parent process has ended.
     commands.on('close', () => process.exit(0));
   }
 
@@ -66,7 +66,7 @@ export class Harness {
     if (!this.realTime) return;
     const due = this.realTime.nanos + (performance.now() - this.realTime.at) * NANOS_PER_MS;
     if (this.now() < due) await this.advance(Math.min(this.now() + SLICE_NANOS, due));
-    // Time that a slow machine lost is not made up for.
+    // Time that a slow machine has lost is not caught up.
     if (due - this.now() > 20 * SLICE_NANOS) this.realTime = this.thisMoment();
     const again = () => this.inTurn(() => this.keepUp());
     if (this.now() < due) setImmediate(again);

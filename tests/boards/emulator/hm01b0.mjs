@@ -1,5 +1,5 @@
-// A Himax HM01B0 camera: its registers on the I2C bus, the timing of its frames, and the ways in which it fails. Registers by the
-// datasheet's map, as public drivers use it.
+// A Himax HM01B0 camera: its registers on the I2C bus, the timing of its frames, and its faults. The registers follow the datasheet's map,
+// as public drivers use it.
 
 import { I2cBus } from './i2c_bus.mjs';
 import { PixelPort } from './pixel_port.mjs';
@@ -13,7 +13,7 @@ const READOUT_X = 0x0383, READOUT_Y = 0x0387, BINNING = 0x0390, QVGA_WINDOW = 0x
 const EVERY_OTHER = 3, STREAMING = 1;
 const CLOCK_PIN = 5, CLOCKS_LEFT = 7;
 
-// Of a module's own oscillator, and the columns and rows of the sensor.
+// The oscillator of a module, and the columns and rows of the sensor.
 const MASTER_CLOCK_HZ = 24e6, NANOS_PER_SECOND = 1e9;
 const COLUMNS = 324, ROWS = 324, WINDOW_ROWS = 244;
 
@@ -24,15 +24,15 @@ const RESET_VALUES = {
 };
 
 export class Hm01b0 {
-  // `report` takes what happens; the fault is one of
+  // `report` receives events; the fault is one of
   //   none; missing: no acknowledge; wrong_id: another chip; deaf: data is not acknowledged; hanging: the clock line stays down;
-  //   frozen: frames stop; misread: a register tells another value than it holds; holding: it holds the data line when the processor starts
+  //   frozen: frames stop; misread: a register returns a wrong value; holding: it holds the data line when the processor starts
   constructor(report) {
     Object.assign(this, { report, fault: 'none', lostLines: [] });
     this.powerUp();
   }
 
-  // The registers are as after power-up, and no frames come.
+  // Resets the registers to their values at power-up, and stops frames.
   powerUp() {
     this.registers = new Map(Object.entries(RESET_VALUES).map(([address, value]) => [Number(address), value]));
     this.taken = new Map(this.registers);
@@ -43,7 +43,7 @@ export class Hm01b0 {
     this.port?.stop();
   }
 
-  // To the pins of a processor that has just started: the camera keeps its registers, and its frames go on.
+  // Connects to the pins of a processor that has just started: the camera keeps its registers and continues its frames.
   connect(board) {
     this.board = board;
     this.port?.stop();
@@ -66,7 +66,7 @@ export class Hm01b0 {
     if (writing) this.received = 0;
   }
 
-  // Two bytes of address, then values for it and those behind it.
+  // Two bytes of address, then values for this register and the following ones.
   written(byte) {
     if (this.fault === 'deaf') return false;
     if (this.received < 2) this.pointer = ((this.pointer << 8) | byte) & 0xffff;
@@ -90,12 +90,12 @@ export class Hm01b0 {
     if (address === SOFTWARE_RESET) return this.powerUp();
     const streamed = this.registers.get(MODE_SELECT) & STREAMING;
     this.registers.set(address, value);
-    // Drivers read the datasheet two ways: a 1 ends the changes, or a 0 does. Either takes over what was written before it.
+    // Drivers interpret the datasheet in two ways: a 1 or a 0 ends the changes. Either applies the changes before it.
     if (address === COMMAND_UPDATE) this.taken = new Map(this.registers);
     if (address === MODE_SELECT && (value & STREAMING) !== streamed) this.stream(value & STREAMING);
   }
 
-  // The first frame comes after the time of one, which it is exposed in.
+  // The first frame comes after one frame time, in which it is exposed.
   stream(on) {
     this.taken = new Map(this.registers);
     const { frameNanos } = this.timing();
@@ -113,7 +113,7 @@ export class Hm01b0 {
     return { pixelNanos, lineNanos, frameNanos: this.word(FRAME_LENGTH) * lineNanos };
   }
 
-  // Begins the frame that is due: what its pixels are to be drawn from, or nothing where none comes.
+  // Begins the frame that is due. Returns what its pixels are drawn from, or nothing if there is no frame.
   begin() {
     const { taken } = this;
     const { pixelNanos, lineNanos, frameNanos } = this.timing();
@@ -137,7 +137,7 @@ export class Hm01b0 {
     return this.fault === 'frozen' ? null : frame;
   }
 
-  // Clocks the pixels of the frame out, without the lines that are lost.
+  // Clocks the pixels of the frame out, except for lost lines.
   show(frame, pixels) {
     this.port.show(frame, pixels, new Set(this.lostLines));
   }

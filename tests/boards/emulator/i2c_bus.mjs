@@ -1,10 +1,10 @@
-// A device on an I2C bus: bytes take nine clocks of the bus, and a device that hangs holds the clock line down. One that was read when the
-// processor was reset holds the data line, until it has been given the clocks of the rest of its byte.
+// A device on an I2C bus. A byte takes nine clocks of the bus, and a device that hangs holds the clock line down. A device that was being
+// read when the processor was reset holds the data line until it has received the clocks for the rest of its byte.
 
 const WRITE = 0, BITS = 9, NANOS_PER_SECOND = 1e9, LOW = 0;
 
 export class I2cBus {
-  // `device` has `answers(address)`, `started()`, `written(byte)`, which says whether it acknowledges, and `read()`.
+  // `device` has `answers(address)`, `started()`, `written(byte)`, which returns whether it acknowledges, and `read()`.
   constructor(mcu, i2c, device) {
     this.held = null;
     this.hangs = false;
@@ -32,7 +32,7 @@ export class I2cBus {
     i2c.onReadByte = () => read();
   }
 
-  // Holds the data line until so many clocks have come on the pin.
+  // Holds the data line until the pin has received this many clocks.
   holdFor(clocks, pin) {
     this.hang(true);
     let left = clocks;
@@ -43,7 +43,7 @@ export class I2cBus {
     });
   }
 
-  // Holds the clock line down from now on, or lets it go up.
+  // Holds the clock line down from now on, or releases it.
   hang(hangs) {
     this.hangs = hangs;
     if (hangs) return;

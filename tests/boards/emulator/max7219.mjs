@@ -5,7 +5,7 @@ const CONTROL = 0x000, PHASE = 1 << 7, POLARITY = 1 << 6;
 const NO_OPERATION = 0x0, SHUTDOWN = 0xc;
 
 export class Max7219 {
-  // `report` takes each change of a register. At power-up all are 0: the chip is in shutdown.
+  // `report` receives each change of a register. At power-up, all are 0: the chip is in shutdown.
   constructor(report) {
     this.report = report;
     this.registers = new Uint8Array(16);
@@ -13,7 +13,7 @@ export class Max7219 {
     this.litSince = null;
   }
 
-  // A board that was reset finds the module as it left it.
+  // A board that was reset finds the module in its last state.
   connect(mcu) {
     this.takeLitNanos(true);
     this.clock = mcu.clock;
@@ -22,13 +22,13 @@ export class Max7219 {
     let shifted = 0;
     spi.onFrame = (frame, bits) => {
       shifted = ((shifted << bits) | frame) & 0xffff;
-      // The controller raises its chip select behind each frame in this mode alone (RP2040 datasheet, 4.4.3.9), on a pin of its own.
+      // Only in this mode does the controller raise its chip select after each frame (RP2040 datasheet, 4.4.3.9), on its own pin.
       const mode = spi.readUint32(CONTROL) & (PHASE | POLARITY);
       if (mcu.gpio[LOAD_PIN].functionSelect === SPI_FUNCTION && mode === 0) this.load(shifted);
     };
   }
 
-  // LOAD rises: the last sixteen bits count.
+  // LOAD rises: the last sixteen bits take effect.
   load(word) {
     const register = (word >> 8) & 0xf, value = word & 0xff;
     if (register === NO_OPERATION || this.registers[register] === value) return;

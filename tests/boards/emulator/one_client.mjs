@@ -1,10 +1,10 @@
-// A Unix socket for one client at a time: the last one that came.
+// A Unix socket for one client at a time: the most recent one.
 
 import fs from 'node:fs';
 import net from 'node:net';
 
 export class OneClient {
-  // `listening` is called once clients may come; `received` takes what they send, `left` is called when one has gone.
+  // `listening` is called once clients may connect; `received` takes their bytes, and `left` is called when a client has gone.
   constructor(path, { listening, received, left = () => {} }) {
     this.client = null;
     fs.rmSync(path, { force: true });
@@ -20,7 +20,7 @@ export class OneClient {
     }).listen(path, listening);
   }
 
-  // What nobody is there to get is lost.
+  // Without a client, the bytes are lost.
   send(bytes) {
     this.client?.write(Buffer.from(bytes));
   }

@@ -1,4 +1,4 @@
-// An OPT3001 light sensor on an I2C bus (OPT3001 datasheet, 7.6), and the ways in which it fails.
+// An OPT3001 light sensor on an I2C bus (OPT3001 datasheet, 7.6), and its faults.
 
 import { I2cBus } from './i2c_bus.mjs';
 
@@ -39,7 +39,7 @@ export class Opt3001 {
     return this.bytes.shift() ?? 0xff;
   }
 
-  // Fails in this way from now on; a clock line that was held down goes up.
+  // Sets the fault; a clock line that was held down is released.
   fail(fault) {
     this.fault = fault;
     this.bus.hang(fault === 'hanging');
@@ -75,7 +75,7 @@ export class Opt3001 {
   }
 }
 
-// In the range that was asked for, or in the first that the light fits into.
+// Measures in the requested range, or in the first one that holds the light.
 function measure(lux, asked) {
   const counts = (range) => Math.round(lux / (LEAST_LX * 2 ** range));
   let range = Math.min(asked, LAST_RANGE);

@@ -1,17 +1,17 @@
 // The stage between a Pico's pin and the output enable of the registers, which lights the LEDs when low: docs/hardware/road-kit.md, "Dark
-// without a program". The registers and the stage have a supply of their own, which stays.
+// without a program". The registers and the stage have a separate supply, which stays on.
 
-// As a pin is (rp2040js, `GPIOPinState`), and one of a chip without power, whose protection diodes hold it near 0 V.
+// The states of a pin (rp2040js, `GPIOPinState`), and that of a chip without power, whose protection diodes hold it near 0 V.
 const LOW = 0, HIGH = 1, FLOATING = 2, PULLED_UP = 3, PULLED_DOWN = 4;
 export const UNPOWERED = -1;
 
 const SUPPLY_V = 3.3, DIODE_V = 0.6;
 // RP2040 datasheet, "Pin Specifications": the pads' own resistors, 50 to 80 kΩ.
 const PAD_KOHM = 50;
-// 74AHCT1G04 and 74AHCT125: the levels of an input, V.
+// 74AHCT1G04 and 74AHCT125: the input levels, V.
 const LOW_MOST_V = 0.8, HIGH_LEAST_V = 2.0;
 
-// `gate`: the inverter with its pull-down of 4.7 kΩ. `buffer`: a 74AHCT125 that is always enabled, without a resistor of its own.
+// `gate`: the inverter with its pull-down of 4.7 kΩ. `buffer`: a 74AHCT125 that is always enabled, without its own resistor.
 const STAGES = {
   gate: { inverts: true, downKohm: 4.7 },
   buffer: { inverts: false, downKohm: Infinity },

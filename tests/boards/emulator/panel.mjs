@@ -1,7 +1,7 @@
-// What the LEDs do: eight shift registers on SPI 0, their latch and their output-enable line.
+// The LEDs: eight shift registers on SPI 0, their latch and their output-enable line.
 //
-// There are two kinds of latch. Some take what was shifted when the line rises (74HC595, TPIC6B595), some let it through while the line is
-// high and keep what they have when it falls (TLC5916, STP08DP05). Both have to show the same panel.
+// There are two kinds of latch. Some take the shifted bits when the line rises (74HC595, TPIC6B595). Others are transparent while the line
+// is high and keep their bits when it falls (TLC5916, STP08DP05). Both must show the same panel.
 
 import { OutputEnable, UNPOWERED } from './output_enable.mjs';
 import { Wires } from './wires.mjs';
@@ -11,8 +11,8 @@ const COMPARE = 0x0c, TOP = 0x10, HIGH = 1;
 const LEDS_MASK = (1n << 64n) - 1n;
 
 export class Panel {
-  // `report` takes the events; with `edges`, each pulse of the output-enable line is followed, which costs time. `stage` drives that line,
-  // and `faults` are those of the wires.
+  // `report` receives the events. With `edges`, each pulse of the output-enable line is followed, which costs time. `stage` drives that
+  // line, and `faults` are those of the wires.
   constructor(mcu, report, edges, stage, faults) {
     this.mcu = mcu;
     this.wires = new Wires(faults);
@@ -35,7 +35,7 @@ export class Panel {
     let running = null, taken = null, isLate = false;
     spi.onStart = (frame, bits, bitNanos) => (running = { frame, bits, bitNanos, since: this.mcu.clock.nanos });
     spi.onFrame = (frame, bits) => {
-      // Behind the edge that was meant, the next panel's bits are shifted.
+      // After the right edge, the next panel's bits are shifted.
       if (isLate) show(shiftedBy(frame, lateBits, bits));
       isLate = false;
       this.shifted = shiftedBy(frame, bits, bits);
@@ -60,7 +60,7 @@ export class Panel {
     });
   }
 
-  // A new period or pulse, in clock cycles: for which the LEDs are lit.
+  // A new period or pulse, in clock cycles, for which the LEDs are lit.
   followDimming(slice, report) {
     const write = slice.writeRegister.bind(slice);
     slice.writeRegister = (offset, value) => {

@@ -28,13 +28,13 @@ export class Pico extends Board {
     this.panel.litNanos += litNanos;
   }
 
-  // Starts anew in the boot loader that takes programs over USB, and stays there: it leaves the pins as a reset does.
+  // Restarts in the boot loader that loads programs over USB, and stays there: it leaves the pins as after a reset.
   enterBootLoader() {
     this.brownOut();
     this.hang();
   }
 
-  // Loses its supply, while the registers keep theirs.
+  // Loses its supply while the registers keep theirs.
   losePower() {
     this.enterBootLoader();
     this.panel.unpower();

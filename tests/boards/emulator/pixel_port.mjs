@@ -1,5 +1,5 @@
-// A camera's parallel port: pixels change on the falling edge of PCLK and are taken on the rising one, HREF is high while those of a
-// line come, VSYNC while the lines of a frame do.
+// A camera's parallel port. Pixels change on the falling edge of PCLK and are sampled on the rising one. HREF is high during the pixels of
+// a line, VSYNC during the lines of a frame.
 
 const D0_PIN = 6, DATA_BITS = 8, PCLK_PIN = 14, HREF_PIN = 15, VSYNC_PIN = 16;
 const NANOS_PER_SECOND = 1e9;
@@ -12,7 +12,7 @@ export class PixelPort {
     for (const pin of [PCLK_PIN, HREF_PIN, VSYNC_PIN]) this.drive(pin, false);
   }
 
-  // A frame from now on; `lost` are the numbers of lines that do not come.
+  // Sends a frame from now on; `lost` has the numbers of missing lines.
   show(frame, pixels, lost) {
     if (this.frame) this.report({ error: 'camera: a frame begins before the last is out' });
     Object.assign(this, { frame, pixels, lost, line: 0, column: 0, complained: false });
@@ -27,7 +27,7 @@ export class PixelPort {
     for (const pin of [PCLK_PIN, HREF_PIN, VSYNC_PIN]) this.drive(pin, false);
   }
 
-  // Until so many ns after the frame's beginning.
+  // Waits until this many ns after the frame's beginning.
   wait(nanos) {
     this.alarm.schedule(Math.max(this.startedNanos + nanos - this.mcu.clock.nanos, 0));
   }
@@ -59,7 +59,7 @@ export class PixelPort {
     this.wait(this.line * this.frame.lineNanos);
   }
 
-  // Both edges at once: what the processor's PIO does between them takes it no emulated time, and is checked to have had enough.
+  // Both edges at once: the PIO program between them takes no emulated time, but its cycles are checked against the available time.
   clockPixel(value) {
     for (let bit = 0; bit < DATA_BITS; bit++) this.data[bit].rawInputValue = (value & (1 << bit)) !== 0;
     this.expectWithinHalfAPixel(this.drive(PCLK_PIN, true));
@@ -73,7 +73,7 @@ export class PixelPort {
     this.report({ late: `the PIO may take ${cycles} cycles where the camera gives it ${given.toFixed(1)}` });
   }
 
-  // The most cycles that a PIO's program takes until it waits again.
+  // Sets a pin. Returns the maximum number of cycles that a PIO's program takes until it waits again.
   drive(pin, level) {
     this.mcu.gpio[pin].setInputValue(level);
     return Math.max(...this.mcu.pio.map((pio) => pio.settle()));

@@ -19,7 +19,7 @@ export class Receiver extends Board {
     this.mcu.gpio[LAMP_PIN].addListener((level) => this.report({ lamp: level === HIGH }));
   }
 
-  // The camera hangs on the same supply.
+  // The camera has the same supply.
   brownOut() {
     this.camera.powerUp();
     super.brownOut();

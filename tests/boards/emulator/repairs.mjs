@@ -1,5 +1,5 @@
-// What rp2040js 1.4.1 models otherwise than the chip does, mended from outside. Each repair names the section of the RP2040
-// datasheet that it follows.
+// Repairs of rp2040js 1.4.1 where it differs from the chip, without changes to its code. Each names the section of the RP2040 datasheet
+// that it follows.
 
 const NANOS_PER_SECOND = 1e9;
 
@@ -18,8 +18,8 @@ export function repair(mcu, lockUp) {
   lockUpBelowRam(mcu, lockUp);
 }
 
-// 4.2: the level-select and DMA registers are missing, the transmit interrupt is stuck at 1 and bytes leave in no time. Here
-// are both registers, a FIFO of 32 bytes that empties at the programmed rate, and an interrupt at half full and at empty.
+// 4.2: the level-select and DMA registers are missing, the transmit interrupt is stuck at 1, and bytes are sent in no time. The repair adds
+// both registers, a FIFO of 32 bytes that empties at the programmed rate, and an interrupt at half full and at empty.
 function repairUart(mcu, uart) {
   const LEVEL_SELECT = 0x34, DMA_CONTROL = 0x48, DATA = 0, TRANSMIT = 1 << 5, DEPTH = 32;
   const registers = { [LEVEL_SELECT]: 0x12, [DMA_CONTROL]: 0 };
@@ -56,8 +56,8 @@ function repairUart(mcu, uart) {
   };
 }
 
-// 4.1.2.5: a buffer for what the computer says is taken back at once, as if it had been filled with nothing, and so the program asks without
-// end. Here it is taken back when the computer has filled it. Control transfers, of endpoint 0, are left as they are.
+// 4.1.2.5: a buffer for data from the computer is returned at once as if it had been filled with nothing, so that the program asks
+// endlessly. The repair returns it when the computer has filled it. Control transfers, of endpoint 0, are unchanged.
 function keepBuffersAvailable({ usbCtrl: usb, usbDPRAMView: memory }) {
   const AVAILABLE = 1 << 10, CONTROL_OUT_1 = 0x8c, CONTROL_OUT_15 = 0xfc, OUT = 4;
   const updated = usb.DPRAMUpdated.bind(usb), finished = usb.finishRead.bind(usb);
@@ -72,7 +72,7 @@ function keepBuffersAvailable({ usbCtrl: usb, usbDPRAMView: memory }) {
   };
 }
 
-// 4.4: frames are shifted in no time. Here each takes its bits at the programmed clock, and tells when it begins.
+// 4.4: frames are shifted in no time. The repair gives each bit its programmed clock, and reports the beginning of a frame.
 function giveShiftingTime(mcu, spi) {
   let frame = 0;
   const alarm = mcu.clock.createAlarm(() => {
@@ -87,7 +87,8 @@ function giveShiftingTime(mcu, spi) {
   };
 }
 
-// 4.3.17: interrupts cannot be enabled, and those of the FIFOs' levels come and go once instead of following the levels.
+// 4.3.17: interrupts cannot be enabled, and those of the FIFOs' levels come and go once instead of following the levels. The repair adds
+// both.
 function repairI2c(i2c) {
   const INTERRUPT_MASK = 0x30, RECEIVE_FULL = 1 << 2, TRANSMIT_EMPTY = 1 << 4, ENABLED = 1;
   let events = 0;
@@ -114,8 +115,7 @@ function repairI2c(i2c) {
   };
 }
 
-// 2.4.3 (NVIC): an interrupt that software pends is never cleared by its entry. Here the line's level and the pending bit
-// are kept apart.
+// 2.4.3 (NVIC): an interrupt that software pends is never cleared by its entry. The repair separates the line's level from the pending bit.
 function repairInterrupts(mcu) {
   const SET_PENDING = 0x200, CLEAR_PENDING = 0x280, FIRST_IRQ = 16;
   const { core, ppb } = mcu;
@@ -145,7 +145,7 @@ function repairInterrupts(mcu) {
   };
 }
 
-// 2.5.3: a PWM's wrap requests one DMA transfer. The emulated request stays, so that a channel would run on for ever.
+// 2.5.3: a PWM's wrap requests one DMA transfer. The emulated request never ends, so that a channel would run on. The repair ends it.
 function repairPwmRequests(mcu) {
   const FIRST_WRAP_REQUEST = 24;
   const { pwm, dma } = mcu;
@@ -156,9 +156,9 @@ function repairPwmRequests(mcu) {
   };
 }
 
-// 4.5.2: an output is the comparison of the counter, inverted or not, at any moment. The emulated one stays low until the
-// first period after it was switched on or inverted is over. And a counter that is off stands, and what is written to it counts at once;
-// the emulated one runs from when its divider is written.
+// 4.5.2: an output is the comparison of the counter at any time, inverted or not. The emulated output stays low until the end of the first
+// period after it was switched on or inverted. Also, a stopped counter keeps its value, and a value written to it applies at once; the
+// emulated counter runs from the time at which its divider is written.
 function repairPwmOutputs(slice) {
   const CONTROL = 0x00, DIVIDER = 0x04, ENABLED = 1;
   const write = slice.writeRegister.bind(slice);
@@ -173,23 +173,23 @@ function repairPwmOutputs(slice) {
   };
 }
 
-// 2.6.3: the flash's cache and its streaming are missing. Here nothing streams, and there is no cache to flush.
+// 2.6.3: the flash's cache and its streaming are missing. The repair streams nothing and has no cache to flush.
 function addFlashController(mcu) {
   const PAGE = 0x14000;
   mcu.peripherals[PAGE] = { readUint32: () => 0, writeUint32Atomic: () => {} };
 }
 
-// 3.2: state machines run on the computer's time, not the chip's. Here one runs, in no time, whenever something has happened that it may
-// have waited for: its registers were accessed, or `settle` says that pins have changed. It stops where it waits, or where it goes round
-// in a loop that changes nothing. That is the chip's behaviour as long as it gets there before its pins change again: `settle` returns
-// the most cycles of the system clock that any machine took, with the whole loop for one that was in such.
+// 3.2: state machines run in the computer's time, not the chip's. With the repair, a machine runs in no time after every event that it may
+// have waited for: an access to its registers, or a change of pins that `settle` reports. It stops when it waits, or when it is in a loop
+// that changes nothing. The chip behaves the same if it gets there before its pins change again: `settle` returns the maximum of the system
+// clock's cycles that any machine took, including the whole loop of a machine in one.
 function repairPio(pio) {
   const STEPS_MAX = 4096, SYNCHRONISER_CYCLES = 2;
   const state = (machine) => [
     machine.pc, machine.x, machine.y, machine.inputShiftReg, machine.inputShiftCount, machine.outputShiftReg, machine.outputShiftCount,
     machine.rxFIFO.itemCount, machine.txFIFO.itemCount, pio.irq, pio.pinValues, pio.pinDirections,
   ];
-  // Brent's search for a loop: the state at steps 1, 2, 4, 8, … is compared with those that follow.
+  // Brent's search for a loop: the state at steps 1, 2, 4, 8, … is compared with the following ones.
   const finish = (machine) => {
     const before = machine.cycles;
     let known = null, knownCycles = 0, next = 1, loop = 0;
@@ -236,7 +236,7 @@ function repairPio(pio) {
   };
 }
 
-// All pins' levels at once, without a dozen calls for each.
+// All pins' levels at once, instead of a dozen calls for each.
 function quickenInputs(mcu) {
   const INPUT_ENABLE = 1 << 6, INPUT_OVERRIDE = 3 << 16;
   Object.defineProperty(mcu, 'gpioValues', {
@@ -251,8 +251,8 @@ function quickenInputs(mcu) {
   });
 }
 
-// 2.2: the address map has nothing just below the RAM. What a stack that overflows writes there is taken for a fault, and what that fault
-// writes there in its turn for one that locks the processor up. Here it would go on.
+// 2.2: nothing is mapped just below the RAM. A write there by an overflowing stack is a fault, and a write by the fault itself locks the
+// processor up. The emulator would continue.
 function lockUpBelowRam(mcu, lockUp) {
   const RAM = 0x20000000, NEAR = 0x10000;
   const write = mcu.writeUint32.bind(mcu);

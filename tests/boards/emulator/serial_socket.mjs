@@ -3,7 +3,7 @@
 import { OneClient } from './one_client.mjs';
 
 export class SerialSocket {
-  // `listening` is called once clients may come; `heard` takes each byte that the board sends.
+  // `listening` is called once clients may connect; `heard` takes each byte that the board sends.
   constructor(board, path, listening, heard = () => {}) {
     Object.assign(this, { board, received: [], sent: [], nextByteNanos: 0 });
     board.onSerial = (byte) => {
@@ -13,7 +13,7 @@ export class SerialSocket {
     this.socket = new OneClient(path, { listening, received: (bytes) => this.received.push(...bytes) });
   }
 
-  // Runs the board for so long. A byte arrives when the line has had time for it.
+  // Runs the board for this time. A byte arrives when the line has had time for it.
   run(nanos) {
     const { board } = this;
     const end = board.nanos + nanos;

@@ -1,11 +1,12 @@
-// Cycles that functions and interrupts take, from entry to return, whatever interrupts them included.
+// Counts the cycles of functions and interrupts from entry to return, including everything that interrupts them.
 
 import { functions } from './elf.mjs';
 
 const THREAD = 0, FIRST_IRQ = 16;
 
 export class Stopwatch {
-  // `names`: parts of the (mangled) names of functions; an interrupt is `irq` and its number, `interrupts off` the time when none can come.
+  // `names`: parts of the (mangled) names of functions; an interrupt is `irq` and its number, and `interrupts off` is the time without
+  // interrupts.
   constructor(elf, names) {
     this.names = names;
     this.forget();
@@ -18,7 +19,7 @@ export class Stopwatch {
     this.isLocked = false;
   }
 
-  // Counts anew.
+  // Resets the counts.
   forget() {
     this.tallies = new Map(this.names.map((name) => [name, { count: 0, least: Infinity, most: 0, sum: 0 }]));
   }
@@ -64,7 +65,7 @@ export class Stopwatch {
     tally.most = Math.max(tally.most, cycles);
   }
 
-  // { name: { count, least, mean, most } } of those that ran.
+  // { name: { count, least, mean, most } } of the functions that ran.
   results() {
     return Object.fromEntries(
       [...this.tallies].filter(([, { count }]) => count > 0)

@@ -1,9 +1,9 @@
-// Lines of text among the bytes of a serial port; a frame of the binary protocol, which ends with a zero, is none.
+// Extracts lines of text from the bytes of a serial port; a frame of the binary protocol, which ends with a zero, is not text.
 
 const NEW_LINE = 10, LONGEST = 512;
 
 export class Text {
-  // `told` takes each line.
+  // `told` receives each line.
   constructor(told) {
     Object.assign(this, { told, bytes: [] });
   }

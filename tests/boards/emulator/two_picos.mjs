@@ -1,36 +1,35 @@
-// Two Picos and nothing between them but light: a transmitter's image, whose pins drive LEDs, and a receiver's image, whose camera sees
+// Two Picos that are connected by light alone: a transmitter's image, whose pins drive LEDs, and a receiver's image, whose camera sees
 // them.
 //
 //   node two_picos.mjs TRANSMITTER.elf RECEIVER.elf FOLDER [--time NAME]... -- EYE [its arguments]
 //
-// EYE draws what the camera sees (`hm01b0_eye` of the tests' package). In FOLDER are the flash chips, and the sockets `transmitter` and
-// `receiver`: each board's UART 0, for one client at a time, and `receiver_usb`, the receiver's port over USB. --time
-// counts the cycles of a function or an interrupt of the receiver's.
-// The receiver is without power at first.
+// EYE draws the camera's view (`hm01b0_eye` of the tests' package). FOLDER has the flash chips, the sockets `transmitter` and `receiver`,
+// which are each board's UART 0 for one client at a time, and `receiver_usb`, the receiver's port over USB. --time counts the cycles of a
+// function or an interrupt of the receiver. Initially, the receiver has no power.
 //
-// Both run on one time, from the transmitter's power-up. Light goes one way, so the transmitter may be ahead of the receiver: by what a
-// frame takes to be read out, since its last line is exposed so much later than its first.
+// Both share one time, which starts at the transmitter's power-up. Light has one direction, so the transmitter may be ahead of the receiver
+// by the readout time of a frame, because its last line is exposed that much later than its first.
 //
-// Commands, beside those of `harness.mjs`:
+// Commands, in addition to those of `harness.mjs`:
 //
-//   {"receiver": "on"}               gives the receiver power; "off" takes it away, "brown-out" for a moment
-//   {"transmitter": "off"}           the same of the transmitter, which has power at first
-//   {"camera": "none"}               how the camera fails: none, missing, wrong_id, deaf, hanging, frozen, misread, holding; or brown-out:
-//                                    its supply goes for a moment
-//   {"spoilt": 0.1}                  so many of the LEDs are seen otherwise than they are, by chance, in each symbol from now on
-//   {"lost_lines": [40, 41]}         lines that no frame has from now on
-//   {"scene": ["pose.x_m=0.3"]}      changes what the camera sees
+//   {"receiver": "on"}               switches the receiver's power on; "off" and, for a moment, "brown-out" switch it off
+//   {"transmitter": "off"}           the same for the transmitter, which is on initially
+//   {"camera": "none"}               the camera's fault: none, missing, wrong_id, deaf, hanging, frozen, misread, holding; or brown-out:
+//                                    its supply fails for a moment
+//   {"spoilt": 0.1}                  inverts this share of the LEDs in the view, at random, in each symbol from now on
+//   {"lost_lines": [40, 41]}         drops these lines from all frames from now on
+//   {"scene": ["pose.x_m=0.3"]}      changes the camera's scene
 //   {"lux": 5000}                    the light on the transmitter's sensor
 //   {"film_to": "PATH"}              adds each frame to this file, as PGM
-//   {"hang": true}                   the receiver's processor executes nothing any more
-//   {"fault": true}                  it meets what it cannot do
-//   {"enter": "NAME"}                it goes on in the function of that (mangled) name
-//   {"stack": "full", "enter": …}    the same when its stack is as deep as it may be
-//   {"count_anew": true}             forgets the cycles that were counted
+//   {"hang": true}                   stops the receiver's processor
+//   {"fault": true}                  makes the receiver's processor fault
+//   {"enter": "NAME"}                continues in the function with that (mangled) name
+//   {"stack": "full", "enter": …}    the same with a full stack
+//   {"count_anew": true}             resets the counted cycles
 //
-// Events have the simulated time and say whose they are: {"ns", "board", …}. {"text"}: a line that the receiver's UART sent;
-// {"usb"}: one that came over USB, whose port is open; {"lamp"}; {"frame", "exposure_ms", "gain"}; {"streaming", "frame_ms"}; {"late"}: the
-// PIO may be too slow for the pixels; {"reset"}; {"error"}. The transmitter's are `emulator.mjs`'s.
+// Events have the simulated time and the board: {"ns", "board", …}. {"text"}: a line from the receiver's UART; {"usb"}: a line over USB,
+// whose port is open; {"lamp"}; {"frame", "exposure_ms", "gain"}; {"streaming", "frame_ms"}; {"late"}: the PIO may be too slow for the
+// pixels; {"reset"}; {"error"}. Those of the transmitter are the events of `emulator.mjs`.
 
 import fs from 'node:fs';
 import path from 'node:path';
@@ -116,7 +115,7 @@ function power(receiverIs) {
 }
 
 function powerTransmitter(transmitterIs) {
-  // It may be ahead of the receiver.
+  // The transmitter may be ahead of the receiver.
   const since = Math.max(now, transmitter.nanos);
   if (transmitterIs !== 'on') eye.goDark(since);
   if (transmitterIs === 'brown-out') return transmitter.brownOut();

@@ -1,4 +1,4 @@
-// A board's serial port over USB as a Unix socket, for one client at a time: what a computer's driver does of it.
+// A board's serial port over USB as a Unix socket, for one client at a time, with the actions of a computer's driver.
 
 import { USBCDC } from 'rp2040js';
 import { OneClient } from './one_client.mjs';
@@ -8,7 +8,7 @@ const PACKET = 64, OPENED_NANOS = 20e6;
 const PORT_IS_OPEN = Uint8Array.of(0x21, 0x22, 3, 0, 0, 0, 0, 0);
 
 export class UsbSocket {
-  // `listening` is called once clients may come; `heard` takes the bytes of each packet that the board sends.
+  // `listening` is called once clients may connect; `heard` takes the bytes of each packet that the board sends.
   constructor(path, listening, heard) {
     Object.assign(this, { heard, queue: [], room: 0 });
     const received = (bytes) => {
@@ -18,7 +18,7 @@ export class UsbSocket {
     this.socket = new OneClient(path, { listening, received, left: () => (this.queue = []) });
   }
 
-  // To a chip that has just started: it is asked what it is, and its port is opened.
+  // Connects to a chip that has just started: queries its descriptors and opens its port.
   plugInto({ usbCtrl }, clock) {
     const computer = new USBCDC(usbCtrl);
     Object.assign(this, { usbCtrl, computer, queue: [], room: 0 });
@@ -27,7 +27,7 @@ export class UsbSocket {
       this.room = Math.min(size, PACKET);
       this.say();
     };
-    // The emulator's computer tells the device that the port is open; computers tell the interface, and so it is told again.
+    // The emulator's computer sends this request to the device; computers send it to the interface, so it is sent again.
     const open = clock.createAlarm(() => usbCtrl.sendSetupPacket(PORT_IS_OPEN));
     computer.onDeviceConnected = () => open.schedule(OPENED_NANOS);
     computer.onSerialData = (bytes) => {
@@ -36,7 +36,7 @@ export class UsbSocket {
     };
   }
 
-  // A packet, once the chip has room for one. One of no bytes would come again and again: who has nothing to say does not answer.
+  // Sends a packet once the chip has room for one. An empty packet would return again and again, so without data nothing is sent.
   say() {
     if (!this.room || !this.queue.length) return;
     const packet = this.queue.splice(0, this.room);

@@ -2,8 +2,8 @@
 //
 //   swap=LED,LED    the wires of two LEDs are exchanged; LED 8·row + column
 //   dead-row=ROW    no LED of the row is lit
-//   stuck=LED       an LED is lit all the time
-//   late=BITS       the latch takes what was shifted BITS edges of the shift clock later, 1 to 8
+//   stuck=LED       an LED is always lit
+//   late=BITS       the latch is late by BITS edges of the shift clock, 1 to 8
 
 const ROW = 0xffn, ROW_BITS = 8n;
 
@@ -13,7 +13,7 @@ export class Wires {
     this.changes = faults.map((fault) => this.change(...fault.split('=')));
   }
 
-  // What a fault makes of the registers' outputs.
+  // Applies a fault to the registers' outputs.
   change(name, numbers) {
     const [one, other] = numbers.split(',').map(BigInt);
     switch (name) {
@@ -31,7 +31,7 @@ export class Wires {
     }
   }
 
-  // The LEDs that are lit by these outputs.
+  // The LEDs that these outputs light.
   lit(outputs) {
     return this.changes.reduce((lit, change) => change(lit), outputs);
   }

@@ -12,16 +12,16 @@ use embassy_rp::{
 use embassy_time::{Duration, Instant, block_for};
 use embedded_hal::i2c::{ErrorKind, ErrorType, Operation};
 
-/// What a transfer may take: some forty times its length. A chip that holds the clock line longer is broken.
+/// Time limit of a transfer: about forty times its length. A chip that holds the clock line for longer is broken.
 const PATIENCE: Duration = Duration::from_millis(5);
 
-/// Clocks after which a chip has sent the rest of a byte, and seen that nobody acknowledges it.
+/// Clocks after which a chip has sent the rest of a byte and missed its acknowledgement.
 const CLOCKS_OF_A_BYTE: u32 = 9;
-/// Half of a clock at 100 kHz.
+/// Half a clock period at 100 kHz.
 const HALF_CLOCK: Duration = Duration::from_micros(5);
 
-/// Frees a bus whose data line a chip holds, as it was read when this processor was reset: clocks the rest of the byte out of it, and
-/// ends the transfer. To a chip that holds nothing this means nothing. Before the controller takes the pins.
+/// Frees a bus whose data line is held by a chip that was being read when this processor was reset: clocks the rest of the byte out of the
+/// chip and ends the transfer. A chip that holds nothing ignores this. Call it before the controller takes the pins.
 pub fn free(clock: Peri<'_, impl Pin>, data: Peri<'_, impl Pin>) {
     let mut clock = OutputOpenDrain::new(clock, Level::High);
     let mut data = OutputOpenDrain::new(data, Level::High);
@@ -34,7 +34,7 @@ pub fn free(clock: Peri<'_, impl Pin>, data: Peri<'_, impl Pin>) {
         clock.set_high();
         block_for(HALF_CLOCK);
     }
-    // Data that rises while the clock is high ends a transfer.
+    // A rise of the data line while the clock is high ends a transfer.
     clock.set_low();
     data.set_low();
     block_for(HALF_CLOCK);
@@ -44,14 +44,14 @@ pub fn free(clock: Peri<'_, impl Pin>, data: Peri<'_, impl Pin>) {
     block_for(HALF_CLOCK);
 }
 
-/// Why a transfer gave nothing.
+/// Why a transfer failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusError {
-    /// The controller reports an error, mostly that nobody answers.
+    /// The controller reports an error, usually a missing acknowledgement.
     Controller(i2c::Error),
-    /// It took too long.
+    /// The transfer took too long.
     TimedOut,
-    /// More than a write and then a read, which no sensor or camera here needs.
+    /// The transfer is more than a write followed by a read, which no sensor or camera here needs.
     Unsupported,
 }
 
@@ -61,11 +61,11 @@ impl embedded_hal::i2c::Error for BusError {
     }
 }
 
-/// A bus for blocking drivers. It is used at the lowest level of all, so while it waits everything else goes on.
+/// A bus for blocking drivers. It is used at the lowest priority level, so everything else continues while it waits.
 pub struct Bus(I2c<'static, I2C0, Async>);
 
 impl Bus {
-    /// Takes the controller over.
+    /// Takes over the controller.
     pub fn new(controller: I2c<'static, I2C0, Async>) -> Self {
         Self(controller)
     }

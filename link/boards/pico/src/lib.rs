@@ -1,4 +1,4 @@
-//! What the transmitter's and the receiver's programs for a Raspberry Pi Pico have in common.
+//! Code that the transmitter's and the receiver's programs for a Raspberry Pi Pico share.
 #![no_std]
 #![deny(unsafe_code)]
 

@@ -7,20 +7,20 @@ use embassy_usb::{
 };
 use static_cell::StaticCell;
 
-/// Bytes of a packet: USB 2.0, 5.8.3, the most at full speed.
+/// Bytes of a packet: the maximum at full speed (USB 2.0, 5.8.3).
 pub const PACKET: usize = 64;
 
 /// The chip's USB controller.
 pub type Driver = usb::Driver<'static, USB>;
 
-/// What the device works in.
+/// The working memory of the device.
 struct Memory {
     configuration: [u8; 128],
     control: [u8; PACKET],
     state: State<'static>,
 }
 
-/// A device that is a serial port, and the port; once.
+/// A device that is a serial port, and the port. Can be called once.
 pub fn port(driver: Driver, product: &'static str) -> (UsbDevice<'static, Driver>, CdcAcmClass<'static, Driver>) {
     static MEMORY: StaticCell<Memory> = StaticCell::new();
     let Memory {
@@ -32,7 +32,7 @@ pub fn port(driver: Driver, product: &'static str) -> (UsbDevice<'static, Driver
         control: [0; PACKET],
         state: State::new(),
     });
-    // Raspberry Pi's numbers for a serial port on a Pico.
+    // Raspberry Pi's identifiers for a serial port on a Pico.
     let mut config = embassy_usb::Config::new(0x2e8a, 0x000a);
     config.manufacturer = Some("vocc");
     config.product = Some(product);

@@ -1,12 +1,12 @@
-//! The processor's own timer, which counts instructions where the emulator gives each the same time.
+//! The processor's own timer. It counts instructions, because each takes the same time in the emulator.
 
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
 use rx_pipeline::profile::{Profile, STAGES, Stage};
 
-/// Ticks until the timer begins again.
+/// Ticks until the timer wraps.
 const TICKS: u32 = 1 << 24;
 
-/// Starts the timer; once.
+/// Starts the timer. Can be called once.
 pub fn start() -> Option<()> {
     let mut timer = cortex_m::Peripherals::take()?.SYST;
     timer.set_clock_source(SystClkSource::Core);
@@ -16,17 +16,17 @@ pub fn start() -> Option<()> {
     Some(())
 }
 
-/// Where the timer stands, which counts down.
+/// The timer's value; it counts down.
 pub fn now() -> u32 {
     SYST::get_current()
 }
 
-/// Ticks since it stood there.
+/// Ticks since the timer had the value `began`.
 pub fn since(began: u32) -> u32 {
     began.wrapping_sub(now()) % TICKS
 }
 
-/// Takes the time of stages, none within another.
+/// Measures the time of stages that are not nested.
 #[derive(Default)]
 pub struct Stopwatch {
     began: u32,

@@ -1,4 +1,4 @@
-//! What lies in the board's memory before it starts, and what it says: postcard, one value after another. The tests share this file.
+//! The contents of the board's memory before it starts, and its reports, in postcard, one value after another. The tests share this file.
 
 use link::camera::Camera;
 use link::panel::SIDE;
@@ -7,11 +7,11 @@ use rx_pipeline::profile::STAGES;
 use rx_pipeline::receiver::{self, ReceiverSettings};
 use serde::{Deserialize, Serialize};
 
-/// Where in memory it begins: the board's PSRAM, 16 MB.
+/// The address of the film: the board's PSRAM, 16 MB.
 pub const START: usize = 0x6000_0000;
 pub const BYTES: usize = 16 << 20;
 
-/// What comes before the regions.
+/// The header before the regions.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Head {
     pub method: MethodChoice,
@@ -19,11 +19,11 @@ pub struct Head {
     pub symbols_per_frame: f32,
     /// The corner LEDs in the first region, in pixels of the frame: top left, top right, bottom right, bottom left.
     pub corners: [[f32; 2]; 4],
-    /// How many regions there are.
+    /// The number of regions.
     pub regions: u32,
 }
 
-/// How bits are told apart.
+/// The detector.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub enum MethodChoice {
     KMeans,
@@ -38,25 +38,25 @@ pub enum MethodChoice {
 pub struct Region<'a> {
     /// Column and row of its first pixel in the frame.
     pub origin: [u16; 2],
-    /// Columns, and as many rows.
+    /// Number of columns, and of rows.
     pub side: u16,
     /// Grey levels, row by row.
     pub pixels: &'a [u8],
 }
 
-/// What the board says of a region.
+/// The board's report on a region.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     pub reading: Option<RegionReading>,
-    /// From grey levels to bits, in ticks of the board's clock.
+    /// Ticks of the board's clock from grey levels to bits.
     pub ticks: u32,
-    /// Of these, what each stage took.
+    /// The ticks of each stage.
     pub stage_ticks: [u32; STAGES.len()],
-    /// The deepest that the stack has been, bytes.
+    /// Maximum depth of the stack, in bytes.
     pub stack_bytes: u32,
 }
 
-/// A panel that was read.
+/// The reading of a panel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegionReading {
     /// The corner LEDs in pixels of the region.

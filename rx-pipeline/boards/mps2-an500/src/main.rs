@@ -1,5 +1,5 @@
-//! The receiver's core on a Cortex-M7 that QEMU emulates: it reads the regions of frames that lie in its memory, and says what it read and
-//! how many ticks that took.
+//! The receiver's core on a Cortex-M7 that QEMU emulates: it reads regions of frames from its memory, and reports the readings and their
+//! duration in ticks.
 //!
 //! The board is Arm's MPS2 with its FPGA image AN500.
 #![no_std]
@@ -22,9 +22,9 @@ use static_cell::{ConstStaticCell, StaticCell};
 use clock::Stopwatch;
 use film::{BYTES, Head, Region, Report, START};
 
-/// Pixels that a panel is read in; larger ones are seen in larger pixels: 96 × 96.
+/// Number of pixels in which a panel is read, 96×96; a larger panel is binned.
 const PIXELS: usize = 9_216;
-/// Bytes that a report may take.
+/// Maximum size of a report in bytes.
 const REPORT_MAX: usize = 256;
 
 type Reader = Receiver<PIXELS, &'static mut ReceiverMemory<PIXELS>>;
@@ -51,7 +51,7 @@ fn end(status: debug::ExitStatus) -> ! {
 
 fn read() -> Option<()> {
     clock::start()?;
-    // SAFETY: the memory is there as long as the program runs, nobody writes to it, and any bytes will do.
+    // SAFETY: the memory exists as long as the program runs, nobody writes to it, and any bytes are valid.
     #[allow(unsafe_code)]
     let film = unsafe { core::slice::from_raw_parts(START as *const u8, BYTES) };
     let (head, mut film) = postcard::take_from_bytes::<Head>(film).ok()?;
@@ -79,8 +79,8 @@ fn read() -> Option<()> {
     Some(())
 }
 
-/// The receiver, made in its place: handed on, it would pass through the stack. Not inlined: what is taken of that is free again before
-/// the first region is read.
+/// Makes the receiver in its final place, because returning it would copy it over the stack. Not inlined, so that the stack it uses is free
+/// again before the first region is read.
 #[inline(never)]
 fn receiver(settings: ReceiverSettings) -> &'static mut Result<Reader, ReceiverError> {
     static MEMORY: ConstStaticCell<ReceiverMemory<PIXELS>> = ConstStaticCell::new(ReceiverMemory::new());

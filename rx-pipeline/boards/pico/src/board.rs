@@ -1,4 +1,4 @@
-//! What the application runs on: camera, clock, port, and the rest.
+//! The hardware that the application uses: camera, clock, port and the rest.
 
 use core::task::Poll;
 
@@ -18,7 +18,7 @@ use rx_pipeline::{
 
 use crate::{capture, stack, usb};
 
-/// Longer than any part of a search that does not tell that it is alive.
+/// Longer than any part of a search that does not feed the watchdog.
 pub const WATCHDOG: Duration = Duration::from_secs(8);
 
 /// The board.
@@ -49,8 +49,8 @@ impl Clock for Pico {
 impl Port for Pico {
     fn read(&mut self) -> Option<u8> {
         let mut byte = [0];
-        // After a line error the driver takes no more bytes until a read has told of it, and that it does only where there is nothing else
-        // to tell: so it is read even when nothing is there. What the error spoilt is a frame, whose checksum tells.
+        // After a line error, the driver accepts no more bytes until a read has returned the error, which it does only if no bytes wait. So
+        // this reads even if nothing is expected. The error damages a frame, whose checksum then fails.
         match poll_once(self.receive.read(&mut byte)) {
             Poll::Ready(Ok(1)) => Some(byte[0]),
             _ => usb::read(),

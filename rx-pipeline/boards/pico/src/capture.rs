@@ -1,6 +1,7 @@
-//! Frames from the camera's pins to memory, without the processor: a state machine waits for clocks and samples, DMA carries.
+//! Captures frames from the camera's pins to memory without the processor: a PIO state machine waits for clocks and samples the pins, and
+//! DMA stores the samples.
 //!
-//! Two frames have room. While one is read the next one is captured; when both are taken, frames pass by.
+//! There is room for two frames. One is captured while the other is read; if both are in use, frames are dropped.
 
 use embassy_futures::poll_once;
 use embassy_rp::{
@@ -20,10 +21,10 @@ use portable_atomic::{AtomicU32, Ordering};
 use rx_pipeline::hm01b0::Mode;
 use static_cell::{ConstStaticCell, StaticCell};
 
-/// What the camera is set to.
+/// The mode of the camera.
 pub const MODE: Mode = if cfg!(feature = "rp2040") { Mode::BINNED } else { Mode::QVGA };
 const WORDS: usize = MODE.width() * MODE.height() / 4;
-/// A frame that takes longer than this does not end.
+/// The time limit of a frame.
 const PATIENCE: Duration = Duration::from_micros(3 * MODE.period_us() as u64);
 
 bind_interrupts!(struct Irqs {
@@ -31,10 +32,10 @@ bind_interrupts!(struct Irqs {
     DMA_IRQ_0 => dma::InterruptHandler<DMA_CH0>;
 });
 
-/// A frame, as it came.
+/// A captured frame.
 pub struct Shot {
     words: [u32; WORDS],
-    /// When its last line was read out.
+    /// The end of its last line's readout.
     pub ended: Instant,
 }
 
@@ -47,7 +48,7 @@ impl Shot {
     /// Its grey levels, row by row.
     pub fn pixels(&self) -> &[u8] {
         let (words, bytes) = (self.words.as_ptr(), size_of_val(&self.words));
-        // SAFETY: any four bytes are grey levels, and bytes stand anywhere.
+        // SAFETY: any four bytes are grey levels, and bytes need no alignment.
         #[allow(unsafe_code)]
         unsafe {
             core::slice::from_raw_parts(words.cast(), bytes)
@@ -58,15 +59,15 @@ impl Shot {
 pub type Shots = Receiver<'static, CriticalSectionRawMutex, Shot>;
 type Film = Sender<'static, CriticalSectionRawMutex, Shot>;
 
-/// Frames that ended before all of their lines had come.
+/// Number of frames that ended before all their lines.
 static CUT_SHORT: AtomicU32 = AtomicU32::new(0);
 
-/// How many frames ended before all of their lines had come.
+/// Number of frames that ended before all their lines.
 pub fn cut_short() -> u32 {
     CUT_SHORT.load(Ordering::Relaxed)
 }
 
-/// The pins and what moves their levels.
+/// The pins, and the peripherals that move their levels to memory.
 pub struct Wires {
     pub pio: Peri<'static, PIO0>,
     pub dma: Peri<'static, DMA_CH0>,
@@ -85,7 +86,7 @@ pub struct Wires {
     pub frame_valid: Peri<'static, PIN_16>,
 }
 
-/// What fills frames.
+/// Captures frames.
 pub struct Capture {
     machine: StateMachine<'static, PIO0, 0>,
     program: LoadedProgram<'static, PIO0>,
@@ -96,7 +97,7 @@ pub struct Capture {
 }
 
 impl Capture {
-    /// A capture that has not begun, and where its frames come out.
+    /// A capture that has not started, and the receiving end of its frames.
     pub fn new(wires: Wires) -> (Self, Shots) {
         static FRAMES: ConstStaticCell<[Shot; 2]> = ConstStaticCell::new([const { Shot::EMPTY }; 2]);
         static CHANNEL: StaticCell<Channel<'static, CriticalSectionRawMutex, Shot>> = StaticCell::new();
@@ -124,8 +125,8 @@ impl Capture {
         let clock = common.make_pio_pin(wires.pixel_clock);
         let line = common.make_pio_pin(wires.line_valid);
         let frame = common.make_pio_pin(wires.frame_valid);
-        // X counts the pixels of a line, Y holds their number less one. A frame that is cut short ends when its frame-valid line falls,
-        // and says so by its interrupt like any other.
+        // X counts the pixels of a line, Y holds their number minus one. A frame that is cut short ends when its frame-valid line falls,
+        // with the same interrupt as a complete one.
         let assembled = pio_asm!(
             "    pull block",
             "    out y, 32",
@@ -151,7 +152,7 @@ impl Capture {
             "    jmp between",
         );
         let program = common.load_program(&assembled.program);
-        // In their order, data first: of these eight are a sample, and all are looked at for the end of a frame.
+        // The pins in order, data first: a sample has these eight, and the test for the end of a frame reads all of them.
         let [d0, d1, d2, d3, d4, d5, d6, d7] = &data;
         let inputs = [d0, d1, d2, d3, d4, d5, d6, d7, &clock, &line, &frame];
         sm0.set_pin_dirs(Direction::In, &inputs);
@@ -182,24 +183,24 @@ impl Capture {
         (capture, shots)
     }
 
-    /// Captures frames, one after another.
+    /// Captures one frame after another.
     pub async fn run(&mut self) -> ! {
         loop {
             let machine = &mut self.machine;
-            // Before it is waited for room: pixels of a frame that passes by would be the first ones of the next.
+            // Stopped before the wait for room: otherwise, pixels of a dropped frame would become the first pixels of the next.
             machine.set_enable(false);
             let shot = self.film.send().await;
             machine.clear_fifos();
             while machine.rx().try_pull().is_some() {}
             machine.restart();
             self.flags.clear(0);
-            // SAFETY: the machine stands still, and this is where its program begins.
+            // SAFETY: the machine is stopped, and this is the start of its program.
             #[allow(unsafe_code)]
             unsafe {
                 machine.exec_jmp(self.program.origin);
             }
             machine.tx().push(MODE.width() as u32 - 1);
-            // It waits for the next frame first, and there is room for a few pixels before the transfer begins.
+            // The machine waits for the next frame first, and its FIFO holds a few pixels until the transfer starts.
             machine.set_enable(true);
             let mut transfer = machine.rx().dma_pull(&mut self.dma, &mut shot.words, false);
             let ended = with_timeout(PATIENCE, self.ended.wait()).await;
@@ -213,7 +214,7 @@ impl Capture {
                 (Ok(()), false) => {
                     CUT_SHORT.add(1, Ordering::Relaxed);
                 }
-                // No frame ends, or it does not end where it should: look for the next one.
+                // No frame ended, or it did not end at the expected place: wait for the next one.
                 (Err(_), _) => {}
             }
         }

@@ -1,4 +1,4 @@
-//! What happens when the program cannot go on: it starts anew, and says then why.
+//! Handles fatal errors: the program restarts and then reports the reason.
 
 use core::fmt::{self, Write as _};
 use core::mem::MaybeUninit;
@@ -6,11 +6,11 @@ use core::panic::PanicInfo;
 
 use embassy_rp::pac;
 
-/// What tells a note from what the memory happens to hold after power-up.
+/// Marks a valid note, because the memory is random after power-up.
 const MAGIC: u32 = 0x7ece_1fed;
 const NOTE_BYTES: usize = 160;
 
-/// A note to the next start. The watchdog's reset leaves the RAM as it is.
+/// A note to the next start. A reset by the watchdog preserves the RAM.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Note {
@@ -20,7 +20,7 @@ struct Note {
 }
 
 #[allow(unsafe_code)]
-// SAFETY: the section is in RAM and nobody clears it.
+// SAFETY: the section is in RAM, and no startup code clears it.
 #[unsafe(link_section = ".uninit.note")]
 static mut NOTE: MaybeUninit<Note> = MaybeUninit::uninit();
 
@@ -29,10 +29,10 @@ fn panic(info: &PanicInfo<'_>) -> ! {
     end(format_args!("{info}"))
 }
 
-/// What the processor cannot do ends here. It keeps eight words on the stack, if there is room: the sixth is where it would have returned
-/// to, the seventh where it was. Near the stack's end there was none. The stack begins anew, as nobody returns.
+/// Handles a HardFault. The processor pushes eight words onto the stack if there is room; the sixth is the return address, the seventh the
+/// address of the fault. If there is no room, the stack has overflowed. The stack pointer is reset, because this function does not return.
 #[allow(unsafe_code)]
-// SAFETY: it takes the place of the vector table's handler, and reads within the stack.
+// SAFETY: the function replaces the handler in the vector table, and reads only within the stack.
 #[unsafe(export_name = "HardFault")]
 #[unsafe(naked)]
 unsafe extern "C" fn hard_fault() -> ! {
@@ -58,7 +58,7 @@ unsafe extern "C" fn hard_fault() -> ! {
     )
 }
 
-/// What the processor keeps at most, its floating-point registers included, and what they are aligned to.
+/// Maximum size of the frame that the processor pushes, with floating-point registers and alignment.
 const KEPT_BYTES: u32 = 112;
 
 extern "C" fn tell_fault(at: u32, from: u32) -> ! {
@@ -68,7 +68,7 @@ extern "C" fn tell_fault(at: u32, from: u32) -> ! {
     }
 }
 
-/// Leaves a note, and starts anew.
+/// Leaves a note and restarts.
 fn end(why: fmt::Arguments<'_>) -> ! {
     cortex_m::interrupt::disable();
     let mut note = Note {
@@ -76,9 +76,9 @@ fn end(why: fmt::Arguments<'_>) -> ! {
         length: 0,
         text: [0; NOTE_BYTES],
     };
-    // What does not fit is cut off.
+    // Text that does not fit is cut off.
     let _ = note.write_fmt(why);
-    // SAFETY: interrupts are off, and nobody else writes.
+    // SAFETY: interrupts are off, and no other code writes here.
     #[allow(unsafe_code)]
     unsafe {
         (&raw mut NOTE).write_volatile(MaybeUninit::new(note));
@@ -99,9 +99,9 @@ impl fmt::Write for Note {
     }
 }
 
-/// Why the program ended before this start, if it did; told once.
+/// The reason why the program ended before this start, if it did. Returned once.
 pub fn last_words() -> Option<heapless::String<NOTE_BYTES>> {
-    // SAFETY: any bytes are a note of numbers; this runs once, at the start.
+    // SAFETY: a note of numbers is valid with any bytes, and this runs once, at the start.
     #[allow(unsafe_code)]
     let note = unsafe {
         let note = (&raw const NOTE).read_volatile().assume_init();

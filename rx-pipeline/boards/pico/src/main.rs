@@ -48,11 +48,12 @@ use crate::{
     reader::Reader,
 };
 
-/// What a panel shows in a second, thousandths. Not a simple fraction of the frame rate: exposures then meet changes of symbols in turn.
+/// Symbol rate of a panel in thousandths of a hertz. It is not a simple fraction of the frame rate, so that exposures meet changes of
+/// symbols only now and then.
 const SYMBOL_MILLIHERTZ: u32 = if cfg!(feature = "rp2040") { 9_000 } else { 20_400 };
-/// A camera that sends no whole frame for so long is set up anew.
+/// A camera that sends no whole frame for this long is set up again.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// The port and the lamp are looked after so often where no frames come.
+/// Interval at which the port and the lamp are served while no frames arrive.
 const NAP: Duration = Duration::from_millis(40);
 
 bind_interrupts!(struct Irqs {
@@ -61,23 +62,23 @@ bind_interrupts!(struct Irqs {
     USBCTRL_IRQ => InterruptHandler<USB>;
 });
 
-/// What looks after the capture, before all else.
+/// The executor of the capture, at the highest priority.
 static EYE: InterruptExecutor = InterruptExecutor::new();
 
 #[interrupt]
 #[allow(unsafe_code)]
 unsafe fn SWI_IRQ_0() {
-    // SAFETY: this is the interrupt that the executor was started with.
+    // SAFETY: the executor was started with this interrupt.
     unsafe { EYE.on_interrupt() }
 }
 
-/// What looks after USB.
+/// The executor of USB.
 static PLUG: InterruptExecutor = InterruptExecutor::new();
 
 #[interrupt]
 #[allow(unsafe_code)]
 unsafe fn SWI_IRQ_1() {
-    // SAFETY: this is the interrupt that the executor was started with.
+    // SAFETY: the executor was started with this interrupt.
     unsafe { PLUG.on_interrupt() }
 }
 
@@ -104,7 +105,7 @@ async fn main(_spawner: Spawner) {
         RECEIVE.take(),
         uart::Config::default(),
     );
-    // Without an adapter the line stays high: no break.
+    // Without an adapter, the line stays high: no break.
     pac::PADS_BANK0.gpio(1).modify(|pad| pad.set_pue(true));
     let (transmit, receive) = uart.split();
     bus::free(chip.PIN_5.reborrow(), chip.PIN_4.reborrow());
@@ -142,7 +143,7 @@ async fn main(_spawner: Spawner) {
     });
     interrupt::SWI_IRQ_0.set_priority(Priority::P2);
     let eye = EYE.start(interrupt::SWI_IRQ_0);
-    // There is room for one, and one is begun.
+    // The pool has room for one task, and this is the only one.
     if let Ok(task) = capture_frames(capture) {
         eye.spawn(task);
     }
@@ -171,7 +172,7 @@ async fn main(_spawner: Spawner) {
     }
 }
 
-/// The application. Not inlined: what it takes of the stack to make it is free again before the first frame comes.
+/// Makes the application. Not inlined, so that the stack it uses is free again before the first frame arrives.
 #[inline(never)]
 fn application(was_reset: bool) -> &'static mut Application<&'static mut Reader> {
     static APPLICATION: StaticCell<Application<&'static mut Reader>> = StaticCell::new();

@@ -1,4 +1,4 @@
-//! What finds and reads panels on this chip.
+//! Finds and reads panels on this chip.
 
 #[cfg(not(feature = "rp2040"))]
 mod float;
@@ -18,10 +18,10 @@ use rx_pipeline::receiver::BlinkSearch;
 
 use crate::capture::MODE;
 
-/// What a search of the whole frame needs.
+/// The memory for a search of the whole frame.
 const ROOM: usize = BlinkSearch::bytes(MODE.width(), MODE.height());
 
-/// The camera, as far as the receiver has to know it: linear, with a small lens.
+/// The properties of the camera that the receiver must know: linear, with a small lens.
 #[cfg(not(feature = "rp2040"))]
 const CAMERA: Camera = Camera {
     encoding: Encoding::LINEAR,

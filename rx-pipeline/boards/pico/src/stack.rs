@@ -1,8 +1,8 @@
-//! How deep the stack has been.
+//! Measures the depth of the stack.
 
 use cortex_m_rt::STACK_PAINT_VALUE;
 
-/// The deepest that the stack has been since the start, in bytes: all that is no more as it was painted before `main`.
+/// Maximum depth of the stack since the start, in bytes: everything that differs from the paint applied before `main`.
 pub fn deepest_bytes() -> u32 {
     #[allow(unsafe_code)]
     unsafe extern "C" {
@@ -10,7 +10,7 @@ pub fn deepest_bytes() -> u32 {
         static _stack_end: u32;
     }
     let (top, bottom) = (&raw const _stack_start, &raw const _stack_end);
-    // SAFETY: the words between the linker's two symbols are the stack's; those below what is in use are nobody's.
+    // SAFETY: the words between the linker's two symbols are the stack; nothing uses those below its present end.
     #[allow(unsafe_code)]
     let untouched = (bottom.addr()..top.addr())
         .step_by(size_of::<u32>())

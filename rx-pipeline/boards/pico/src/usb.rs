@@ -1,4 +1,4 @@
-//! The serial port over USB: what goes to UART 0 goes there too, and what comes from there is heard as well.
+//! The serial port over USB: it mirrors UART 0 in both directions.
 
 use embassy_futures::join::join3;
 use embassy_rp::{Peri, peripherals::USB};
@@ -12,19 +12,19 @@ use pico::usb::{self, Driver, PACKET};
 
 use crate::Irqs;
 
-/// A computer that has the port open and takes nothing for so long does not listen.
+/// A computer that has the port open but accepts nothing for this long is not listening.
 const PATIENCE: Duration = Duration::from_millis(100);
 
 static INCOMING: Pipe<CriticalSectionRawMutex, 256> = Pipe::new();
 static OUTGOING: Pipe<CriticalSectionRawMutex, 4096> = Pipe::new();
 
-/// A byte that has come.
+/// A received byte, if there is one.
 pub fn read() -> Option<u8> {
     let mut byte = [0];
     matches!(INCOMING.try_read(&mut byte), Ok(1)).then_some(byte[0])
 }
 
-/// Sends what there is room for: the program never waits for a computer. A frame that is cut fails its checksum.
+/// Sends as many bytes as there is room for: the program never waits for a computer. The checksum of a truncated frame fails.
 pub fn write(mut bytes: &[u8]) {
     while let Ok(count) = OUTGOING.try_write(bytes)
         && count < bytes.len()
@@ -55,14 +55,14 @@ async fn speak(mut port: Sender<'static, Driver>) {
     let mut bytes = [0; PACKET];
     loop {
         let count = OUTGOING.read(&mut bytes).await;
-        // Where nobody has the port open, or takes anything, what is said is lost, as on a UART without an adapter.
+        // If nobody has the port open or reads from it, output is lost, as on a UART without an adapter.
         if port.dtr() {
             let _ = with_timeout(PATIENCE, write_packet(&mut port, &bytes[..count])).await;
         }
     }
 }
 
-/// An empty packet after a full one tells the computer that nothing follows, where nothing does.
+/// Writes a packet. If nothing follows a full packet, an empty one tells the computer so.
 async fn write_packet(port: &mut Sender<'static, Driver>, bytes: &[u8]) -> Result<(), EndpointError> {
     port.write_packet(bytes).await?;
     if bytes.len() == PACKET && OUTGOING.is_empty() {

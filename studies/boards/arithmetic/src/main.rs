@@ -1,7 +1,7 @@
-//! Runs the transmitter's control path in different arithmetic, over all the light there is.
+//! Runs the transmitter's control path in different kinds of arithmetic, over the whole range of light.
 //!
-//! It says nothing and does nothing else: `tests/boards/emulator/arithmetic.mjs` runs it on an emulated Cortex-M0+ and counts the cycles of
-//! each path from entry to return.
+//! It does nothing else and has no output: `tests/boards/emulator/arithmetic.mjs` runs it on an emulated Cortex-M0+ and counts the cycles
+//! of each path from entry to return.
 #![no_std]
 #![no_main]
 
@@ -17,7 +17,7 @@ use link::l2a_table::Illuminance;
 use panic_halt as _;
 use paths::Transmitter;
 
-/// A function of its own for a path, so that the emulator finds it by its name.
+/// Makes a separate function for a path, so that the emulator finds it by its name.
 macro_rules! timed {
     ($($name:ident: $path:expr;)*) => {
         $(
@@ -45,7 +45,7 @@ timed! {
     timed_quadratic_512_: paths::by_table::<512, 2>;
 }
 
-/// Readings of 1 lx to 131 072 lx, eight an octave.
+/// Readings of 1 lx to 131 072 lx, eight per octave.
 const READINGS: u32 = 8 * 17;
 
 #[entry]

@@ -1,4 +1,4 @@
-//! What happens when the program cannot go on: the LEDs go dark, and it starts anew.
+//! Handles fatal errors: the LEDs go dark, and the program restarts.
 
 use core::panic::PanicInfo;
 

@@ -1,4 +1,4 @@
-//! What finds and reads panels on a processor with an FPU: found by blinking, followed and read in all of a panel's pixels by k-means.
+//! Finds and reads panels on a processor with an FPU: finds them by blinking, then follows them and reads all their pixels by k-means.
 
 use rx_pipeline::{
     detect::Detector,
@@ -9,12 +9,12 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use super::{CAMERA, ROOM};
 
-/// Pixels that a panel is read in; larger ones are seen in larger pixels.
+/// Number of pixels in which a panel is read; a larger panel is binned.
 const PIXELS: usize = 48 * 48;
 
 pub type Reader = PanelReceiver<PIXELS, &'static mut ReceiverMemory<PIXELS>, &'static mut [u8]>;
 
-/// It, made in its place: handed on, its 40 kB would pass through the stack. Once.
+/// Makes the reader in its final place, because returning it would copy its 40 kB over the stack. Can be called once.
 #[inline(never)]
 pub fn take() -> Option<&'static mut Reader> {
     static MEMORY: ConstStaticCell<ReceiverMemory<PIXELS>> = ConstStaticCell::new(ReceiverMemory::new());

@@ -1,4 +1,4 @@
-//! What finds and reads panels on a processor without an FPU: all in whole numbers.
+//! Finds and reads panels on a processor without an FPU, in integer arithmetic.
 
 use rx_pipeline::receiver::{IntegerReceiver, ReceiverError};
 use static_cell::{ConstStaticCell, StaticCell};
@@ -7,7 +7,7 @@ use super::ROOM;
 
 pub type Reader = IntegerReceiver<&'static mut [u8]>;
 
-/// It, made in its place: handed on, its 40 kB would pass through the stack. Once.
+/// Makes the reader in its final place, because returning it would copy its 40 kB over the stack. Can be called once.
 #[inline(never)]
 pub fn take() -> Option<&'static mut Reader> {
     static CHANGE: ConstStaticCell<[u8; ROOM]> = ConstStaticCell::new([0; ROOM]);

@@ -1,7 +1,7 @@
-//! A module with a MAX7219, whose LOAD is the chip select of the SPI controller: it rises behind each 16 bits by itself.
+//! A module with a MAX7219. Its LOAD is the chip select of the SPI controller, which rises after each 16 bits by itself.
 //!
-//! Each symbol writes all registers of the chip, so that a module that was plugged in late, or lost its registers to a spike, shows the
-//! panel with the next symbol. The intensity stands beside the rows: another one is put into all panels that wait.
+//! Each symbol writes all registers of the chip. A module that was plugged in late, or lost its registers to a spike, therefore shows the
+//! panel with the next symbol. The intensity is stored with the rows: a new one is written into all waiting panels.
 
 use embassy_rp::{
     Peri,
@@ -22,7 +22,7 @@ use super::{Entry, Lines, Shift, Transfer, shift};
 use crate::symbols::{self, Symbols};
 
 const LOAD: usize = 17;
-/// The function of a pin that is the SPI controller's.
+/// The function number that connects a pin to the SPI controller.
 const SPI_FUNCTION: u8 = 1;
 
 /// Thirteen registers of sixteen bits, and three times "no operation", which is 0.
@@ -32,11 +32,11 @@ pub const TRANSFER: Transfer = Transfer {
     count: 16,
 };
 
-/// It shows no carrier.
+/// One image, because the module shows no carrier.
 pub const IMAGES: usize = 1;
 
-/// A module of 3 mm LEDs, for as long as nobody has measured this one: `docs/hardware/desk-kit.md`. Its shortest pulse and its period
-/// are the first of the chip's steps.
+/// A module of 3 mm LEDs, until this module is measured: `docs/hardware/desk-kit.md`. The shortest pulse and the period are the first of
+/// the chip's steps.
 pub const TYPICAL: Measured = Measured {
     luminance_full_cd_m2: U32F32::lit("600"),
     shortest_pulse_ns: 40_323,
@@ -47,10 +47,10 @@ pub const TYPICAL: Measured = Measured {
     low_current_share: U1F31::lit("1"),
 };
 
-/// Four times the duty that the typical module wants.
+/// Four times the duty of the typical module.
 pub const FULL_DUTY_LX: u32 = 125;
 
-/// What shifts, while it lives.
+/// Owns the shifting hardware while it exists.
 pub struct Shifter {
     _clock: Pwm<'static>,
     _shift: Shift,
@@ -58,7 +58,7 @@ pub struct Shifter {
 }
 
 impl Lines {
-    /// Takes the lines over, and makes the chip dark, which may still show what it was last given. The symbol clock has no output.
+    /// Takes over the lines and makes the chip dark, because it may still show its last panel. The symbol clock has no output.
     pub fn connect(self, slice: Peri<'static, PWM_SLICE0>, clock: pwm::Config) -> Shifter {
         let load = Output::new(self.latch, Level::High);
         let shift = shift(self.spi, self.clock, self.data);
@@ -75,7 +75,7 @@ impl Lines {
     }
 }
 
-/// What dims: the chip itself, in its own steps.
+/// Dims the LEDs with the chip's own steps.
 #[derive(Default)]
 pub struct Dimmer {
     /// The intensity; none in shutdown.
@@ -83,7 +83,7 @@ pub struct Dimmer {
 }
 
 impl Dimmer {
-    /// The chip's steps are what they are, whatever was measured.
+    /// The chip's steps are fixed, so a measurement has no effect.
     pub fn set_calibration(&mut self, _: &Measured) {}
 
     /// Lights On LEDs with this share of full luminance, from the next symbol on.
@@ -95,7 +95,7 @@ impl Dimmer {
         }
     }
 
-    /// What is shifted for a panel.
+    /// The bytes to shift for a panel.
     pub fn entry(&self, panel: PanelFrame) -> Entry {
         let mut entry = Entry::default();
         let controls = controls(self.step);
@@ -105,20 +105,21 @@ impl Dimmer {
     }
 }
 
-/// Registers and their values as the DMA controller takes them: the register in the upper byte of a word, whose lower one comes first.
+/// Stores registers and values as the DMA controller reads them: the register is the upper byte of a word, whose lower byte comes first in
+/// memory.
 fn put(entry: &mut [u8], registers: &[[u8; 2]]) {
     for (place, &[register, value]) in entry.chunks_exact_mut(2).zip(registers) {
         place.copy_from_slice(&[value, register]);
     }
 }
 
-/// Dark at once, whatever state the program is in.
+/// Makes the LEDs dark at once, in any state of the program.
 pub fn force_dark() {
     symbols::force_stop();
     shift_dark();
 }
 
-/// Shifts the chip's shutdown behind what is being shifted.
+/// Shifts the chip's shutdown command after the present transfer.
 fn shift_dark() {
     let spi = pac::SPI0;
     for [register, value] in controls(None) {

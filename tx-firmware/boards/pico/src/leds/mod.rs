@@ -1,4 +1,4 @@
-//! The LEDs' drivers: what is shifted for a panel, and what dims it.
+//! The LED drivers: the bytes to shift for a panel, and the dimming.
 
 #[cfg(all(feature = "max7219", feature = "lit-by-0"))]
 compile_error!("a MAX7219 lights LEDs with a 1: leave the feature lit-by-0 out");
@@ -22,7 +22,7 @@ use embassy_rp::{
 
 pub use chosen::{Dimmer, FULL_DUTY_LX, IMAGES, Shifter, TRANSFER, TYPICAL, force_dark};
 
-/// Flying leads take it, and a MAX7219 takes 10 MHz; eight registers take 16 µs.
+/// Flying leads can carry this, and a MAX7219 accepts 10 MHz; eight registers take 16 µs.
 const SHIFT_CLOCK_HZ: u32 = 4_000_000;
 
 /// The drivers' lines.
@@ -34,7 +34,7 @@ pub struct Lines {
     pub data: Peri<'static, PIN_19>,
 }
 
-/// What shifts bytes out.
+/// The controller that shifts the bytes.
 type Shift = Spi<'static, SPI0, Blocking>;
 
 fn shift(spi: Peri<'static, SPI0>, clock: Peri<'static, PIN_18>, data: Peri<'static, PIN_19>) -> Shift {
@@ -43,15 +43,15 @@ fn shift(spi: Peri<'static, SPI0>, clock: Peri<'static, PIN_18>, data: Peri<'sta
     Spi::new_blocking_txonly(spi, clock, data, bus)
 }
 
-/// How the DMA controller moves a panel's bytes.
+/// The DMA controller's transfer of a panel's bytes.
 pub struct Transfer {
     /// The bytes of a panel, a power of two.
     pub bytes: usize,
-    /// How many go at once.
+    /// The unit of the transfer.
     pub size: DataSize,
-    /// How often.
+    /// The number of units.
     pub count: u32,
 }
 
-/// What is shifted for a panel.
+/// The bytes to shift for a panel.
 pub type Entry = [u8; TRANSFER.bytes];
