@@ -87,8 +87,8 @@ function giveShiftingTime(mcu, spi) {
   };
 }
 
-// 4.3.17: interrupts cannot be enabled, and those of the FIFOs' levels come and go once instead of following the levels. The repair adds
-// both.
+// 4.3.17: interrupts cannot be enabled, and those of the FIFOs' levels come and go once instead of following the levels. The repair
+// corrects both.
 function repairI2c(i2c) {
   const INTERRUPT_MASK = 0x30, RECEIVE_FULL = 1 << 2, TRANSMIT_EMPTY = 1 << 4, ENABLED = 1;
   let events = 0;

@@ -1,4 +1,4 @@
-//! The emulated board: a film is put into its memory, and what it says is taken down.
+//! The emulated board: loads a film into its memory and records its reports.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -6,12 +6,12 @@ use std::process::{Command, Stdio};
 use crate::film::{Film, START};
 use crate::format::Report;
 
-/// QEMU lets 2⁰ ns pass with each instruction.
+/// QEMU advances 2⁰ ns per instruction.
 const SHIFT: u32 = 0;
 /// Ticks of the board's clock are 40 ns.
 const TICK_NS: u64 = 40;
 
-/// Has a program read a film; what it says of each region.
+/// Runs a program on a film; returns its report on each region.
 pub fn read(image: &Path, film: &Film) -> Vec<Report> {
     let mut memory = tempfile::NamedTempFile::new().expect("a file");
     film.write(&mut memory).expect("the film is written");
@@ -42,7 +42,7 @@ pub fn read(image: &Path, film: &Film) -> Vec<Report> {
     reports
 }
 
-/// The instructions that so many ticks are.
+/// Converts ticks to instructions.
 pub fn instructions(ticks: u32) -> u64 {
     (u64::from(ticks) * TICK_NS) >> SHIFT
 }

@@ -1,4 +1,4 @@
-//! The board beside this computer.
+//! Compares the board with this computer.
 
 use std::path::Path;
 
@@ -10,15 +10,16 @@ use crate::film::Shots;
 use crate::format::MethodChoice;
 use crate::measure::{Costs, KMEANS_STACK_MAX, STACK_MAX};
 
-/// Symbols in a frame period of the shots.
+/// Symbols per frame period of the shots.
 const SYMBOLS_PER_FRAME: f32 = 0.9;
 const PATIENCE_FRAMES: u32 = TrackingSettings::DEFAULT.patience_frames as u32;
 
-/// Has the board read regions of `side` px around the panel: the same bits, soft values and corners as here, and the bits that were sent.
+/// Lets the board read regions of `side` px around the panel, and checks for the same bits, soft values and corners as on this computer,
+/// and for the sent bits.
 fn show(image: &Path, shots: &Shots, side: u16, method: MethodChoice) -> Costs {
     let film = shots.cut(side, method, Camera::default(), SYMBOLS_PER_FRAME);
     let mut costs = Costs::default();
-    // Frames that show one symbol: how many there are, and how many were read.
+    // Number of frames that show one symbol.
     let clear = film.sent.iter().flatten().count();
     let (mut read_clear, mut wrong) = (0, 0);
     for (number, report) in board::read(image, &film).iter().enumerate() {
@@ -38,18 +39,18 @@ fn show(image: &Path, shots: &Shots, side: u16, method: MethodChoice) -> Costs {
     costs
 }
 
-/// With the paper's detector: half of the frames within the aim, none above 1.8 million instructions.
+/// The paper's detector: at most 1.5 million instructions for half of the frames, and at most 1.8 million for each.
 pub fn k_means_reads_as_on_this_computer(image: &Path) {
     show(image, &Shots::draw(35.0, 30), 64, MethodChoice::KMeans).assert_within([1_500_000, 1_800_000], KMEANS_STACK_MAX);
 }
 
-/// With the better detector: seven times the instructions of k-means for half of the frames, seventy for a few.
+/// The better detector: seven times the instructions of k-means for half of the frames, seventy times for a few.
 pub fn maximum_likelihood_reads_as_on_this_computer(image: &Path) {
     let shots = Shots::draw(35.0, 20);
     show(image, &shots, 64, MethodChoice::MaximumLikelihood).assert_within([9_000_000, 135_000_000], STACK_MAX);
 }
 
-/// Regions of 128 × 128 pixels, nearly filled by the panel.
+/// Regions of 128×128 pixels, almost filled by the panel.
 pub fn the_largest_region_is_read(image: &Path) {
     for (method, frames, instructions) in [
         (MethodChoice::KMeans, 8, [4_200_000, 6_200_000]),
@@ -59,10 +60,10 @@ pub fn the_largest_region_is_read(image: &Path) {
     }
 }
 
-/// What a frame may cost in which the panel is looked for around its place.
+/// Maximum instructions for a frame in which the panel is searched for around its place.
 const SEARCH_MAX: u64 = 32_000_000;
 
-/// A panel that is gone is looked for around its place until it is given up.
+/// A missing panel is searched for around its place until it is given up.
 pub fn a_lost_panel_is_reported(image: &Path) {
     let shots = Shots::draw(35.0, 1).and_blank(PATIENCE_FRAMES as usize + 1);
     show(image, &shots, 64, MethodChoice::KMeans).assert_within([SEARCH_MAX; 2], STACK_MAX);

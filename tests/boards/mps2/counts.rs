@@ -1,4 +1,4 @@
-//! The instructions of each detector, on file for `vocc accuracy`.
+//! The instructions of each detector, stored in a file for `vocc accuracy`.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -16,14 +16,14 @@ use crate::board::{instructions, read};
 use crate::film::{HEIGHT, Shots, WIDTH};
 use crate::format::MethodChoice;
 
-/// If this is set, the file is written anew and not compared.
+/// If this is set, the file is rewritten and not compared.
 const WRITE: &str = "VOCC_WRITE_COUNTS";
 const FRAMES: u64 = 8;
 const SIDE: u16 = 96;
-/// What a count may change by until the file is out of date.
+/// Relative change of a count from which the file is out of date.
 const DRIFT: f64 = 0.1;
 
-/// Every detector takes as many instructions as the page was made with.
+/// Every detector takes as many instructions as the file says.
 pub fn the_detectors_take_what_is_on_file(image: &Path) {
     let films = PLACES.map(|place| {
         let size = [format!("camera.width_px={WIDTH}"), format!("camera.height_px={HEIGHT}")];
@@ -58,7 +58,7 @@ pub fn the_detectors_take_what_is_on_file(image: &Path) {
     }
 }
 
-/// The instructions for the bits of half of the frames at most, from grey levels and corners on.
+/// The median number of instructions from grey levels and corners to bits.
 fn count(image: &Path, scene: &Scene, shots: &Shots, choice: DetectorChoice) -> u64 {
     let film = shots.cut(SIDE, method(scene, choice), camera_of(scene), 1.0);
     let mut counts = Vec::new();

@@ -1,4 +1,4 @@
-//! What the board is shown: a panel that drives past a camera, in regions around where this computer's receiver saw it last.
+//! The board's input: a panel that drives past a camera, in regions around the place where this computer's receiver saw it last.
 
 use std::io::{self, Write};
 
@@ -14,25 +14,25 @@ use crate::format::{Head, MethodChoice, Region, RegionReading};
 
 pub use crate::format::{BYTES, START};
 
-/// Columns and rows of its frames.
+/// Columns and rows of the frames.
 pub const WIDTH: usize = 480;
 pub const HEIGHT: usize = 320;
 const SEED: u64 = 11;
 /// The grey level of frames without the panel.
 const BLANK: u8 = 118;
 
-/// Frames, and what is known of them.
+/// Frames with their ground truth.
 pub struct Shots {
     frames: Vec<Vec<u8>>,
-    /// Where the panel is in the first one.
+    /// The panel's corners in the first frame.
     corners: Corners,
-    /// The bits that each shows, but where the exposure caught two symbols.
+    /// The bits that each frame shows; none if the exposure caught two symbols.
     sent: Vec<Option<u64>>,
 }
 
 impl Shots {
-    /// `count` frames of 1/100 s of a panel `distance_m` away that drives past, 90 symbols a second, by day, with noise. Its ratio is the
-    /// paper's, so that what is counted does not go by the table that ships.
+    /// `count` frames of 1/100 s of a panel that drives past at a distance of `distance_m` with 90 symbols a second, by day, with noise.
+    /// The L2A is the paper's, so that counts do not depend on the built-in table.
     pub fn draw(distance_m: f64, count: u64) -> Self {
         let speed_m_s = 1.0;
         let scene = Scene::load(
@@ -69,14 +69,14 @@ impl Shots {
         Self { frames, corners, sent }
     }
 
-    /// The same, and so many frames without the panel behind them.
+    /// Appends this many frames without the panel.
     pub fn and_blank(mut self, count: usize) -> Self {
         self.frames.extend(vec![vec![BLANK; WIDTH * HEIGHT]; count]);
         self.sent.extend(vec![None; count]);
         self
     }
 
-    /// Squares of `side` px around the panel, read by this computer's receiver.
+    /// Squares of `side` px around the panel, with the readings of this computer's receiver.
     pub fn cut(&self, side: u16, method: MethodChoice, camera: Camera, symbols_per_frame: f32) -> Film {
         let head = Head {
             method,
@@ -116,23 +116,23 @@ impl Shots {
     }
 }
 
-/// What the board reads, and what this computer made of it.
+/// The board's input and this computer's readings.
 pub struct Film {
     head: Head,
     side: u16,
     squares: Vec<Square>,
     pub readings: Vec<Option<RegionReading>>,
-    /// The bits that each region shows, but where the exposure caught two symbols.
+    /// The bits that each region shows; none if the exposure caught two symbols.
     pub sent: Vec<Option<u64>>,
 }
 
 impl Film {
-    /// How many regions it has.
+    /// The number of regions.
     pub fn regions(&self) -> usize {
         self.squares.len()
     }
 
-    /// Writes it as the board's program reads it.
+    /// Writes the film in the format of the board's program.
     pub fn write(&self, to: &mut impl Write) -> io::Result<()> {
         let mut bytes = vec![0; 1024 + self.squares.iter().map(|square| 64 + square.pixels.len()).sum::<usize>()];
         let mut length = postcard::to_slice(&self.head, &mut bytes).expect("there is room").len();
@@ -156,7 +156,7 @@ struct Square {
 }
 
 impl Square {
-    /// The square of `side` px around a place, as far within the frame as it goes.
+    /// The square of `side` px around a place, moved to be within the frame.
     fn around([x, y]: [f32; 2], side: u16, pixels: &[u8]) -> Self {
         let span = usize::from(side);
         let first = |centre: f32, length: usize| (centre.round() as usize).saturating_sub(span / 2).min(length - span);

@@ -1,8 +1,8 @@
-//! The receiver's core on an emulated Cortex-M7: the same bits as on this computer, in the memory and the instructions that
+//! The receiver's core on an emulated Cortex-M7: it reads the same bits as on this computer, within the memory and the instructions that
 //! `docs/embedded-receiver.md` states.
 //!
-//! QEMU emulates the board; it takes `qemu-system-arm`, and a compiler for the Cortex-M7. Where one of them is absent and cannot be had,
-//! these tests are skipped.
+//! QEMU emulates the board. The tests need `qemu-system-arm` and a compiler for the Cortex-M7; if one of them is missing and cannot be
+//! installed, the tests are skipped.
 
 mod board;
 mod compare;
@@ -32,7 +32,7 @@ fn main() -> ExitCode {
     trials::run("the receiver's board", None, tests, provide)
 }
 
-/// The emulator, and the board's program, built as a user would.
+/// Provides the emulator and the board's program, built as a user would.
 fn provide() -> Result<PathBuf, Unready> {
     programs::provide("qemu-system-arm")?;
     let built = firmware::build("thumbv7em-none-eabihf", "rx-pipeline/boards/mps2-an500", &[])?;

@@ -1,4 +1,4 @@
-//! What it takes on the board: memory and instructions.
+//! The memory and the instructions on the board.
 
 use std::path::Path;
 
@@ -8,14 +8,14 @@ use vocc_tests::firmware::{Size, median, say, size};
 use crate::board::instructions;
 use crate::format::Report;
 
-/// What `docs/embedded-receiver.md` states, rounded up: of flash, with the `core` that rustup brings, and with one built anew.
+/// The flash that `docs/embedded-receiver.md` states, rounded up: with rustup's `core`, and with one that is built anew.
 const FLASH_MAX: u32 = 320 * 1024;
 const FLASH_MAX_CORE_ANEW: u32 = 304 * 1024;
 const RAM_MAX: u32 = 380_000;
 pub const KMEANS_STACK_MAX: u32 = 84 * 1024;
 pub const STACK_MAX: u32 = 140 * 1024;
 
-/// What a film cost the board.
+/// The costs of a film on the board.
 #[derive(Default)]
 pub struct Costs {
     frames: Vec<u64>,
@@ -31,7 +31,7 @@ impl Costs {
         self.stack_bytes = report.stack_bytes;
     }
 
-    /// Tells all that was measured.
+    /// Prints all measurements.
     pub fn tell(&self, what: &str) {
         say(&format!(
             "{what}: {} instructions a frame, {} at most, {} in the first; stack {} bytes",
@@ -52,7 +52,8 @@ impl Costs {
         }
     }
 
-    /// Half of the frames took no more instructions than the first number, none more than the second; and so deep was the stack.
+    /// Checks that half of the frames took at most the first number of instructions, all at most the second, and that the stack was at most
+    /// this deep.
     pub fn assert_within(&self, [half, most]: [u64; 2], stack_bytes: u32) {
         assert!(median(&self.frames) <= half, "{:?}", self.frames);
         assert!(greatest(&self.frames) <= most, "{:?}", self.frames);
@@ -64,11 +65,11 @@ fn greatest(values: &[u64]) -> u64 {
     values.iter().copied().max().unwrap_or_default()
 }
 
-/// Flash and static RAM are within their bounds.
+/// Flash and static RAM are within their limits.
 pub fn it_is_small(image: &Path) {
     let elf = std::fs::read(image).expect("the image is built");
     let Size { flash, ram } = size(&elf);
-    // `tests/tools/cargo-embedded` puts what Debian's compiler makes into a folder of that name.
+    // `tests/tools/cargo-embedded` puts the output of Debian's compiler into a folder with this name.
     let core_is_anew = image.iter().any(|folder| folder == "debian");
     let flash_max = if core_is_anew { FLASH_MAX_CORE_ANEW } else { FLASH_MAX };
     say(&format!("flash {flash} bytes of {flash_max}, static RAM {ram} bytes of {RAM_MAX}"));

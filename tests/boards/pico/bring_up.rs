@@ -1,4 +1,4 @@
-//! `vocc device test` at the emulated board: with faults planted in its wires, what its LEDs did names each of them.
+//! `vocc device test` with the emulated board: the behaviour of the LEDs names each fault that is planted in the wires.
 
 use std::path::Path;
 
@@ -11,11 +11,11 @@ use crate::panel::Record;
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
-/// The least difference of light that counts, as a share of full luminance.
+/// Smallest difference of light that counts, as a share of full luminance.
 const VISIBLE: f32 = 1e-4;
 const LUX: f64 = 1000.0;
 
-/// What the LEDs showed, symbol by symbol: the light of each, as a share of full luminance.
+/// The light of each LED in each symbol, as a share of full luminance.
 fn levels(record: &Record) -> Vec<Vec<f32>> {
     let levels = record.symbols.iter().map(|symbol| {
         let light = record.pulses_at(symbol.ns).duty() as f32;
@@ -24,7 +24,7 @@ fn levels(record: &Record) -> Vec<Vec<f32>> {
     levels.collect()
 }
 
-/// Tests a board with these options of the emulator; what `vocc` printed, and what the LEDs' light says.
+/// Tests a board with these options of the emulator; returns the output of `vocc` and the findings from the LEDs' light.
 fn tested(programs: &Programs, folder: &Path, options: &[&str]) -> (Value, Vec<Finding>) {
     std::fs::create_dir_all(folder).expect("the folder can be made");
     let mut board = Emulator::power_up(programs, folder, options);
@@ -43,8 +43,8 @@ fn tested(programs: &Programs, folder: &Path, options: &[&str]) -> (Value, Vec<F
     (told, diagnose(&reading))
 }
 
-/// A healthy board has no finding; two wires swapped, a row dead, a late latch and an inverted output enable are each named, alone and two
-/// at once.
+/// A healthy board has no finding. Two swapped wires, a dead row, a late latch and an inverted output enable are named, alone and two at a
+/// time.
 pub fn faults_of_the_wires_are_named(programs: &Programs, folder: &Path) {
     let swapped = Finding::LedsSwapped([18, 45]);
     let cases: [(&[&str], &[Finding]); 6] = [
@@ -58,7 +58,7 @@ pub fn faults_of_the_wires_are_named(programs: &Programs, folder: &Path) {
     for (number, (options, meant)) in cases.into_iter().enumerate() {
         let (told, findings) = tested(programs, &folder.join(number.to_string()), options);
         assert_eq!(findings, meant, "{options:?}");
-        // The sensor and the store are right in all of them.
+        // The sensor and the store are healthy in all cases.
         for key in ["sensor_fault", "store_fault"] {
             assert_eq!(told[key], json!(null), "{told}");
         }
@@ -70,7 +70,7 @@ pub fn faults_of_the_wires_are_named(programs: &Programs, folder: &Path) {
     }
 }
 
-/// A computer that is gone in the middle of a test leaves nothing on: beacons go on, at their duty.
+/// If the computer disappears in the middle of a test, nothing stays on: beacons continue at their duty.
 pub fn a_test_ends_without_its_computer(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up(programs, folder, &[]);
     board.light(LUX, Fault::None);

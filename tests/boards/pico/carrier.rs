@@ -1,4 +1,4 @@
-//! A carrier: told over the serial port, shown at the latch quarter by quarter, there when the power comes back, and received.
+//! A carrier is set over the serial port, shown quarter by quarter at the latch, restored after a power cut, and received.
 
 use std::path::Path;
 
@@ -16,19 +16,19 @@ use crate::panel::{Record, Symbol, from_message_on};
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
-/// What rounding to whole ns adds.
+/// Error from rounding to whole ns.
 const ROUNDING_NS: f64 = 1.5;
-/// Quarters of the fastest carrier in 2.2 ms, by which an interrupt is late at most.
+/// Quarters of the fastest carrier in 2.2 ms, the maximum delay of an interrupt.
 const LATE_QUARTERS: usize = 27;
-/// What a carrier's rate may be off beside the crystal: half a count at 3000 Hz.
+/// Maximum relative error of a carrier's rate, without the crystal's: half a count at 3000 Hz.
 const RATE_ERROR_MAX: f64 = 4.9e-5;
 
 const MESSAGE: &str = "Sent by a carrier from the pins of a board";
-/// The panels that were made ready before the message was sent go first.
+/// Time for the panels that were prepared before the message was sent.
 const READY_MS: u32 = 500;
-/// How long the message is filmed.
+/// Duration of the film.
 const FILMED_MS: u32 = 1_600;
-/// A usual camera.
+/// A typical camera.
 const FILM: undersampled::Film = undersampled::Film {
     seed: 1,
     fps: 100.0,
@@ -45,14 +45,14 @@ const FILM: undersampled::Film = undersampled::Film {
     change: None,
 };
 
-/// How many edges of the latch follow the first one at distances of this, s.
+/// Number of edges of the latch after the first one at this distance, in s.
 fn regular(edges: &[Symbol], tick_s: f64) -> usize {
     let error_ns = RATE_ERROR_MAX * tick_s * 1e9 + ROUNDING_NS;
     let is_regular = |pair: &&[Symbol]| ((pair[1].ns - pair[0].ns) as f64 - tick_s * 1e9).abs() <= error_ns;
     edges.windows(2).take_while(is_regular).count()
 }
 
-/// How far edges are early or late at most, ns.
+/// Maximum deviation of edges, in ns.
 fn jitter_ns(edges: &[Symbol]) -> f64 {
     let [first, last] = [edges[0].ns, edges[edges.len() - 1].ns].map(|ns| ns as f64);
     let tick_ns = (last - first) / (edges.len() - 1) as f64;
@@ -62,11 +62,11 @@ fn jitter_ns(edges: &[Symbol]) -> f64 {
     })
 }
 
-/// Each symbol is whole cycles, each cycle the panel for a quarter, its complement for a half and the panel for a quarter. No edge is early
-/// or late, whatever comes over the serial port and while the flash is written. No symbol is lost or shown twice from one carrier to the
-/// next, and a restart keeps the last one.
+/// Each symbol is whole cycles: the panel for a quarter, its complement for a half, and the panel for a quarter. No edge is early or late,
+/// whatever arrives over the serial port and while the flash is written. From one carrier to the next, no symbol is lost or repeated, and a
+/// restart keeps the last carrier.
 pub fn a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart(programs: &Programs, folder: &Path) {
-    // Symbols a second and cycles a symbol.
+    // Symbols a second, and cycles a symbol.
     let told = [(90.0, 16), (27.0, 54), (300.0, 10), (27.0, 0), (100.0, 2)];
     {
         let mut board = Emulator::power_up(programs, folder, &[]);
@@ -105,8 +105,8 @@ pub fn a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart(programs:
                 ));
                 assert!(jitter_ns <= ROUNDING_NS);
             }
-            // A panel that stood still begins anew with its carrier. One with a carrier has been shown but for half a cycle, or, where an
-            // interrupt was late, the next has just begun and begins anew.
+            // A still panel is shown again with its carrier. A panel with a carrier has been shown except for half a cycle; if an interrupt
+            // was late, the next panel has just begun and is shown again.
             let quarter = count % ticks;
             if cycles > 0 && quarter + QUARTERS.len() > ticks {
                 beacon = beacons.next_panel();
@@ -132,7 +132,7 @@ pub fn a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart(programs:
     );
 }
 
-/// A processor that is late by more panels than are kept ready writes none over the one whose cycles are running.
+/// If the processor is late by more panels than are kept ready, it does not overwrite the one whose cycles are running.
 pub fn a_carrier_stays_whole_when_the_ring_runs_empty(programs: &Programs, folder: &Path) {
     const CYCLES: usize = 2;
     const TICKS: usize = QUARTERS.len() * CYCLES;
@@ -150,7 +150,7 @@ pub fn a_carrier_stays_whole_when_the_ring_runs_empty(programs: &Programs, folde
     }
     let mut board = Emulator::power_up(programs, folder, &[]);
     let mut record = Record::default();
-    // Three to five symbols, where three panels are kept ready.
+    // Three to five symbols, while three panels are kept ready.
     for late_ms in [32, 35, 38, 45] {
         record.extend(&board.run_ms(203));
         board.hang(true);
@@ -175,7 +175,7 @@ pub fn a_carrier_stays_whole_when_the_ring_runs_empty(programs: &Programs, folde
     }
 }
 
-/// What the LEDs do by a carrier goes to a camera's exposures, and its frames to a receiver that is told nothing but their rate.
+/// The LEDs' light with a carrier is exposed by a camera, and a receiver that knows only the frame rate decodes the frames.
 pub fn a_message_by_a_carrier_is_received_by_a_camera(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up(programs, folder, &[]);
     board.light(4_000.0, Fault::None);

@@ -1,4 +1,4 @@
-//! (d) The closed loop: a message given to the board by `vocc`, shown on its pins, seen by a simulated camera, and received.
+//! (d) The closed loop: `vocc` gives the board a message, the board shows it on its pins, and a simulated camera and a receiver read it.
 
 use std::path::Path;
 
@@ -20,15 +20,15 @@ use crate::vocc::vocc;
 
 const MESSAGE: &str = "Sent from the pins of a board";
 const LUX: f64 = 4_000.0;
-/// What the camera sees, beside the paper's scene.
+/// Changes of the paper's scene.
 const SCENE: [&str; 1] = ["link.symbol_rate_hz=90"];
-/// The panels that were made ready before the message was sent go first.
+/// Time for the panels that were prepared before the message was sent.
 const READY_MS: u32 = 500;
-/// Symbols for which the message is filmed, two repeats of it.
+/// Number of filmed symbols, two repeats of the message.
 const FILMED_MS: u32 = 700;
 const PANEL_PIXELS: usize = 128 * 128;
 
-/// What the camera sees of the board's LEDs goes to the receiver; the message comes out.
+/// The camera films the board's LEDs, and the receiver decodes the message.
 pub fn a_message_sent_to_the_board_is_received_by_a_camera(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up(programs, folder, &[]);
     let mut record = Record::default();
@@ -52,7 +52,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// A camera in a scene with these changes, in this light.
+    /// A camera in a scene with these changes and this light.
     pub fn new(scene: &str, changes: &[&str], lux: f64, reflectance: f64) -> Self {
         let light = [format!("ambient.illuminance_lx={lux}"), format!("panel.reflectance={reflectance}")];
         let changes = changes.iter().map(|&change| change.to_owned());
@@ -63,7 +63,7 @@ impl Film {
         }
     }
 
-    /// The messages that it and a receiver get from the symbols from a time on, whose On LEDs have this luminance.
+    /// The messages that a receiver decodes from this camera's frames of the symbols, from a time on, if On LEDs have this luminance.
     pub fn messages(&self, symbols: &[Symbol], luminance_cd_m2: impl Fn(u64) -> f64, from_ns: u64) -> Vec<Vec<u8>> {
         let renderer = &self.renderer;
         let scene = &renderer.view().scene;
@@ -94,7 +94,7 @@ impl Film {
         messages
     }
 
-    /// What the LEDs do during the exposure of a frame; none when the symbols end before.
+    /// The LEDs' state during the exposure of a frame; none if the symbols end before.
     fn exposure(
         &self,
         symbols: &[Symbol],

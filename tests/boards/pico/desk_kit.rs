@@ -1,4 +1,4 @@
-//! The desk kit: a board without a light sensor, and one module with a MAX7219, decoded from what the SPI shifts into it.
+//! The desk kit: a board without a light sensor, and a module with a MAX7219. The test decodes the bits that SPI shifts into the module.
 
 use std::path::Path;
 
@@ -16,22 +16,22 @@ use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
 const MESSAGE: &str = "Sent from a module on the desk";
-/// Luminance of an On LED at the brightest of the chip's steps, by the board's typical panel, cd/m².
+/// Luminance of an On LED at the chip's maximum intensity, for the board's typical panel, in cd/m².
 const FULL_CD_M2: f64 = 600.0;
-/// Reflectance of its LEDs.
+/// Reflectance of the LEDs.
 const REFLECTANCE: f64 = 0.3;
-/// The night limit of `tx_firmware::transmitter`, 4·50 lx·R, in the chip's steps: the second of sixteen.
+/// The night limit of `tx_firmware::transmitter`, 4·50 lx·R, as an intensity of the chip: the second of sixteen.
 const NIGHT_STEP: u8 = 1;
 
-/// A lit room.
+/// Illuminance of a lit room.
 const LUX: f64 = 300.0;
-/// A webcam before the module, which lights row after row for an eighth of 1/800 s each.
+/// A webcam that films the module, which lights each row for an eighth of 1/800 s in turn.
 const DESK: &str = "docs/scenes/desk.toml";
-/// The panels that were made ready before the flash was written go first.
+/// Time for the panels that were prepared before the flash was written.
 const READY_MS: u32 = 2_000;
-/// How long the message is filmed: four repeats of it.
+/// Duration of the film: four repeats of the message.
 const FILMED_MS: u32 = 2_500;
-/// What all registers of the chip take to be shifted, and some more, ns.
+/// Time for shifting all registers of the chip, with a margin, in ns.
 const SHIFTED_NS: u64 = 100_000;
 
 /// The chip's registers (MAX7219 datasheet, Table 2).
@@ -42,7 +42,7 @@ const SCAN_LIMIT: usize = 0xb;
 const SHUTDOWN: usize = 0xc;
 const DISPLAY_TEST: usize = 0xf;
 
-/// A module: what its registers hold, and what its LEDs have shown.
+/// A module: the contents of its registers, and the panels that its LEDs have shown.
 #[derive(Default)]
 struct Module {
     registers: [u8; 16],
@@ -50,7 +50,7 @@ struct Module {
 }
 
 impl Module {
-    /// Takes down what the emulator reports: registers that change together are one panel.
+    /// Adds the emulator's events: registers that change together are one panel.
     fn extend(&mut self, events: &[Event]) {
         for event in events {
             let (Some(register), Some(value)) = (event.register, event.value) else {
@@ -66,7 +66,7 @@ impl Module {
         }
     }
 
-    /// The LEDs that are lit: segment DP, bit 7, is the left column.
+    /// The lit LEDs: segment DP, bit 7, is the left column.
     fn panel(&self) -> PanelFrame {
         if self.step().is_none() {
             return PanelFrame::default();
@@ -76,7 +76,7 @@ impl Module {
         PanelFrame::from_bits(bits)
     }
 
-    /// The intensity; none in shutdown. Everything else must be set as for 64 LEDs.
+    /// The intensity; none in shutdown. All other registers must be set for 64 LEDs.
     fn step(&self) -> Option<u8> {
         if self.registers[SHUTDOWN] & 1 == 0 {
             return None;
@@ -92,7 +92,7 @@ impl Module {
     }
 }
 
-/// A kit that has given up waiting for a light sensor.
+/// A kit that has stopped waiting for a light sensor.
 fn shining(programs: &Programs, folder: &Path) -> (Emulator, Module) {
     let mut board = Emulator::power_up_kit(programs, folder);
     let mut module = Module::default();
@@ -103,7 +103,7 @@ fn shining(programs: &Programs, folder: &Path) -> (Emulator, Module) {
     (board, module)
 }
 
-/// A message that `vocc` gives to the board goes through the chip's registers and its scanned rows to a camera's frames, and is received.
+/// A message from `vocc` passes through the board, the chip's registers and its scanned rows to a camera's frames, and is received.
 pub fn the_desk_kit_is_read_by_a_camera_on_the_desk(programs: &Programs, folder: &Path) {
     let (mut board, mut module) = shining(programs, folder);
     module.extend(&board.real_time(true));
@@ -131,7 +131,7 @@ pub fn the_desk_kit_is_read_by_a_camera_on_the_desk(programs: &Programs, folder:
     assert!(messages.iter().any(|message| message == MESSAGE.as_bytes()), "{messages:?}");
 }
 
-/// A panic makes the module dark at once, though it keeps what it was last given; it shines again after the restart.
+/// A panic makes the module dark at once, although the module keeps its last panel; it shines again after the restart.
 pub fn the_desk_kit_is_dark_when_it_cannot_go_on(programs: &Programs, folder: &Path) {
     let (mut board, mut module) = shining(programs, folder);
     let _ = board.run_ms(1);

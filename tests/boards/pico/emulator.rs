@@ -1,4 +1,4 @@
-//! A transmitter's image on an emulated board: power, light, and what its pins do.
+//! A transmitter's image on an emulated board: power, light, and the pins.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use crate::image::Programs;
 
 pub use vocc_tests::driven_panel::CLOCK_HZ;
 
-/// What the emulator reports.
+/// An event of the emulator.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Event {
@@ -20,21 +20,21 @@ pub struct Event {
     pub ns: u64,
     /// The LEDs at an edge of the latch: 16 hexadecimal digits.
     pub panel: Option<String>,
-    /// The dimming's pulse, cycles.
+    /// The pulse of the dimming, in cycles.
     pub lit_cycles: Option<u32>,
-    /// The dimming's period, cycles.
+    /// The period of the dimming, in cycles.
     pub period_cycles: Option<u32>,
     /// Whether the LEDs' low current was switched on.
     pub low_current: Option<bool>,
     /// A register of a MAX7219 that has changed.
     pub register: Option<usize>,
-    /// What it holds now.
+    /// The register's new value.
     pub value: Option<u8>,
     /// Why the board was reset.
     pub reset: Option<String>,
-    /// The answer to a run: the time it ended.
+    /// The answer to a run: its end time.
     pub ran: Option<u64>,
-    /// For how long the output-enable line lit the LEDs in a run.
+    /// Time for which the output-enable line lit the LEDs during a run.
     pub lit_nanos: f64,
     /// Cycles by function or interrupt.
     pub cycles: Option<Value>,
@@ -43,7 +43,7 @@ pub struct Event {
     error: Option<String>,
 }
 
-/// How a light sensor fails.
+/// A fault of the light sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     None,
@@ -53,19 +53,19 @@ pub enum Fault {
     Hanging,
 }
 
-/// A board under power.
+/// A powered board.
 pub struct Emulator {
     emulation: Emulation<Event>,
     socket: PathBuf,
 }
 
 impl Emulator {
-    /// Powers a board up whose flash lies in `folder`; a new one is flashed first.
+    /// Powers up a board whose flash is in `folder`; a new one is flashed first.
     pub fn power_up(programs: &Programs, folder: &Path, options: &[&str]) -> Self {
         Self::power_up_with(&programs.image, folder, options)
     }
 
-    /// Powers the desk kit up: a board without a light sensor, and a module with a MAX7219.
+    /// Powers up the desk kit: a board without a light sensor, and a module with a MAX7219.
     pub fn power_up_kit(programs: &Programs, folder: &Path) -> Self {
         Self::power_up_with(&programs.kit, folder, &["--max7219"])
     }
@@ -81,55 +81,55 @@ impl Emulator {
         emulator
     }
 
-    /// The Unix socket that is UART 0.
+    /// The Unix socket of UART 0.
     pub fn socket(&self) -> &Path {
         &self.socket
     }
 
-    /// Lets so much simulated time pass, and returns what happened in it; the last event says that it is over.
+    /// Runs for this simulated time and returns the events; the last one marks the end.
     pub fn run_ms(&mut self, milliseconds: u32) -> Vec<Event> {
         self.emulation.command(&json!({ "run_ms": milliseconds }));
         self.until(|event| event.ran.is_some())
     }
 
-    /// Lets time pass as it does on the wall, or stops that; returns what happened before.
+    /// Starts or stops real time; returns the events before.
     pub fn real_time(&mut self, on: bool) -> Vec<Event> {
         self.emulation.command(&json!({ "real_time": on }));
         self.until(|event| event.real_time == Some(on))
     }
 
-    /// Lights the sensor.
+    /// Sets the light on the sensor.
     pub fn light(&mut self, lux: f64, fault: Fault) {
         let fault = format!("{fault:?}").to_lowercase();
         self.emulation.command(&json!({ "lux": lux, "fault": fault }));
     }
 
-    /// Cuts the power half-way through a flash operation, after so many more.
+    /// Cuts the power halfway through a flash operation, after this many more.
     pub fn cut_power_after(&mut self, operations: u32) {
         self.emulation.command(&json!({ "cut_after": operations }));
     }
 
-    /// Stops the processor, and nothing else, or lets it go on.
+    /// Stops only the processor, or lets it continue.
     pub fn hang(&mut self, on: bool) {
         self.emulation.command(&json!({ "hang": on }));
     }
 
-    /// Lets the chip start anew in its boot loader, where it runs no program.
+    /// Restarts the chip in its boot loader, where it runs no program.
     pub fn enter_boot_loader(&mut self) {
         self.emulation.command(&json!({ "boot_loader": true }));
     }
 
-    /// Takes the Pico's supply away, and leaves the registers theirs.
+    /// Removes the Pico's supply while the registers keep theirs.
     pub fn lose_power(&mut self) {
         self.emulation.command(&json!({ "power": false }));
     }
 
-    /// Lets the processor go on in the function with this name.
+    /// Continues in the function with this name.
     pub fn enter(&mut self, function: &str) {
         self.emulation.command(&json!({ "enter": function }));
     }
 
-    /// Whether the power is gone.
+    /// Whether the power is off.
     pub fn is_off(&mut self) -> bool {
         self.emulation.is_over()
     }

@@ -1,4 +1,4 @@
-//! Light up and down, and sensors that fail: the duty follows.
+//! The duty follows the light up and down, and sensor faults.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
 use crate::panel::{FULL_CD_M2, REFLECTANCE, Record, l2a};
 
-/// The greatest relative error of the luminance: what the smoothing leaves when it has settled, half a count of an OPT3001's mantissa, at
+/// Maximum relative error of the luminance: the rest of the smoothing after it has settled, half a count of an OPT3001's mantissa of at
 /// least 2048 counts, and the step of the pulses.
 fn error_max() -> f64 {
     let settled = SETTLED_OCTAVES.to_num::<f64>().exp2() - 1.0;
@@ -19,12 +19,12 @@ fn error_max() -> f64 {
 /// The night limit, 4·50 lx·R.
 const NIGHT_LIMIT_CD_M2: f64 = 4.0 * 50.0 * REFLECTANCE;
 
-/// L* = r·E·R, as far as the panel goes.
+/// L* = r·E·R, up to the panel's maximum.
 fn wanted_cd_m2(lux: f64) -> f64 {
     (l2a(lux) * lux * REFLECTANCE).min(FULL_CD_M2)
 }
 
-/// (c) After light has changed and settled the LEDs have the luminance L* = r·E·R, measured at the output-enable line.
+/// (c) After the light has changed and settled, the LEDs have the luminance L* = r·E·R, measured at the output-enable line.
 pub fn the_luminance_follows_the_light_up_and_down(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up(programs, folder, &["--edges"]);
     let mut record = Record::default();
@@ -48,7 +48,7 @@ pub fn the_luminance_follows_the_light_up_and_down(programs: &Programs, folder: 
     }
 }
 
-/// (c) Whatever the sensor does, there is a safe luminance soon: the night limit, unless it is known to be day.
+/// (c) Whatever the sensor does, the luminance is soon safe: the night limit applies, unless it is known to be day.
 pub fn a_failed_sensor_leads_to_a_safe_luminance(programs: &Programs, folder: &Path) {
     for (fault, found_out_ms) in [
         (Fault::Missing, 2_500),
@@ -67,7 +67,7 @@ pub fn a_failed_sensor_leads_to_a_safe_luminance(programs: &Programs, folder: &P
         record.extend(&board.run_ms(found_out_ms));
         let safe = record.last_pulses().luminance_cd_m2();
         assert!(safe > 0.0 && safe <= NIGHT_LIMIT_CD_M2 * 1.001, "{fault:?}: {safe} cd/m2");
-        // The board goes on: it shows symbols, was not reset, and takes the sensor back.
+        // The board continues: it shows symbols, was not reset, and uses the sensor again.
         board.light(9_000.0, Fault::None);
         let events = board.run_ms(20_000);
         record.extend(&events);
@@ -77,7 +77,7 @@ pub fn a_failed_sensor_leads_to_a_safe_luminance(programs: &Programs, folder: &P
     }
 }
 
-/// More light than the sensor can read, confirmed in another range, is daylight: the panel holds its top.
+/// More light than the sensor can measure, confirmed in another range, counts as daylight: the panel keeps its maximum.
 pub fn saturating_light_is_daylight(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up(programs, folder, &[]);
     let mut record = Record::default();

@@ -1,7 +1,7 @@
-//! The Raspberry Pi Pico's own image, run in an emulator: what is tested is what is flashed.
+//! Tests the flashed image of the Raspberry Pi Pico in an emulator.
 //!
-//! The emulator is in `tests/boards/emulator`, and takes Node; the image takes a compiler for the Pico. Where one of them is absent and
-//! cannot be had, these tests are skipped.
+//! The emulator is in `tests/boards/emulator` and needs Node; the image needs a compiler for the Pico. If one of them is missing and cannot
+//! be installed, the tests are skipped.
 
 mod bring_up;
 mod carrier;

@@ -1,4 +1,4 @@
-//! Size and time of the image on the emulated Cortex-M0+: the numbers of the table in `docs/hardware/reference.md`.
+//! Size and time of the image on the emulated Cortex-M0+: the numbers in the table of `docs/hardware/reference.md`.
 
 use std::io::Write as _;
 use std::os::unix::net::UnixStream;
@@ -16,22 +16,22 @@ const FLASH_MAX: u32 = 64 * 1024;
 const SIGNING_FLASH_MAX: u32 = 96 * 1024;
 const RAM_MAX: u32 = 24 * 1024;
 
-/// When the board listens to its serial port.
+/// Time after which the board listens to its serial port.
 const STARTED_MS: u32 = 100;
-/// Symbols over which the latch is timed.
+/// Number of symbols over which the latch is timed.
 const SYMBOLS: u32 = 10_000;
-/// What the symbol clock may be early or late, ns.
+/// Maximum deviation of the symbol clock, in ns.
 pub const JITTER_MAX_NS: f64 = 1_000.0;
 const SYMBOL_RATE_HZ: f64 = 90.0;
-/// For how long no interrupt can come, cycles: UART 0 fills its controller in 2.8 ms, here is a tenth of that.
+/// Maximum time with interrupts off, in cycles: a tenth of the 2.8 ms in which UART 0 fills its buffer.
 const INTERRUPTS_OFF_MAX: u64 = 35_000;
-/// What the symbol rate may be off, beside the crystal.
+/// Maximum relative error of the symbol rate, without the crystal's.
 const RATE_ERROR_MAX: f64 = 1e-5;
 
-/// A fraction of a second within which a panel must have dimmed when the light is gone, ms.
+/// Time within which a panel must be dim after the light has gone, in ms.
 const DIMMED_MS: u64 = 1_000;
 
-/// Flash and static RAM are within their bounds.
+/// Flash and static RAM are within their limits.
 pub fn it_is_small(programs: &Programs, _: &Path) {
     for (image, flash_max, name) in [
         (&programs.image, SIGNING_FLASH_MAX, "as it is flashed"),
@@ -46,7 +46,7 @@ pub fn it_is_small(programs: &Programs, _: &Path) {
     }
 }
 
-/// The latch keeps its time whatever comes over the serial port; what interrupts and functions take is told.
+/// The latch keeps its time whatever arrives over the serial port. The durations of interrupts and functions are printed.
 pub fn the_latch_keeps_time_under_serial_load(programs: &Programs, folder: &Path) {
     let names = ["irq12", "take_reading", "3fecNtB5_5Block6encode", "interrupts off"];
     let options: Vec<&str> = names.iter().flat_map(|name| ["--time", name]).collect();
@@ -60,7 +60,7 @@ pub fn the_latch_keeps_time_under_serial_load(programs: &Programs, folder: &Path
     let mut sequence = 1;
     let mut lux = 60.0;
     while record.symbols.len() <= SYMBOLS as usize {
-        // As much as the line takes in the time.
+        // As much as the line can carry in the time.
         for _ in 0..20 {
             port.write_all(&requests(&mut sequence)).expect("the board takes it");
         }
@@ -103,7 +103,7 @@ pub fn the_latch_keeps_time_under_serial_load(programs: &Programs, folder: &Path
     assert!(cycles["interrupts off"]["most"].as_u64() <= Some(INTERRUPTS_OFF_MAX));
 }
 
-/// A step of the light reaches the duty: under a bridge within a second, and how long it takes is told.
+/// The duty follows a step of the light: under a bridge within a second. The delay is printed.
 pub fn the_duty_follows_a_step_of_the_light(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up(programs, folder, &[]);
     let mut record = Record::default();
@@ -136,7 +136,7 @@ pub fn the_duty_follows_a_step_of_the_light(programs: &Programs, folder: &Path) 
     }
 }
 
-/// A message of the greatest length, to be shown for ever.
+/// A message of the maximum length, shown indefinitely.
 fn message() -> Vec<u8> {
     let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
     let message = &[b'm'; MESSAGE_MAX];
@@ -144,7 +144,7 @@ fn message() -> Vec<u8> {
     encode(Kind::Request, 0, &request, &mut wire).expect("it fits").to_vec()
 }
 
-/// Valid requests, nonsense and half a frame.
+/// Valid requests, garbage and half a frame.
 fn requests(sequence: &mut u32) -> Vec<u8> {
     let mut bytes = vec![];
     let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];

@@ -1,4 +1,4 @@
-//! What the LEDs of an emulated board showed, from what its pins did.
+//! The panels that the LEDs of an emulated board showed, from the levels of its pins.
 
 use link::fec::Code;
 use link::framing::Framer;
@@ -9,25 +9,25 @@ pub use vocc_tests::driven_panel::{FULL_CD_M2, Pulses, REFLECTANCE};
 
 use crate::emulator::{CLOCK_HZ, Event};
 
-/// The L2A that the table it ships with holds at its interval of 1 and an illuminance.
+/// The L2A of the built-in table at its interval of 1, by illuminance.
 pub fn l2a(lux: f64) -> f64 {
     let illuminance = Illuminance::saturating_from_num(lux);
     L2aTable::default().l2a(illuminance, Interval::ONE).to_num()
 }
 
-/// A symbol: when it appeared, ns, and what it is.
+/// A symbol: its start, in ns, and its panel.
 #[derive(Clone, Copy, Debug)]
 pub struct Symbol {
     pub ns: u64,
     pub panel: PanelFrame,
 }
 
-/// Panels by which the beginning of a message is recognised (count).
+/// Number of panels that identify the beginning of a message.
 const OPENING: usize = 8;
 
-/// The symbols from a board's first message on, each of whose panels takes as many edges of the latch as `edges` gives.
+/// The symbols from a board's first message on; `edges` gives the edges of the latch for each panel.
 ///
-/// A computer sends a message at any moment. A film that begins with the message is the same film each time.
+/// A computer sends a message at any time. A film that begins with the message is the same film each time.
 pub fn from_message_on<'a>(symbols: &'a [Symbol], message: &[u8], edges: impl Fn(PanelFrame) -> Vec<PanelFrame>) -> &'a [Symbol] {
     let mut framer = Framer::new(message, Code::for_length(message.len()), true).expect("a message");
     let opening: Vec<PanelFrame> = (0..OPENING).flat_map(|_| edges(framer.next_panel())).collect();
@@ -36,17 +36,17 @@ pub fn from_message_on<'a>(symbols: &'a [Symbol], message: &[u8], edges: impl Fn
     &symbols[first.expect("the message is shown")..]
 }
 
-/// Everything that the LEDs did, in the order of time.
+/// All events of the LEDs in order of time.
 #[derive(Clone, Debug, Default)]
 pub struct Record {
     /// The symbols.
     pub symbols: Vec<Symbol>,
-    /// The pulses from each time on, ns.
+    /// The pulses, each with its start in ns.
     pub pulses: Vec<(u64, Pulses)>,
 }
 
 impl Record {
-    /// Takes down what the emulator reports.
+    /// Adds the emulator's events.
     pub fn extend(&mut self, events: &[Event]) {
         let mut pulses = self.last_pulses();
         for event in events {

@@ -7,14 +7,14 @@ use crate::image::Programs;
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
-/// A board with power, a moment after its start.
+/// A powered board, shortly after its start.
 fn started(programs: &Programs, folder: &Path) -> Emulator {
     let mut board = Emulator::power_up(programs, folder, &[]);
     board.run_ms(100);
     board
 }
 
-/// Lets `vocc` make a change of a board in `folder`.
+/// Lets `vocc` change a board in `folder`.
 pub fn change(programs: &Programs, folder: &Path, words: &[&str]) {
     let mut board = started(programs, folder);
     board.real_time(true);
@@ -22,9 +22,9 @@ pub fn change(programs: &Programs, folder: &Path, words: &[&str]) {
     vocc(programs, folder, words, terminal.name()).json();
 }
 
-/// Lets `vocc` begin the same change again and again, always of the same board, and cuts the power after ever more flash operations until
-/// there are none left to cut. What `is_new` finds when the power is back, told how many operations there were, is the old state up to some
-/// cut and the new one from there on. How often the power was cut, or came too late.
+/// Lets `vocc` begin the same change repeatedly, always on a board in the same state, and cuts the power after an increasing number of
+/// flash operations, until the change is complete before the cut. After each cut, `is_new`, with the number of operations, says whether the
+/// board has the new state. It must have the old state up to some cut, and the new one after it. Returns the number of attempts.
 pub fn at_every_operation(programs: &Programs, folder: &Path, words: &[&str], is_new: impl Fn(&Terminal, u32) -> bool) -> usize {
     let flashed = folder.join("flash.bin");
     let before = std::fs::read(&flashed).expect("the flash is a file");

@@ -1,4 +1,4 @@
-//! The symbol rate: told over the serial port, shown at the latch, and there when the power comes back.
+//! The symbol rate is set over the serial port, shown at the latch, and restored after a power cut.
 
 use std::path::Path;
 
@@ -12,19 +12,19 @@ use crate::power_cut::{at_every_operation, change};
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
-/// What a symbol may be longer or shorter than its rate says, as a part: half a count of the clock's counter, and the clock's own step.
+/// Maximum relative error of a symbol's length: half a count of the clock's counter, and the clock's own step.
 const LENGTH_ERROR_MAX: f64 = 2e-5;
-/// By how much the first symbol of a rate may be longer, s: the clock stands while it is set.
+/// Maximum extension of the first symbol of a rate, in s, because the clock is stopped while the rate is set.
 const STOPPED_S: f64 = 4e-6;
 
-/// Asks or tells the rate, with these words behind `vocc device rate`.
+/// Reads or sets the rate, with these arguments of `vocc device rate`.
 fn rate_hz(board: &mut Emulator, programs: &Programs, folder: &Path, words: &[&str]) -> Value {
     let terminal = Terminal::open(board.socket());
     let told = vocc(programs, folder, &[&["device", "rate"], words].concat(), terminal.name());
     told.json()["symbol_rate_hz"].clone()
 }
 
-/// How many symbols in succession have this rate, from the beginning on, and the rest.
+/// Number of successive symbols with this rate from the beginning on, and the rest.
 fn of_rate(lengths_s: &[f64], rate_hz: f64) -> (usize, &[f64]) {
     let is_of_rate = |&(index, length_s): &(usize, &f64)| {
         let longer_s = if index == 0 { STOPPED_S } else { 0.0 };
@@ -34,7 +34,7 @@ fn of_rate(lengths_s: &[f64], rate_hz: f64) -> (usize, &[f64]) {
     (count, &lengths_s[count..])
 }
 
-/// The latch goes over from one rate to the next between two symbols, no symbol is lost or shown twice, and a restart keeps the rate.
+/// The latch switches from one rate to the next between two symbols, no symbol is lost or repeated, and a restart keeps the rate.
 pub fn a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart(programs: &Programs, folder: &Path) {
     let rates_hz = [27.0, 216.0, 9.0];
     {
@@ -86,7 +86,7 @@ pub fn a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart(programs: &Progr
     assert_eq!(status["symbol_rate_hz"], json!(9.0), "{status}");
 }
 
-/// The power goes in the middle of the flash operations of a change: one of the two rates is there, and the table stays.
+/// After a power cut in the flash operations of a change, one of the two rates applies, and the table is intact.
 pub fn a_power_cut_in_a_change_leaves_one_rate(programs: &Programs, folder: &Path) {
     change(programs, folder, &["device", "rate", "54"]);
     let slower = ["device", "rate", "27"];

@@ -1,4 +1,4 @@
-//! Start and restart: dark when nothing is known, and never stuck.
+//! Start and restart: the LEDs are dark while the state is unknown, and the board never hangs.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::vocc::vocc;
 /// The function that every panic ends in.
 pub const PANIC: &str = "rust_begin_unwind";
 
-/// For how long the LEDs were lit in a run that is over, ms.
+/// Time for which the LEDs were lit during a finished run, in ms.
 fn lit_ms(events: &[Event]) -> f64 {
     events.last().map_or(f64::NAN, |event| event.lit_nanos) / 1e6
 }
@@ -29,7 +29,7 @@ fn shining(programs: &Programs, folder: &Path) -> Emulator {
     board
 }
 
-/// No state without a program lights the LEDs, whatever the registers hold; behind a buffer instead of the gate each of them would.
+/// Without a program, no state lights the LEDs, whatever the registers hold; with a buffer instead of the gate, each would.
 pub fn it_is_dark_without_a_program(programs: &Programs, folder: &Path) {
     for state in [Emulator::enter_boot_loader, Emulator::lose_power] {
         let mut board = shining(programs, folder);
@@ -48,7 +48,7 @@ fn resets(events: &[Event]) -> Vec<&str> {
     events.iter().filter_map(|event| event.reset.as_deref()).collect()
 }
 
-/// After a restart the panel shines again, and the status tells what happened.
+/// After a restart, the panel shines again, and the status says what happened.
 fn is_back(board: &mut Emulator, programs: &Programs, folder: &Path) {
     let mut record = Record::default();
     record.extend(&board.run_ms(500));
@@ -60,7 +60,7 @@ fn is_back(board: &mut Emulator, programs: &Programs, folder: &Path) {
     assert!(faults.contains(&Value::from("watchdog")), "{status}");
 }
 
-/// A program that hangs is restarted by the watchdog.
+/// The watchdog restarts a program that hangs.
 pub fn a_program_that_hangs_is_restarted(programs: &Programs, folder: &Path) {
     let mut board = shining(programs, folder);
     board.hang(true);

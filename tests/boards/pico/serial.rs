@@ -16,7 +16,7 @@ use crate::vocc::vocc;
 
 const NIGHT: &str = "night.toml";
 
-/// A table of one L2A that is not the one it ships with.
+/// A table of one L2A that differs from the built-in one.
 fn write_table(folder: &Path, name: &str, l2a: f32) -> L2aTable {
     let table = L2aTable::new(&[50.0, 16_000.0], &[1.0], &[l2a; 2]).expect("a table");
     std::fs::write(folder.join(name), table_file(&table)).expect("the folder can be written");
@@ -27,16 +27,16 @@ fn close(value: &Value, expected: f64) -> bool {
     (value.as_f64().expect("a number") / expected - 1.0).abs() < 0.005
 }
 
-/// A table's CRC as `vocc` prints it.
+/// A table's CRC in the format of `vocc`.
 fn crc(table: &L2aTable) -> Value {
     json!(format!("{:08x}", table.crc()))
 }
 
-/// (a) It starts, and says who and how it is.
+/// (a) The board starts and reports its identity and status.
 pub fn boots_and_says_how_it_is(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up(programs, folder, &[]);
     board.light(1000.0, Fault::None);
-    // A second of the firmware's own, which begins when it has started.
+    // One second of the firmware's time, which begins after its start.
     board.run_ms(1100);
     board.real_time(true);
     let terminal = Terminal::open(board.socket());
@@ -51,7 +51,7 @@ pub fn boots_and_says_how_it_is(programs: &Programs, folder: &Path) {
     assert!(status["uptime_s"].as_u64() >= Some(1), "{status}");
 }
 
-/// (b) A table that was pushed is there when the power comes back, and comes back byte for byte.
+/// (b) A table that was sent survives a power cut and is read back byte for byte.
 pub fn a_table_outlives_a_power_cut(programs: &Programs, folder: &Path) {
     let table = write_table(folder, NIGHT, 1.25);
     {
@@ -75,7 +75,7 @@ pub fn a_table_outlives_a_power_cut(programs: &Programs, folder: &Path) {
     vocc(programs, folder, &["table", "verify", "back.toml"], terminal.name()).json();
 }
 
-/// A store's place that held something else, in the slowest flash: symbols go on in step, and nothing is reset.
+/// A store's area with foreign contents, in the slowest flash: symbols keep their clock, and nothing is reset.
 pub fn a_flash_that_held_something_else_is_taken_over_while_symbols_go_on(programs: &Programs, folder: &Path) {
     let table = write_table(folder, NIGHT, 1.25);
     fill_store(programs, folder);
@@ -99,7 +99,7 @@ pub fn a_flash_that_held_something_else_is_taken_over_while_symbols_go_on(progra
     assert_eq!(status["table_crc"], crc(&table), "{status}");
 }
 
-/// Flashes a board whose store was something else's, to its last byte.
+/// Flashes a board whose store has foreign contents in every byte.
 pub fn fill_store(programs: &Programs, folder: &Path) {
     const STORE_BYTES: usize = 64 * 1024;
     drop(Emulator::power_up(programs, folder, &[]));
@@ -110,7 +110,7 @@ pub fn fill_store(programs: &Programs, folder: &Path) {
     std::fs::write(&flashed, &bytes).expect("the flash is a file");
 }
 
-/// From the first panel that is not dark on there are beacons, and none is left out.
+/// Checks that there are beacons from the first panel that is not dark, without a gap.
 pub fn assert_beacons(record: &Record) {
     let mut beacons = Schedule::new();
     let first = record.symbols.iter().position(|symbol| symbol.panel.bits() != 0);
@@ -119,7 +119,7 @@ pub fn assert_beacons(record: &Record) {
     }
 }
 
-/// The power goes in the middle of flash operations of updates: one of the two tables is there, whole.
+/// After a power cut in the flash operations of an update, one of the two tables is intact.
 pub fn a_power_cut_in_an_update_leaves_one_table_whole(programs: &Programs, folder: &Path) {
     let [old, new] = [write_table(folder, "old.toml", 1.5), write_table(folder, "new.toml", 2.5)];
     change(programs, folder, &["table", "push", "old.toml"]);

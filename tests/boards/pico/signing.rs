@@ -1,4 +1,4 @@
-//! A board that keeps a private key: what its LEDs show is proven by the public one.
+//! A board with a private key: the public key verifies what its LEDs show.
 
 use std::io::Write as _;
 use std::os::unix::net::UnixStream;
@@ -24,32 +24,32 @@ const WRITE_KEY: Request<'_> = Request::WriteKey {
     seed: Seed(&SEED),
     counter: FIRST_COUNTER,
 };
-/// How long the signature of a message may take, cycles: a quarter of a second.
+/// Maximum time for the signature of a message, in cycles: a quarter of a second.
 const SIGNING_MAX: u64 = 31_250_000;
-/// Within which a message that was sent is proven, with its signature of 20 panels, ms.
+/// Time within which a sent message is verified, including its signature of 20 panels, in ms.
 const PROVEN_MS: u32 = 1_000;
 
-/// The bytes of a request, whose number names it.
+/// The bytes of a request with this sequence number.
 fn wire(sequence: u32, request: &Request<'_>) -> Vec<u8> {
     let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
     encode(Kind::Request, sequence, request, &mut wire).expect("it fits").to_vec()
 }
 
-/// What happens in some time after a request.
+/// The events in some time after a request.
 fn after(board: &mut Emulator, sequence: u32, request: &Request<'_>, milliseconds: u32) -> Vec<Happening> {
     let mut port = UnixStream::connect(board.socket()).expect("the emulator listens");
     port.write_all(&wire(sequence, request)).expect("the board takes it");
     board.run_ms(milliseconds)
 }
 
-/// The panels shown and their light.
+/// The panels with their light.
 fn record(events: &[Happening]) -> Record {
     let mut record = Record::default();
     record.extend(events);
     record
 }
 
-/// The first signed message that symbols show.
+/// The first signed message in the symbols.
 fn signed(symbols: &[Symbol]) -> Option<(Vec<u8>, Signature)> {
     let mut deframer = Box::new(Deframer::new());
     (0..).zip(symbols).find_map(|(index, symbol)| {
@@ -61,7 +61,7 @@ fn signed(symbols: &[Symbol]) -> Option<(Vec<u8>, Signature)> {
     })
 }
 
-/// (e) The board signs what it is sent while its symbols go on, goes on counting after a restart, and forgets its key for good.
+/// (e) The board signs messages while its symbols continue, continues its counter after a restart, and erases its key permanently.
 pub fn a_message_is_signed_on_the_board_and_proven_by_the_public_key(programs: &Programs, folder: &Path) {
     let public = SecretKey::from_seed(SEED).expect("a key").public();
     let mut trusted = [TrustedKey::new(public, None)];
@@ -106,7 +106,7 @@ pub fn a_message_is_signed_on_the_board_and_proven_by_the_public_key(programs: &
     assert!(!holds_key(&flash()));
 }
 
-/// Each of 16 sectors takes the longest to erase, longer in all than the watchdog waits.
+/// Each of 16 sectors takes the maximum time to erase, together longer than the watchdog's period.
 pub fn a_key_clears_a_full_store_while_symbols_go_on(programs: &Programs, folder: &Path) {
     fill_store(programs, folder);
     let mut board = Emulator::power_up(programs, folder, &["--slow-flash"]);

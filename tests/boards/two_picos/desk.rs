@@ -15,14 +15,14 @@ const UART: &str = "receiver";
 const USB: &str = "receiver_usb";
 const ATTEMPTS: usize = 10;
 const PICTURE: &str = "frame.png";
-/// Of the panel, m.
+/// Pitch of the panel, in m.
 const PITCH_M: f64 = 0.06;
-/// By which the range may be off: a seventh of a pixel of the 34 from the first LED of a row to the last, and some more.
+/// Maximum relative error of the range: a seventh of a pixel of the 34 from the first LED of a row to the last, with a margin.
 const RANGE_ERROR: f64 = 0.01;
-/// Bright pixels that a panel has at least: some of each of four LEDs that are On, most have eight times as many.
+/// Minimum number of bright pixels of a panel: some of each of four On LEDs; most panels have eight times as many.
 const BRIGHT_PIXELS: u32 = 16;
 
-/// What `vocc device status` tells of the receiver.
+/// The receiver's `vocc device status`.
 pub fn status(pair: &mut Pair, programs: &Programs, folder: &Path) -> Value {
     ask(pair, programs, folder, UART, &["device", "status"])
 }
@@ -35,7 +35,7 @@ fn ask(pair: &mut Pair, programs: &Programs, folder: &Path, port: &str, words: &
     answer
 }
 
-/// `vocc` at the receiver's port: how it is, what it sees, and the next text as it comes.
+/// `vocc` at the receiver's port: the status, the picture, and the next text as it arrives.
 pub fn a_computer_asks_the_receiver(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let status = status(&mut pair, programs, folder);
@@ -61,7 +61,7 @@ pub fn a_computer_asks_the_receiver(programs: &Programs, folder: &Path) {
     assert!(earlier.count() <= 1, "told twice: {lines:?}");
 }
 
-/// Over USB a computer is answered as over the serial line: with short requests and answers, and with long ones.
+/// Over USB, the receiver answers a computer as over the serial line: with short requests and answers, and with long ones.
 pub fn a_computer_asks_over_usb(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let status = ask(&mut pair, programs, folder, USB, &["device", "status"]);
@@ -69,7 +69,7 @@ pub fn a_computer_asks_over_usb(programs: &Programs, folder: &Path) {
     assert_pictured(&mut pair, programs, folder, USB, &status);
 }
 
-/// The picture has bright pixels where the panel is, and none elsewhere.
+/// Checks that the picture has bright pixels on the panel, and none elsewhere.
 fn assert_pictured(pair: &mut Pair, programs: &Programs, folder: &Path, port: &str, status: &Value) {
     let snapshot = ["device", "snapshot", "--out", PICTURE];
     let about = ask(pair, programs, folder, port, &snapshot);
@@ -77,7 +77,7 @@ fn assert_pictured(pair: &mut Pair, programs: &Programs, folder: &Path, port: &s
     assert!(inside >= BRIGHT_PIXELS && outside == 0, "{inside}, {outside} in {about}, {status}");
 }
 
-/// What a frame was read as that did not catch two symbols, as one in three does.
+/// The reading of a frame that shows one symbol; one frame in three shows two.
 fn reading_of_one_symbol(pair: &mut Pair, programs: &Programs, folder: &Path) -> Value {
     let readings = (0..ATTEMPTS).map(|_| status(pair, programs, folder)["reading"].take());
     let of_one = |reading: &Value| reading["two_symbols"] == false;
@@ -89,7 +89,7 @@ fn shown(pair: &Pair) -> Vec<Value> {
     panels.map(Value::from).collect()
 }
 
-/// How many of a picture's pixels are bright, inside the panel that the status tells of and outside.
+/// Numbers of a picture's bright pixels inside and outside the panel that the status reports.
 fn bright_pixels(file: &Path, about: &Value, status: &Value) -> [u32; 2] {
     let picture = image::open(file).expect("a picture").into_luma8();
     let number = |value: &Value| value.as_f64().expect("a number");
@@ -108,7 +108,7 @@ fn bright_pixels(file: &Path, about: &Value, status: &Value) -> [u32; 2] {
     counts
 }
 
-/// The panel's outline in the frame, px: half a pitch around the corner LEDs.
+/// The panel's outline in the frame, in px: half a pitch outside the corner LEDs.
 fn outline(status: &Value) -> [[f64; 2]; 4] {
     let corners = serde_json::from_value(status["corners_px"].clone());
     let corners: [[f64; 2]; 4] = corners.expect("a panel is followed");
@@ -116,7 +116,7 @@ fn outline(status: &Value) -> [[f64; 2]; 4] {
     corners.map(|corner| [0, 1].map(|axis| centre[axis] + (corner[axis] - centre[axis]) * 8.0 / 7.0))
 }
 
-/// Whether a point is on the same side of all edges, which are told clockwise.
+/// Whether a point is on the same side of all edges, which are clockwise.
 fn is_inside([x, y]: [f64; 2], corners: &[[f64; 2]; 4]) -> bool {
     let next = corners.iter().cycle().skip(1);
     corners

@@ -1,4 +1,4 @@
-//! What goes wrong on the way, and that the receiver reads on.
+//! Faults of the link, after which the receiver continues to read.
 
 use std::io::Write;
 use std::os::unix::net::UnixStream;
@@ -15,45 +15,45 @@ use crate::talk::{ANOTHER_TEXT, ARRIVES_IN_S, MESSAGE, arrives, reads_on, send, 
 
 /// A line through the panel.
 const LOST_LINE: u32 = 55;
-/// Of the frames without it one may have begun before, and one not have ended yet.
+/// Of the frames without it, one may have begun before, and one may not have ended yet.
 const ONGOING_FRAMES: u64 = 2;
-/// In which a fault is said, s: two tries, a second apart, and some more.
+/// Time within which a fault is reported, in s: two tries, a second apart, with a margin.
 const SAID_IN_S: u32 = 3;
 const NO_FRAMES: &str = "fault: the camera sends no frames";
-/// No whole frame for a second is a fault of the camera, too.
+/// No whole frame for a second is also a fault of the camera.
 const CAMERA_FAULT: &str = "fault: the camera";
 const NO_CAMERA: &str = "fault: no camera answers";
 const WRONG_CAMERA: &str = "fault: the chip at I2C address 0x24 says it is 0x0360";
 const MISREAD: &str = "fault: register 0x0342 of the camera holds 0x00 after 0x01 was written";
-/// Another place: more than the panel's own width, 0.42 m, beside the first.
+/// Another place, beside the first one by more than the panel's own width of 0.42 m.
 const BESIDE: &str = "pose.x_m=0.5";
-/// The light falls and rises to these, lx, from 500.
+/// The illuminance falls and rises from 500 lx to these values.
 const DIM_LUX: f64 = 100.0;
 const BRIGHT_LUX: f64 = 2_000.0;
-/// By which the exposure follows them, of the 5 and 4 times of the light: a transmitter shines less above the ambient light where there
-/// is more of it.
+/// Minimum change of the exposure, if the light changes by factors of 5 and 4: a transmitter exceeds the ambient light by less if there is
+/// more of it.
 const FOLLOWS: f64 = 2.0;
-/// The watchdog's 8 s, and some more, ms.
+/// The watchdog's 8 s with a margin, in ms.
 const WATCHDOG_MS: u32 = 8_200;
-/// A function that panics when it is called again, as the linker names it.
+/// The mangled name of a function that panics if it is called twice.
 const ONLY_ONCE: &str = "vocc_receiver_pico11application";
 const PANICKED: &str = "fault: the program ended before this start: panicked at";
 const FAULTED: &str = "fault: the program ended before this start: HardFault at";
-/// Garbage, and how long the serial line takes to carry it at 115 200 baud.
+/// Garbage, and the time that the serial line takes to carry it at 115 200 baud.
 const FLOOD_BYTES: usize = 96 * 1024;
 const FLOOD_NS: u64 = FLOOD_BYTES as u64 * 10 * 1_000_000_000 / 115_200;
 
-/// Nothing but the supply restarted the receiver.
+/// Checks that nothing but the supply has restarted the receiver.
 fn assert_no_reset(pair: &Pair) {
     assert_eq!(pair.resets_since(0), [""; 0]);
 }
 
-/// The last frame's exposure times gain.
+/// Exposure times gain of the last frame.
 fn sensitivity(pair: &Pair) -> f64 {
     pair.frames_since(0).next_back().map(Event::sensitivity).expect("frames")
 }
 
-/// The light changes; the next text, and how the camera is exposed then.
+/// Changes the light, waits for the text, and returns the camera's sensitivity then.
 fn in_light(pair: &mut Pair, programs: &Programs, folder: &Path, lux: f64, text: &str) -> f64 {
     pair.tell(&json!({ "lux": lux, "scene": [format!("ambient.illuminance_lx={lux}")] }));
     let from = pair.record.len();
@@ -62,7 +62,7 @@ fn in_light(pair: &mut Pair, programs: &Programs, folder: &Path, lux: f64, text:
     sensitivity(pair)
 }
 
-/// The light falls, and rises: the exposure follows, and texts arrive.
+/// The light falls and rises: the exposure follows, and texts arrive.
 pub fn the_exposure_follows_the_light(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let first = sensitivity(&pair);
@@ -73,7 +73,7 @@ pub fn the_exposure_follows_the_light(programs: &Programs, folder: &Path) {
     assert_no_reset(&pair);
 }
 
-/// The panel is elsewhere from one frame to the next: it is lost, and found there.
+/// The panel jumps from one frame to the next: it is lost, and found at the new place.
 pub fn a_moved_panel_is_found_again(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let from = pair.record.len();
@@ -84,7 +84,7 @@ pub fn a_moved_panel_is_found_again(programs: &Programs, folder: &Path) {
     assert_no_reset(&pair);
 }
 
-/// Lines through the panel are lost, in every frame for a while.
+/// Lines through the panel are lost in every frame for a while.
 pub fn frames_with_a_lost_line_are_left_out(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     pair.tell(&json!({ "lost_lines": [LOST_LINE] }));
@@ -104,7 +104,7 @@ pub fn frames_with_a_lost_line_are_left_out(programs: &Programs, folder: &Path) 
     assert_no_reset(&pair);
 }
 
-/// A camera that fails on the bus in each way is named, again each time, and used once it is right.
+/// Each fault of the camera on the bus is named, every time, and the camera is used once it is healthy.
 pub fn a_camera_that_answers_wrongly_is_named(programs: &Programs, folder: &Path) {
     let mut pair = sending(programs, folder, &[]);
     let mut first = json!({ "receiver": "on" });
@@ -123,7 +123,7 @@ pub fn a_camera_that_answers_wrongly_is_named(programs: &Programs, folder: &Path
     assert_no_reset(&pair);
 }
 
-/// Frames stop in the middle of a talk: that is said, and they are read on when they come again.
+/// Frames stop in the middle of a message: the receiver reports it, and continues when they return.
 pub fn frames_that_stop_are_missed(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     pair.tell(&json!({ "camera": "frozen" }));
@@ -133,7 +133,7 @@ pub fn frames_that_stop_are_missed(programs: &Programs, folder: &Path) {
     assert_no_reset(&pair);
 }
 
-/// The receiver's supply, and the camera's with it, goes for a moment, and for a while.
+/// The supply of the receiver and its camera fails for a moment, and for a while.
 pub fn a_receiver_whose_power_was_cut_reads_on(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     pair.tell(&json!({ "receiver": "brown-out" }));
@@ -147,7 +147,7 @@ pub fn a_receiver_whose_power_was_cut_reads_on(programs: &Programs, folder: &Pat
     reads_on(&mut pair, programs, folder);
 }
 
-/// The transmitter's supply goes: the panel is missed, and found again, and read at the rate that the transmitter has kept.
+/// The supply of the transmitter fails: the panel is lost and found again, and read at the rate that the transmitter has stored.
 pub fn a_transmitter_whose_power_was_cut_is_read_on(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let cut = pair.record.len();
@@ -161,7 +161,7 @@ pub fn a_transmitter_whose_power_was_cut_is_read_on(programs: &Programs, folder:
     reads_on(&mut pair, programs, folder);
 }
 
-/// The program hangs: the watchdog restarts it, it reads on, and says that it was restarted.
+/// The program hangs: the watchdog restarts it, and it reports the restart and continues to read.
 pub fn a_receiver_that_hangs_is_restarted(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let from = pair.record.len();
@@ -173,13 +173,13 @@ pub fn a_receiver_that_hangs_is_restarted(programs: &Programs, folder: &Path) {
     assert_eq!(status["was_reset"], true, "{status}");
 }
 
-/// A panic restarts the program, which then says why, and reads on.
+/// After a panic, the program restarts, reports the reason and continues to read.
 pub fn a_panic_is_told_at_the_next_start(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     ends_and_begins(&mut pair, &json!({ "enter": ONLY_ONCE }), PANICKED);
 }
 
-/// The processor meets what it cannot do: the program starts anew, says where that was, and reads on.
+/// After a fault of the processor, the program restarts, reports its address and continues to read.
 pub fn a_hard_fault_is_told_at_the_next_start(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let from = pair.record.len();
@@ -189,7 +189,7 @@ pub fn a_hard_fault_is_told_at_the_next_start(programs: &Programs, folder: &Path
     assert!(words.says(&told), "{words:?}, not {told:?}");
 }
 
-/// Something ends the program, which begins anew at once, says why, and reads on.
+/// Ends the program, which must restart at once, report the reason and continue to read.
 fn ends_and_begins(pair: &mut Pair, end: &Value, last_words: &str) -> Event {
     let from = pair.record.len();
     pair.tell(end);
@@ -199,7 +199,7 @@ fn ends_and_begins(pair: &mut Pair, end: &Value, last_words: &str) -> Event {
     words
 }
 
-/// The stack overflows: the processor stops, and the watchdog restarts the program.
+/// The stack overflows: the processor locks up, and the watchdog restarts the program.
 pub fn a_stack_that_overflows_ends_in_a_restart(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let from = pair.record.len();
@@ -209,7 +209,7 @@ pub fn a_stack_that_overflows_ends_in_a_restart(programs: &Programs, folder: &Pa
     pair.wait_for(MESSAGE, ARRIVES_IN_S);
 }
 
-/// The camera's supply goes for a moment, and nothing else's: its registers are as after power-up, and no frames come.
+/// Only the camera's supply fails for a moment: its registers are as after power-up, and no frames arrive.
 pub fn a_camera_whose_power_was_cut_is_set_up_anew(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     pair.tell(&json!({ "camera": "brown-out" }));
@@ -218,7 +218,7 @@ pub fn a_camera_whose_power_was_cut_is_set_up_anew(programs: &Programs, folder: 
     assert_no_reset(&pair);
 }
 
-/// The program ends while the camera is read, which holds the bus from then on: it is given clocks, and answers the first time.
+/// The program ends while it reads the camera, which then holds the bus: the receiver clocks it free, and it answers at the first try.
 pub fn a_camera_that_holds_the_bus_is_made_to_let_go(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     pair.tell(&json!({ "camera": "holding" }));
@@ -228,7 +228,7 @@ pub fn a_camera_that_holds_the_bus_is_made_to_let_go(programs: &Programs, folder
     assert!(!pair.record[from..].iter().any(is_missed), "{}", pair.said());
 }
 
-/// Garbage comes over the serial line without end while a text arrives.
+/// Garbage arrives over the serial line without end while a text arrives.
 pub fn a_flood_on_the_port_keeps_no_text_away(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let mut line = UnixStream::connect(pair.socket("receiver")).expect("the emulator listens");

@@ -1,4 +1,4 @@
-//! What a receiver on this computer reads in the frames that the other one got: whether a text that does not arrive is the light's fault.
+//! Reads the receiver's frames on this computer, to find whether the light is the reason if a text does not arrive.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
 
 const PANEL_PIXELS: usize = 128 * 128;
-/// The camera as its datasheet and the driver make it: linear, black at 8.
+/// The camera according to its datasheet and the driver: linear, black at 8.
 const CAMERA: Camera = Camera {
     encoding: Encoding::Gamma(1.0),
     black_grey: 8.0,
@@ -17,7 +17,7 @@ const CAMERA: Camera = Camera {
     read_noise_e: 4.0,
 };
 
-/// The texts in a film of PGM pictures one behind another.
+/// The texts in a film of concatenated PGM pictures.
 pub fn texts(film: &Path, symbols_per_frame: f32) -> Vec<String> {
     let bytes = std::fs::read(film).expect("a film");
     let settings = ReceiverSettings {
@@ -43,7 +43,7 @@ pub fn texts(film: &Path, symbols_per_frame: f32) -> Vec<String> {
     texts
 }
 
-/// The first picture: its pixels, columns, rows, and what is behind it.
+/// The first picture: its pixels, columns and rows, and the bytes after it.
 fn picture(film: &[u8]) -> Option<(&[u8], usize, usize, &[u8])> {
     let end = film.iter().position(|&byte| byte == b'\n')?;
     let head = std::str::from_utf8(&film[..end]).ok()?;

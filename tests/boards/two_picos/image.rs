@@ -1,4 +1,4 @@
-//! The images that are flashed, and what it takes to run them.
+//! The flashed images and the programs that run them.
 
 use std::path::{Path, PathBuf};
 
@@ -6,24 +6,24 @@ use vocc_tests::programs;
 use vocc_tests::trials::Unready;
 use vocc_tests::{emulator, firmware};
 
-/// What the tests run: each is made by the command that a user would give.
+/// The programs under test, each built with the command that a user would give.
 pub struct Programs {
     /// The ELF file of the transmitter.
     pub transmitter: PathBuf,
     /// The ELF file of the receiver.
     pub receiver: PathBuf,
-    /// The program that draws what the camera sees.
+    /// The program that draws the camera's view.
     pub eye: PathBuf,
     /// The `vocc` program.
     pub vocc: PathBuf,
 }
 
 const RP2040: &str = "thumbv6m-none-eabi";
-/// The features of the receiver on a Pico of the first kind.
+/// The receiver's features for the first Pico.
 const RECEIVER: [&str; 3] = ["--no-default-features", "--features", "rp2040"];
 
 impl Programs {
-    /// Builds the images and `vocc`, and fetches the emulator.
+    /// Builds the images and `vocc`, and downloads the emulator.
     pub fn provide() -> Result<Self, Unready> {
         emulator::provide()?;
         Ok(Self {
@@ -35,7 +35,7 @@ impl Programs {
     }
 }
 
-/// Builds an image and keeps it: other tests build others in its place.
+/// Builds an image and keeps a copy, because other tests overwrite it.
 fn built(board: &str, name: &str, features: &[&str]) -> Result<PathBuf, Unready> {
     let folder = firmware::build(RP2040, board, features)?;
     let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-of-a-pair"));

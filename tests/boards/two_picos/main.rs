@@ -1,8 +1,8 @@
-//! Two Picos and nothing between them but light: the images that are flashed, run in emulators. The transmitter's pins drive LEDs, the
-//! simulator draws what an HM01B0 sees of them, its pixels are clocked into the receiver's pins, and the text comes out of its UART.
+//! Two Picos that are connected by light alone: the flashed images run in emulators. The transmitter's pins drive LEDs, the simulator draws
+//! the view of an HM01B0, the pixels are clocked into the receiver's pins, and the text leaves its UART.
 //!
-//! The emulator is in `tests/boards/emulator`, and takes Node; the images take a compiler for the Pico. Where one of them is absent and
-//! cannot be had, these tests are skipped.
+//! The emulator is in `tests/boards/emulator` and needs Node; the images need a compiler for the Pico. If one of them is missing and cannot
+//! be installed, the tests are skipped.
 
 mod desk;
 mod faults;

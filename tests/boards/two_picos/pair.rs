@@ -1,4 +1,4 @@
-//! A transmitter and a receiver on emulated boards, and light between.
+//! A transmitter and a receiver on emulated boards, connected by light.
 
 use std::collections::HashMap;
 use std::ffi::OsStr;
@@ -11,38 +11,38 @@ use vocc_tests::emulator::Emulation;
 
 use crate::image::Programs;
 
-/// The steps in which something is waited for, ms.
+/// Time step of a wait, in ms.
 const STEP_MS: u32 = 500;
 
-/// What the emulator reports.
+/// An event of the emulator.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Event {
     /// Simulated time since the transmitter's power-up, ns.
     pub ns: u64,
-    /// Whose it is: `transmitter` or `receiver`.
+    /// The board: `transmitter` or `receiver`.
     pub board: String,
-    /// The LEDs that the transmitter shows from now on: 16 hexadecimal digits.
+    /// The panel that the transmitter shows from now on: 16 hexadecimal digits.
     pub panel: Option<String>,
-    /// A line of text that the receiver sent.
+    /// A line of text from the receiver.
     pub text: Option<String>,
-    /// A line that came over USB.
+    /// A line of text over USB.
     pub usb: Option<String>,
     /// Whether the receiver's lamp is lit from now on.
     pub lamp: Option<bool>,
-    /// A frame begins: its number.
+    /// The number of the frame that begins.
     pub frame: Option<u64>,
-    /// How long each of its lines is exposed.
+    /// The exposure of each line.
     pub exposure_ms: f64,
     /// The camera's gain.
     pub gain: f64,
-    /// That the receiver may be too slow for the camera's pixels.
+    /// The warning that the receiver may be too slow for the camera's pixels.
     pub late: Option<String>,
-    /// Where the processor met what it could not do.
+    /// The address at which the processor faulted.
     pub fault_at: Option<u32>,
     /// Why a board was reset.
     pub reset: Option<String>,
-    /// The answer to a run: the time it ended.
+    /// The answer to a run: its end time.
     pub ran: Option<u64>,
     /// Cycles by function or interrupt.
     pub cycles: Option<HashMap<String, Tally>>,
@@ -52,39 +52,39 @@ pub struct Event {
 }
 
 impl Event {
-    /// Whether it is a line of text that begins so.
+    /// Whether the event is a line of text with this beginning.
     pub fn says(&self, beginning: &str) -> bool {
         let text = self.text.as_deref();
         text.is_some_and(|text| text.starts_with(beginning))
     }
 
-    /// How much the camera makes of light: exposure times gain.
+    /// The camera's sensitivity: exposure times gain.
     pub fn sensitivity(&self) -> f64 {
         self.exposure_ms * self.gain
     }
 }
 
-/// Cycles that a function took.
+/// The cycles of a function.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 pub struct Tally {
-    /// How often it ran.
+    /// The number of calls.
     pub count: u64,
-    /// Cycles each, on average.
+    /// Mean cycles per call.
     pub mean: u64,
-    /// The most.
+    /// Maximum cycles per call.
     pub most: u64,
 }
 
-/// Both boards: the transmitter under power, the receiver not yet.
+/// Both boards; initially, only the transmitter has power.
 pub struct Pair {
     emulation: Emulation<Event>,
     folder: PathBuf,
-    /// Everything that happened, in the order of time.
+    /// All events in order of time.
     pub record: Vec<Event>,
 }
 
 impl Pair {
-    /// Boards whose flash chips lie in `folder`, in the scene of the camera with these changes; new ones are flashed first.
+    /// Boards whose flash chips are in `folder`, and the camera's scene with these changes; new boards are flashed first.
     pub fn new(programs: &Programs, folder: &Path, scene: &[&str], options: &[&str]) -> Self {
         let options = options.iter().map(OsStr::new);
         let files = [&programs.transmitter, &programs.receiver, folder].map(Path::as_os_str);
@@ -106,7 +106,7 @@ impl Pair {
         self.folder.join(port)
     }
 
-    /// Lets so much simulated time pass; what happened in it.
+    /// Runs for this simulated time; returns the events.
     pub fn run_ms(&mut self, milliseconds: u32) -> &[Event] {
         let from = self.record.len();
         self.tell(&json!({ "run_ms": milliseconds }));
@@ -114,18 +114,18 @@ impl Pair {
         &self.record[from..]
     }
 
-    /// Lets time pass as it does on the wall, or stops that.
+    /// Starts or stops real time.
     pub fn real_time(&mut self, on: bool) {
         self.tell(&json!({ "real_time": on }));
         self.until(|event| event.real_time == Some(on));
     }
 
-    /// Gives a command: `tests/boards/emulator/two_picos.mjs` has their list.
+    /// Sends a command: `tests/boards/emulator/two_picos.mjs` lists them.
     pub fn tell(&mut self, command: &Value) {
         self.emulation.command(command);
     }
 
-    /// Lets time pass until the receiver sends a line that begins so; the event.
+    /// Runs until the receiver sends a line with this beginning; returns the event.
     pub fn wait_for(&mut self, beginning: &str, at_most_s: u32) -> Event {
         for _ in 0..at_most_s * 1000 / STEP_MS {
             let happened = self.run_ms(STEP_MS);
@@ -136,7 +136,7 @@ impl Pair {
         panic!("no line {beginning:?} within {at_most_s} s; {}", self.said());
     }
 
-    /// The same where the line may have come already, since an event, by its number in the record.
+    /// Like `wait_for`, but accepts a line since an event, given by its number in the record.
     pub fn wait_since(&mut self, from: usize, beginning: &str, at_most_s: u32) -> Event {
         let already = self.record[from..].iter().find(|event| event.says(beginning));
         match already.cloned() {
@@ -145,7 +145,7 @@ impl Pair {
         }
     }
 
-    /// Why the receiver was reset since an event, by its number in the record.
+    /// The reasons for the receiver's resets since an event, given by its number in the record.
     pub fn resets_since(&self, from: usize) -> Vec<&str> {
         let happened = self.record[from..].iter();
         happened.filter_map(|event| event.reset.as_deref()).collect()
@@ -176,13 +176,13 @@ impl Pair {
         self.tell(&json!({ "count_anew": true }));
     }
 
-    /// Simulated time, ns, as far as it has been told.
+    /// Simulated time of the last event, in ns.
     pub fn now_ns(&self) -> u64 {
         let told = self.record.last();
         told.map_or(0, |event| event.ns.max(event.ran.unwrap_or(0)))
     }
 
-    /// The frames that began from an event on, by its number in the record.
+    /// The frames that began from an event on, given by its number in the record.
     pub fn frames_since(&self, from: usize) -> impl DoubleEndedIterator<Item = &Event> {
         self.record[from..].iter().filter(|event| event.frame.is_some())
     }

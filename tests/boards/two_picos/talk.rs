@@ -1,4 +1,4 @@
-//! The whole way of a text: `vocc device send`, the transmitter's pins, light, the camera, the receiver's UART.
+//! The whole path of a text: `vocc device send`, the transmitter's pins, light, the camera, the receiver's UART.
 
 use std::path::Path;
 
@@ -12,25 +12,25 @@ use crate::image::Programs;
 use crate::pair::{Event, Pair};
 use crate::timing::tell_latency;
 
-/// What is sent.
+/// The text that is sent.
 pub const TEXT: &str = "Hello by light";
-/// How the receiver gives a text out.
+/// The receiver's output of the text.
 pub const MESSAGE: &str = "message: Hello by light";
-/// What is sent after it.
+/// The text that is sent next.
 pub const ANOTHER_TEXT: &str = "Hello again";
-/// In which a text has to arrive, simulated s: to find the panel, to set the exposure, and three repeats.
+/// Simulated time within which a text must arrive, in s: for finding the panel, setting the exposure, and three repeats.
 pub const ARRIVES_IN_S: u32 = 30;
 
-/// The light in which the boards stand.
+/// Illuminance at the boards.
 const LUX: f64 = 500.0;
-/// The panel: 1.5 m before the camera, which is 4.8 px from LED to LED.
+/// The panel is 1.5 m in front of the camera, so that LEDs are 4.8 px apart.
 pub const SCENE: [&str; 2] = ["pose.distance_m=1.5", "ambient.illuminance_lx=500"];
 pub const DISTANCE_M: f64 = 1.5;
-/// Symbols and frames a second: as slow as a transmitter can be, and what the receiver sets its camera to.
+/// Symbols and frames a second: the transmitter's minimum, and the receiver's setting of its camera.
 const SYMBOL_RATE: &str = "9";
 const SYMBOLS_PER_FRAME: f32 = 0.68;
 
-/// What the panels that were made ready before take to be shown.
+/// Time for the panels that were prepared before.
 const READY_MS: u32 = 4_500;
 
 /// A pair whose transmitter shows the text, and whose receiver has no power yet.
@@ -43,7 +43,7 @@ pub fn sending(programs: &Programs, folder: &Path, options: &[&str]) -> Pair {
     pair
 }
 
-/// Gives the transmitter another text, and waits until it shows it.
+/// Gives the transmitter another text and waits until it shows it.
 pub fn send(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str) {
     hand_over(pair, programs, folder, text);
     pair.run_ms(READY_MS);
@@ -54,19 +54,19 @@ pub fn hand_over(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str
     tell_transmitter(pair, programs, folder, &["device", "send", "--message", text]);
 }
 
-/// Sends another text, since one that is repeated is given out once, and waits until it is there.
+/// Sends another text, because a repeated one is output once, and waits for its arrival.
 pub fn reads_on(pair: &mut Pair, programs: &Programs, folder: &Path) {
     let from = pair.record.len();
     send(pair, programs, folder, ANOTHER_TEXT);
     arrives(pair, from);
 }
 
-/// Waits until the other text is there, if it has not come since an event, by its number in the record.
+/// Waits for the other text, unless it has arrived since an event, given by its number in the record.
 pub fn arrives(pair: &mut Pair, from: usize) -> Event {
     text_arrives(pair, from, ANOTHER_TEXT)
 }
 
-/// The same of any text.
+/// The same wait for any text.
 pub fn text_arrives(pair: &mut Pair, from: usize, text: &str) -> Event {
     pair.wait_since(from, &format!("message: {text}"), ARRIVES_IN_S)
 }
@@ -79,10 +79,10 @@ fn tell_transmitter(pair: &mut Pair, programs: &Programs, folder: &Path, words: 
     pair.run_ms(200);
 }
 
-/// How often the lamp is switched in a second while it blinks slowly or flashes, at most.
+/// Maximum changes of the lamp per second while it blinks slowly or flashes.
 const QUICKLY: usize = 4;
 
-/// The same, and the receiver has read the text once.
+/// A pair whose receiver has read the text once.
 pub fn talking(programs: &Programs, folder: &Path) -> Pair {
     let mut pair = sending(programs, folder, &[]);
     pair.turn_on();
@@ -90,7 +90,7 @@ pub fn talking(programs: &Programs, folder: &Path) -> Pair {
     pair
 }
 
-/// Nothing but light goes from one board to the other; the text comes out of the second.
+/// Only light connects the boards; the second one outputs the text.
 pub fn text_goes_from_one_pico_to_the_other_by_light(programs: &Programs, folder: &Path) {
     let mut pair = sending(programs, folder, &[]);
     let film = folder.join("film.pgm");
@@ -119,7 +119,7 @@ pub fn text_goes_from_one_pico_to_the_other_by_light(programs: &Programs, folder
     assert!(lamp_changes(pair.run_ms(1_000)) > QUICKLY, "it blinks after a message");
 }
 
-/// How often the lamp was switched.
+/// Number of changes of the lamp.
 fn lamp_changes(events: &[Event]) -> usize {
     let lit: Vec<bool> = events.iter().filter_map(|event| event.lamp).collect();
     lit.windows(2).filter(|pair| pair[0] != pair[1]).count()

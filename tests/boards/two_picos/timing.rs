@@ -1,4 +1,4 @@
-//! How soon a text is there, and what frames take of the receiver's time.
+//! The delay of a text, and the receiver's time per frame.
 
 use std::iter;
 use std::path::Path;
@@ -15,34 +15,34 @@ use crate::image::Programs;
 use crate::pair::{Event, Pair, Tally};
 use crate::talk::{ARRIVES_IN_S, MESSAGE, TEXT, reads_on, sending};
 
-/// What takes a frame in, as the linker names it: `Application::frame`.
+/// The mangled name of the function that processes a frame, `Application::frame`.
 const FRAME: &str = "E5frameNtNt";
 const FOLLOWING: &str = "state: following";
 const SEARCHING: &str = "state: searching";
-/// What the image's memory layout gives the stack.
+/// The size of the stack in the image's memory layout.
 const STACK_BYTES: u64 = 96 * 1024;
-/// What is to be left of it.
+/// Minimum unused part of it.
 const SPARE_BYTES: u64 = 32 * 1024;
-/// The share of LEDs that are seen wrongly where code words can hardly be decoded, for how long, ms,
+/// The share of inverted LEDs at which code words can hardly be decoded, and the duration, in ms.
 const SPOILT: f64 = 0.12;
 const SPOILT_MS: u32 = 20_000;
-/// and the most that a frame may take then, s: a few frames pass by.
+/// Maximum time for a frame under these conditions, in s: a few frames are dropped.
 const LONGEST_S: f64 = 0.5;
-/// A followed frame leaves so much of its time to all else, on average: one in so many is its own.
+/// A followed frame uses at most one part in this many of its period, on average.
 const FOLLOWED_SHARE: u64 = 4;
-/// Shorter than from one frame to the next, ms.
+/// A step that is shorter than a frame period, in ms.
 const STEP_MS: u32 = 10;
-/// For how long frames are counted after the text, ms.
+/// Time after the text for which frames are counted, in ms.
 const FOLLOWED_MS: u32 = 3_000;
-/// The first frame that shows another symbol begins up to a frame's time after the text's last one, and is read within another.
+/// The first frame that shows another symbol begins at most one frame period after the text's last one, and is read within another.
 const AT_ONCE_FRAMES: f64 = 2.0;
 
-/// Cycles of the processor from one frame to the next.
+/// Cycles of the processor per frame period.
 fn period_cycles() -> u64 {
     (f64::from(Mode::BINNED.period_us()) * CLOCK_HZ / 1e6) as u64
 }
 
-/// When the transmitter had shown the last symbol of a repeat of the text, ns.
+/// The times at which the transmitter had shown the last symbol of a repeat of the text, in ns.
 fn repeats_end_ns(record: &[Event]) -> Vec<u64> {
     let shown = record.iter().filter_map(|event| {
         let panel = event.panel.as_deref()?;
@@ -68,7 +68,7 @@ fn repeats_end_ns(record: &[Event]) -> Vec<u64> {
     ends.map(|end| ns[end]).collect()
 }
 
-/// Tells how long after the receiver's power, and after the last symbol of the text, it came; and holds the latter.
+/// Prints the delay of the text after the receiver's power-up and after its last symbol, and checks the latter.
 pub fn tell_latency(pair: &Pair, on_ns: u64, arrived: &Event) {
     let ends = repeats_end_ns(&pair.record);
     let end_ns = ends.iter().rfind(|ns| **ns < arrived.ns);
@@ -84,7 +84,7 @@ pub fn tell_latency(pair: &Pair, on_ns: u64, arrived: &Event) {
     assert!(latency_ms < AT_ONCE_FRAMES * period_ms, "{latency_ms} ms");
 }
 
-/// Runs in small steps until the receiver says so, and no further.
+/// Runs in small steps until the receiver sends this line, and no further.
 fn run_until(pair: &mut Pair, line: &str) {
     for _ in 0..ARRIVES_IN_S * 1000 / STEP_MS {
         let happened = pair.run_ms(STEP_MS);
@@ -95,7 +95,7 @@ fn run_until(pair: &mut Pair, line: &str) {
     panic!("no line {line:?}; {}", pair.said());
 }
 
-/// Frames are done before the next ones come, while a panel is looked for and while it is followed; and the stack has room.
+/// Each frame is processed before the next one arrives, while a panel is searched for and while it is followed, and the stack has room.
 pub fn frames_are_done_in_time(programs: &Programs, folder: &Path) {
     let mut pair = sending(programs, folder, &["--time", FRAME]);
     pair.turn_on();
@@ -123,8 +123,8 @@ pub fn frames_are_done_in_time(programs: &Programs, folder: &Path) {
     assert!(stack_bytes <= STACK_BYTES - SPARE_BYTES);
 }
 
-/// A text of which so many LEDs are seen wrongly that code words can hardly be decoded, or not at all: one takes long, and yet the panel is
-/// not lost, nor does the watchdog bite; the next text is read.
+/// A text with so many inverted LEDs that code words can hardly be decoded, or not at all: a frame takes long, but the panel is not lost,
+/// and the watchdog does not trigger. The next text is read.
 pub fn code_words_that_can_hardly_be_decoded_are_done_in_time(programs: &Programs, folder: &Path) {
     let mut pair = sending(programs, folder, &["--time", FRAME]);
     pair.turn_on();
