@@ -16,12 +16,12 @@ use crate::receive::{self, Film, Format};
 use crate::scene_text::SceneText;
 use crate::send::Sending;
 
-/// The most frames that are added at a time: a worker that counts hears nothing meanwhile.
+/// Maximum number of frames per request, because a worker that counts receives no messages meanwhile.
 const FRAMES_MAX: u64 = 1_000_000;
-/// Bytes that are given back once they were used.
+/// Size in bytes above which memory is freed after use.
 pub(crate) const LARGE: usize = 1 << 24;
 
-/// All that the page can ask for.
+/// All requests of the page.
 #[derive(Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case")]
 enum Request {
@@ -111,7 +111,7 @@ fn one() -> u64 {
     1
 }
 
-/// What the page works on.
+/// The state of the page.
 #[derive(Default)]
 pub struct Page {
     explore: Option<Box<Explore>>,
@@ -119,19 +119,19 @@ pub struct Page {
     curve: Option<Curve>,
     sending: Option<Box<Sending>>,
     film: Option<Box<Film>>,
-    /// The header of the y4m film that was opened last.
+    /// The header of the last y4m film.
     header: Option<Vec<u8>>,
     out: Vec<u8>,
 }
 
 impl Page {
-    /// Answers a request, both as JSON; pictures come and go as bytes.
+    /// Answers a request. Both are JSON; pictures are passed as bytes.
     ///
     /// # Errors
     /// A sentence for the user: see [`Fault`].
     pub fn ask(&mut self, request: &str, bytes: &[u8]) -> Result<String, Fault> {
         self.out.clear();
-        // One large picture does not keep its memory for good.
+        // One large picture does not keep its memory forever.
         if self.out.capacity() > LARGE {
             self.out = Vec::new();
         }
@@ -139,22 +139,22 @@ impl Page {
         Ok(self.answer(request, bytes)?.to_string())
     }
 
-    /// Draws frame `frame` of the scene that is open, and reads it; [`Page::sight`] is what was seen, [`Page::grey`] the picture.
+    /// Draws and reads frame `frame` of the open scene; [`Page::sight`] has the readings, [`Page::grey`] the picture.
     ///
     /// # Errors
-    /// When no scene is open.
+    /// If no scene is open.
     pub fn frame(&mut self, frame: u64) -> Result<(), Fault> {
         self.open()?.frame(frame);
         Ok(())
     }
 
-    /// What was seen of the last frame.
+    /// The readings of the last frame.
     pub fn sight(&self) -> &Sight {
         static NOTHING: Sight = Sight::NOTHING;
         self.explore.as_ref().map_or(&NOTHING, |explore| &explore.sight)
     }
 
-    /// The last frame's picture: the panel's surroundings.
+    /// The last frame's picture: the surroundings of the panel.
     pub fn grey(&self) -> &[u8] {
         self.explore.as_ref().map_or(&[], |explore| &explore.grey)
     }
@@ -270,7 +270,7 @@ impl Page {
         self.film.as_deref_mut().ok_or(Fault::NotBegun("open a film"))
     }
 
-    /// The whole sensor's frame of the scene that is open, as `vocc render` draws it.
+    /// The whole sensor's frame of the open scene, as `vocc render` draws it.
     fn picture(&mut self, frame: u64) -> Result<Value, Fault> {
         let explore = self.explore.as_ref().ok_or(Fault::NotBegun("open a scene"))?;
         let (renderer, seed) = (&explore.renderer, explore.seed);
@@ -287,7 +287,7 @@ impl Page {
     }
 }
 
-/// What there is to choose from: scenes, and the camera of each.
+/// The choices: scenes, and the camera of each.
 fn presets() -> Result<Value, Fault> {
     let told = |preset: &Preset| {
         let scene = Scene::load(preset.name, &[])?;
@@ -299,7 +299,7 @@ fn presets() -> Result<Value, Fault> {
     Ok(json!({ "presets": presets }))
 }
 
-/// A level that many frames are drawn at.
+/// A level for drawing many frames.
 fn for_many(level: Level) -> Result<Level, Fault> {
     match level {
         Level::Reference => Err(Fault::Reference),
@@ -307,7 +307,7 @@ fn for_many(level: Level) -> Result<Level, Fault> {
     }
 }
 
-/// A number of frames that a page waits for.
+/// A number of frames for which a page waits.
 fn few(frames: u64) -> Result<u64, Fault> {
     match frames {
         1..=FRAMES_MAX => Ok(frames),

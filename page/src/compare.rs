@@ -1,4 +1,4 @@
-//! What accuracy costs: one frame of a scene drawn in four ways, each against the reference.
+//! The cost of accuracy: one frame of a scene drawn by four methods, each compared with the reference.
 
 use std::time::Duration;
 
@@ -14,36 +14,36 @@ use studies::baselines::{Panel, straightforward};
 use crate::explore::{Explore, Place};
 use crate::fault::Fault;
 
-/// The renderer that one writes first.
+/// The naive renderer.
 const STRAIGHTFORWARD: &str = "straightforward";
-/// All ways, the reference last.
+/// All methods, the reference last.
 const WAYS: [(&str, Option<Level>); 4] = [
     ("fast", Some(Level::Fast)),
     ("fine", Some(Level::Fine)),
     (STRAIGHTFORWARD, None),
     ("reference", Some(Level::Reference)),
 ];
-/// The time for which each way is timed at most, and how many turns there are.
+/// Maximum time for timing each method, divided into turns.
 const BUDGET: Duration = Duration::from_millis(250);
 const TURNS: usize = 5;
-/// For each effect's cost: a browser's clock has steps of 0.1 ms and more.
+/// Time for the cost of each effect: a browser's clock has steps of 0.1 ms and more.
 const COST_BUDGET: Duration = Duration::from_millis(60);
-/// Largest turn of a panel that still counts as parallel to the picture, in degrees.
+/// Maximum rotation of a panel that counts as parallel to the picture, in degrees.
 const PARALLEL_DEG: f64 = 1e-6;
 
-/// One way of drawing.
+/// The result of one method.
 #[derive(Serialize)]
 struct Row {
     level: &'static str,
-    /// Milliseconds for a frame, drawn and read out; none where it cannot draw the scene.
+    /// Milliseconds for a frame, drawn and read out; none if the method cannot draw the scene.
     ms: Option<f64>,
-    /// From the reference, before rounding.
+    /// Maximum difference from the reference, before rounding.
     error_max_grey: Option<f64>,
     error_rms_grey: Option<f64>,
     why: Option<&'static str>,
 }
 
-/// The errors and times of all ways in one frame, and where one of them, `show`, is how far from the reference.
+/// The errors and times of all methods for one frame. `out` gets the differences of the method `show` from the reference.
 pub fn compare(explore: &Explore, frame: u64, show: &str, out: &mut Vec<u8>) -> Result<Value, Fault> {
     let scene = &explore.renderer.view().scene;
     let reference = Renderer::new(scene, Level::Reference)?;
@@ -90,7 +90,7 @@ pub fn compare(explore: &Explore, frame: u64, show: &str, out: &mut Vec<u8>) -> 
     Ok(json!({ "rows": rows, "show": shown.map(|(level, _)| level), "difference": Place::from(explore.region) }))
 }
 
-/// What each effect costs here and now.
+/// The cost of each effect on this computer.
 pub fn costs(explore: &Explore) -> Value {
     let costs = cost::measure(&explore.renderer, COST_BUDGET, crate::clock);
     let costs = costs
@@ -104,7 +104,7 @@ enum Way {
     Straightforward,
 }
 
-/// A frame that is drawn again and again.
+/// A frame that is drawn repeatedly.
 struct Frame<'a> {
     reference: &'a Renderer,
     region: Region,
@@ -170,7 +170,7 @@ impl Frame<'_> {
         ns[0].iter().copied().fold(f64::INFINITY, f64::min) * 1e-6
     }
 
-    /// The panel as rasters take it: light over that of the background.
+    /// The panel in units of a raster: light relative to the background's.
     fn panel(&self) -> Panel {
         let corners = self.reference.corner_leds_px(0);
         let pitch_px = (corners[1][0] - corners[0][0]) / 7.0;
@@ -197,7 +197,7 @@ impl Frame<'_> {
         self.reference.view().scene.camera.blur_sigma_px
     }
 
-    /// Of a square that holds the region.
+    /// The side of a square that contains the region.
     fn side(&self) -> usize {
         self.region.width.max(self.region.height)
     }

@@ -1,4 +1,4 @@
-//! How often bits are read wrongly: frames that add up while one looks.
+//! Bit error rates: counts over an increasing number of frames.
 
 use serde_json::{Value, json};
 use sim::accuracy::Level;
@@ -8,7 +8,7 @@ use studies::monte_carlo::{Evaluation, Evaluator, Settings, Workspace};
 
 use crate::fault::Fault;
 
-/// Frames of one setting.
+/// The counts of one setting.
 pub struct Count {
     evaluator: Evaluator,
     workspace: Workspace,
@@ -16,7 +16,7 @@ pub struct Count {
 }
 
 impl Count {
-    /// Of a scene as it is, or of panels whose reflectance is drawn for each frame.
+    /// Counts of a scene as it is, or with a reflectance that is drawn for each frame.
     pub fn new(scene: &Scene, detector: DetectorChoice, level: Level, seed: u64, random_reflectance: bool) -> Result<Self, Fault> {
         let settings = Settings {
             random_reflectance,
@@ -39,12 +39,12 @@ impl Count {
         Ok(())
     }
 
-    /// What came out so far.
+    /// The result so far.
     pub fn sum(&self) -> &Evaluation {
         &self.sum
     }
 
-    /// The same for the page.
+    /// The result so far, for the page.
     pub fn told(&self) -> Value {
         let (errors, apart) = (&self.sum.errors, self.sum.distinguishability());
         json!({

@@ -1,4 +1,4 @@
-//! Distinguishability of On and Off over the LED-to-ambient ratio: a curve that grows on the page.
+//! Distinguishability of On and Off as a function of L2A: a curve that grows on the page.
 
 use link::l2a_table::{L2A_MAX, L2A_MIN};
 use serde::Deserialize;
@@ -11,7 +11,7 @@ use studies::optimum::{Criterion, Search, optimum};
 use crate::count::Count;
 use crate::fault::Fault;
 
-/// What is drawn over the ratio.
+/// The quantity that is plotted.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
 #[serde(rename_all = "lowercase")]
 pub enum Measure {
@@ -21,14 +21,15 @@ pub enum Measure {
     Ber,
 }
 
-/// Ratios and what came out at each.
+/// Values of L2A with the result for each.
 pub struct Curve {
     measure: Measure,
     points: Vec<(f64, Count)>,
 }
 
 impl Curve {
-    /// `points` ratios, evenly by their logarithm, over a transmitter's range. Reflectances are drawn, as in the paper's Figure 14.
+    /// `points` values of L2A, evenly spaced by their logarithm, over a transmitter's range. Reflectances are drawn at random, as in the
+    /// paper's Figure 14.
     pub fn new(scene: &Scene, measure: Measure, detector: DetectorChoice, level: Level, seed: u64, points: usize) -> Result<Self, Fault> {
         if !(3..=100).contains(&points) {
             return Err(Fault::Range {
@@ -49,7 +50,7 @@ impl Curve {
         })
     }
 
-    /// Adds frames to each ratio.
+    /// Adds frames to each point.
     pub fn add(&mut self, frames: u64) -> Result<(), Fault> {
         self.points.iter_mut().try_for_each(|(_, count)| count.add(frames))
     }
@@ -73,7 +74,7 @@ impl Curve {
         })
     }
 
-    /// The value and its 95 % interval, which of a ratio of variances is not known.
+    /// The value and its 95 % interval; for a ratio of variances, the interval is unknown.
     fn value(&self, count: &Count) -> Option<[f64; 3]> {
         let sum = count.sum();
         match self.measure {
@@ -86,7 +87,7 @@ impl Curve {
     }
 }
 
-/// The best ratio, as `vocc optimize` finds it.
+/// The best L2A, as `vocc optimize` finds it.
 pub fn best(scene: &Scene, detector: DetectorChoice, measure: Measure, frames: u64, seed: u64) -> Result<Value, Fault> {
     let search = Search {
         criterion: match measure {

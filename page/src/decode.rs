@@ -1,4 +1,4 @@
-//! The bits of single pictures.
+//! Reads the bits of single pictures.
 
 use link::camera::{Camera, Encoding};
 use reception::colour::Channel;
@@ -17,11 +17,11 @@ struct Picture {
     width: usize,
     height: usize,
     grey: Vec<u8>,
-    /// Whether it was in proportion to light, and has been encoded for the receiver.
+    /// Whether the samples were proportional to light and have been encoded for the receiver.
     is_encoded: bool,
 }
 
-/// What a PNG, JPEG or PGM file shows, as `vocc decode` reads it; `out` is the picture in grey.
+/// The reading of a PNG, JPEG or PGM file, as `vocc decode` reads it; `out` is the picture in grey.
 pub fn file(bytes: &[u8], out: &mut Vec<u8>) -> Result<Value, Fault> {
     let image = input::picture_of(bytes)?.image;
     let (width, height) = (image.width() as usize, image.height() as usize);
@@ -36,7 +36,7 @@ pub fn file(bytes: &[u8], out: &mut Vec<u8>) -> Result<Value, Fault> {
     told(picture, out)
 }
 
-/// What a picture shows that the browser has decoded: red, green, blue and opacity of each pixel.
+/// The reading of a picture that the browser has decoded: red, green, blue and opacity of each pixel.
 pub fn rgba(bytes: &[u8], size: (usize, usize), out: &mut Vec<u8>) -> Result<Value, Fault> {
     let mut grey = Vec::new();
     brightest(bytes, size, &mut grey)?;
@@ -50,7 +50,7 @@ pub fn rgba(bytes: &[u8], size: (usize, usize), out: &mut Vec<u8>) -> Result<Val
     told(picture, out)
 }
 
-/// The brightest of red, green and blue of each pixel.
+/// The maximum of red, green and blue for each pixel.
 pub fn brightest(rgba: &[u8], (width, height): (usize, usize), grey: &mut Vec<u8>) -> Result<(), Fault> {
     let wanted = 4 * width * height;
     if rgba.len() != wanted {

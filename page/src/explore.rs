@@ -1,4 +1,4 @@
-//! A scene's frames, one after another, each read as soon as it is drawn.
+//! A scene's frames in turn, each read as soon as it is drawn.
 
 use link::panel::{LEDS, PanelFrame};
 use reception::still::{LIKELIHOOD_PIXELS, PANEL_PIXELS};
@@ -20,33 +20,33 @@ use sim::scene::Scene;
 use crate::fault::Fault;
 use crate::scene_text::Settings;
 
-/// What is seen of a frame.
+/// The readings of a frame.
 #[derive(Clone, Debug)]
 pub struct Sight {
-    /// What the panel showed in the middle of the exposure.
+    /// The bits of the panel in the middle of the exposure.
     pub sent: PanelFrame,
-    /// What k-means reads; all Off where nothing can be read.
+    /// The bits that k-means reads; all Off if it reads none.
     pub kmeans: PanelFrame,
-    /// What maximum likelihood reads.
+    /// The bits that maximum likelihood reads.
     pub likeliest: PanelFrame,
-    /// Whether both have read it.
+    /// Whether k-means and maximum likelihood could read the frame.
     pub is_read: [bool; 2],
-    /// The share of bits that are right by maximum likelihood's own account.
+    /// The confidence of maximum likelihood.
     pub confidence: f32,
-    /// Whether the exposure seems to have caught two symbols.
+    /// Whether the exposure seems to show two symbols.
     pub is_mixed: bool,
     /// AGR of each LED.
     pub agr: [f32; LEDS],
     /// GRI of each LED, in grey levels.
     pub gri: [f32; LEDS],
-    /// k-means' border in the plane of (AGR, GRI): x·AGR + y·GRI = d.
+    /// The decision boundary of k-means in the plane of (AGR, GRI): x·AGR + y·GRI = d.
     pub border: [f32; 3],
-    /// Why it cannot be read, where it cannot.
+    /// Why the frame cannot be read, if it cannot.
     pub why: String,
 }
 
 impl Sight {
-    /// What is seen before the first frame.
+    /// The readings before the first frame.
     pub const NOTHING: Self = Self {
         sent: PanelFrame::from_bits(0),
         kmeans: PanelFrame::from_bits(0),
@@ -61,7 +61,7 @@ impl Sight {
     };
 }
 
-/// A scene that is looked at.
+/// The open scene.
 pub struct Explore {
     pub(crate) renderer: Renderer,
     pub(crate) seed: u64,
@@ -112,7 +112,7 @@ impl From<Region> for Place {
 }
 
 impl Explore {
-    /// Looks at a scene.
+    /// Opens a scene.
     pub fn new(scene: &Scene, level: Level, seed: u64) -> Result<Self, Fault> {
         let renderer = Renderer::new(scene, level)?;
         let region = renderer.surroundings(0);
@@ -129,7 +129,7 @@ impl Explore {
         })
     }
 
-    /// What there is to say of it.
+    /// The description of the open scene.
     pub fn opened(&self) -> Result<Value, Fault> {
         let view = self.renderer.view();
         let corners_px = self.renderer.corner_leds_in(self.region, &self.renderer.moment(self.seed, 0));
@@ -152,7 +152,7 @@ impl Explore {
     pub fn frame(&mut self, frame: u64) {
         self.draw(frame);
         let moment = self.renderer.moment(self.seed, frame);
-        // What was said of the frame before is forgotten; the room for it is kept.
+        // The reason of the frame before is cleared; its memory is reused.
         let mut why = std::mem::take(&mut self.sight.why);
         why.clear();
         self.sight = Sight {
@@ -201,7 +201,8 @@ impl Explore {
     }
 }
 
-/// The line between k-means' two clusters: as far from one's centre as from the other's, each feature over its standard deviation.
+/// The line between the two clusters of k-means: points at equal distances from both centres, with each feature relative to its standard
+/// deviation.
 fn border(features: &Features, bits: PanelFrame) -> [f32; 3] {
     let axis = |feature: &[f32; LEDS]| {
         let mean = feature.iter().sum::<f32>() / LEDS as f32;

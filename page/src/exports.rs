@@ -1,8 +1,8 @@
-//! What WebAssembly gives to JavaScript, and what it takes from it: plain functions, and places in memory.
+//! The interface to JavaScript: plain functions, and addresses in WebAssembly's memory.
 //!
-//! JavaScript writes a request as JSON into [`text_room`], bytes that go with it into [`bytes_room`], and calls [`ask`]: 0, or 1 where
-//! [`answer`] is the sentence of a fault. It reads the answer at [`answer`], bytes at [`out`], and, of a frame that it has had drawn by
-//! [`frame`], the numbers at [`numbers`] and the bits at [`bits`]. All places hold until the next call.
+//! JavaScript writes a request as JSON into [`text_room`], bytes that belong to it into [`bytes_room`], and calls [`ask`]. It returns 0, or
+//! 1 for a fault, whose sentence is at [`answer`]. The answer is at [`answer`], its bytes are at [`out`]. For a frame drawn by [`frame`],
+//! numbers are at [`numbers`] and bits at [`bits`]. All addresses are valid until the next call.
 #![expect(unsafe_code, reason = "functions that JavaScript calls by their names, and those that it gives")]
 
 use std::cell::RefCell;
@@ -13,16 +13,16 @@ use crate::ask::{LARGE, Page};
 
 #[link(wasm_import_module = "page")]
 unsafe extern "C" {
-    /// Milliseconds since some moment.
+    /// Milliseconds since an arbitrary time.
     safe fn now_ms() -> f64;
-    /// Hears why the module will stop.
+    /// Receives the reason before the module stops.
     safe fn panicked(text: *const u8, length: usize);
 }
 
-/// Numbers of a frame: AGR and GRI of each LED, the border between them, confidence, and three answers of yes (1) or no.
+/// Numbers of a frame: AGR and GRI of each LED, the boundary between them, the confidence, and three flags (1 for yes, 0 for no).
 const NUMBERS: usize = 64 + 64 + 3 + 1 + 3;
 
-/// The page and what JavaScript reads and writes of it.
+/// The page and its buffers for JavaScript.
 struct Buffers {
     page: Page,
     text: Vec<u8>,
@@ -59,7 +59,7 @@ pub fn clock() -> Duration {
     Duration::from_secs_f64(now_ms().max(0.0) / 1000.0)
 }
 
-/// Room for the text of a request.
+/// A buffer for the text of a request.
 #[unsafe(no_mangle)]
 pub extern "C" fn text_room(length: usize) -> *mut u8 {
     at_desk(|desk| {
@@ -68,7 +68,7 @@ pub extern "C" fn text_room(length: usize) -> *mut u8 {
     })
 }
 
-/// Room for the bytes of a request.
+/// A buffer for the bytes of a request.
 #[unsafe(no_mangle)]
 pub extern "C" fn bytes_room(length: usize) -> *mut u8 {
     at_desk(|desk| {
@@ -77,7 +77,7 @@ pub extern "C" fn bytes_room(length: usize) -> *mut u8 {
     })
 }
 
-/// Answers the request in the rooms.
+/// Answers the request in the buffers.
 #[unsafe(no_mangle)]
 pub extern "C" fn ask() -> u32 {
     at_desk(|desk| {
@@ -92,7 +92,7 @@ pub extern "C" fn ask() -> u32 {
     })
 }
 
-/// Draws and reads a frame of the scene that is open.
+/// Draws and reads a frame of the open scene.
 #[unsafe(no_mangle)]
 pub extern "C" fn frame(number: u32) -> u32 {
     at_desk(|desk| {
@@ -115,25 +115,25 @@ pub extern "C" fn frame(number: u32) -> u32 {
     })
 }
 
-/// The text of the answer, or of the fault; of a frame why it cannot be read.
+/// The text of the answer or the fault; for a frame, the reason why it cannot be read.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer() -> *const u8 {
     at_desk(|desk| desk.answer.as_ptr())
 }
 
-/// Its bytes.
+/// The length of the text in bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn answer_length() -> usize {
     at_desk(|desk| desk.answer.len())
 }
 
-/// The bytes that go with the answer.
+/// The bytes of the answer.
 #[unsafe(no_mangle)]
 pub extern "C" fn out() -> *const u8 {
     at_desk(|desk| desk.page.out().as_ptr())
 }
 
-/// How many they are.
+/// The number of bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn out_length() -> usize {
     at_desk(|desk| desk.page.out().len())
@@ -145,20 +145,20 @@ pub extern "C" fn grey() -> *const u8 {
     at_desk(|desk| desk.page.grey().as_ptr())
 }
 
-/// Its pixels.
+/// The number of its pixels.
 #[unsafe(no_mangle)]
 pub extern "C" fn grey_length() -> usize {
     at_desk(|desk| desk.page.grey().len())
 }
 
-/// AGR and GRI of its LEDs, k-means' border, confidence, whether two symbols were caught, and who has read it: k-means, maximum
-/// likelihood.
+/// AGR and GRI of the frame's LEDs, the boundary of k-means, the confidence, whether two symbols were exposed, and whether k-means and
+/// maximum likelihood could read the frame.
 #[unsafe(no_mangle)]
 pub extern "C" fn numbers() -> *const f32 {
     at_desk(|desk| desk.numbers.as_ptr())
 }
 
-/// What was sent, what k-means has read, and what maximum likelihood has.
+/// The bits that were sent, those that k-means has read, and those of maximum likelihood.
 #[unsafe(no_mangle)]
 pub extern "C" fn bits() -> *const u64 {
     at_desk(|desk| desk.bits.as_ptr())

@@ -1,26 +1,26 @@
-//! What can be wrong.
+//! The faults of a request.
 
 use reception::stream::StreamError;
 
-/// Why the page gets no answer, as a sentence for the user.
+/// Why a request has no answer, as a sentence for the user.
 #[derive(Debug, thiserror::Error)]
 pub enum Fault {
-    /// The page has asked for what there is not: a fault of the page's own.
+    /// The page has requested something that does not exist, which is a bug of the page.
     #[error("the page asked for something that there is not ({0}): load it again")]
     Request(#[from] serde_json::Error),
-    /// Something was asked for before it was begun.
+    /// A request continues something that was not begun.
     #[error("nothing was begun that could go on: {0} first")]
     NotBegun(&'static str),
-    /// What was asked for cannot be written as a file.
+    /// The requested contents cannot be written as a file.
     #[error("it cannot be written as a file: {0}")]
     Unwritten(#[from] toml::ser::Error),
-    /// What a library says: of a scene, a picture, a film or a message.
+    /// An error of a library: about a scene, a picture, a film or a message.
     #[error(transparent)]
     Library(Box<dyn std::error::Error + Send + Sync>),
-    /// A film is none.
+    /// A film has another format.
     #[error("it is no y4m film: it does not begin as one does; other films are read where this browser plays them")]
     NoY4m,
-    /// Nothing is left of a film.
+    /// A film has no frames left.
     #[error("the film has no frame here: it is empty, or cut off")]
     NoFrame,
     /// The reference level is for single pictures.
@@ -29,19 +29,19 @@ pub enum Fault {
     /// A number is out of its range.
     #[error("{what} is {value}: {allowed}")]
     Range {
-        /// What it is.
+        /// The quantity.
         what: &'static str,
         /// The number.
         value: f64,
-        /// What it may be.
+        /// The allowed range.
         allowed: &'static str,
     },
-    /// The pixels are not as many as were told.
+    /// The number of pixels differs from the stated one.
     #[error("the picture has {bytes} bytes, and {wanted} belong to {width} × {height} pixels")]
     Pixels {
-        /// How many there are.
+        /// The present number of bytes.
         bytes: usize,
-        /// How many there should be.
+        /// The required number of bytes.
         wanted: usize,
         /// Columns.
         width: usize,
@@ -51,7 +51,7 @@ pub enum Fault {
 }
 
 impl From<StreamError> for Fault {
-    /// What the command line says of films that are none speaks of its options.
+    /// The command line's texts about films in another format mention its options.
     fn from(fault: StreamError) -> Self {
         match fault {
             StreamError::Empty | StreamError::NoY4m | StreamError::LongLine => Self::NoY4m,

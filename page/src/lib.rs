@@ -45,7 +45,7 @@ pub use ask::Page;
 pub use explore::Sight;
 pub use fault::Fault;
 
-/// The time since some moment: the browser's clock, or the system's where there is one.
+/// The time since an arbitrary time: the browser's clock or, outside a browser, the system's.
 fn clock() -> Duration {
     #[cfg(target_arch = "wasm32")]
     return exports::clock();

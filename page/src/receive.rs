@@ -1,4 +1,4 @@
-//! Messages of a film or a camera, frame after frame, as `vocc receive` reads them.
+//! Decodes the messages of a film or a camera frame by frame, as `vocc receive` does.
 
 use std::io::Read;
 
@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use crate::decode::brightest;
 use crate::fault::Fault;
 
-/// What the bytes of a frame are.
+/// The format of a frame's bytes.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Format {
@@ -23,11 +23,11 @@ pub enum Format {
     Rgba,
     /// Grey levels.
     Grey,
-    /// A frame of the y4m film that was begun, with the line before it.
+    /// A frame of the opened y4m film, with the line before it.
     Y4m,
 }
 
-/// A reception, and the messages that have come.
+/// A reception with the messages so far.
 pub struct Film {
     reception: Reception,
     size: (usize, usize),
@@ -40,7 +40,7 @@ pub struct Film {
     grey: Vec<u8>,
 }
 
-/// The header of a y4m film, as the page wants to know it.
+/// The properties in the header of a y4m film, for the page.
 pub fn y4m(header: &[u8]) -> Result<Value, Fault> {
     let line = [header, b"\n"].concat();
     let stream = Stream::open(line.as_slice(), None, Channel::Brightest)?;
@@ -49,7 +49,7 @@ pub fn y4m(header: &[u8]) -> Result<Value, Fault> {
 }
 
 impl Film {
-    /// For frames of a size; the symbol rate is found where it is not told.
+    /// A film with frames of a size; the symbol rate is searched for if it is not configured.
     pub fn new(
         (width, height): (usize, usize),
         fps: Option<f32>,
@@ -91,7 +91,7 @@ impl Film {
         })
     }
 
-    /// Takes frame `number`, which was taken `late` frame periods late.
+    /// Processes frame `number`, which was taken `late` frame periods late.
     pub fn take(&mut self, number: u64, late: f64, format: Format, bytes: &[u8]) -> Result<Value, Fault> {
         if number < self.next {
             return Err(Fault::Range {
@@ -137,7 +137,7 @@ impl Film {
         }))
     }
 
-    /// What came of all frames.
+    /// The summary of all frames.
     pub fn end(&mut self) -> Result<Value, Fault> {
         let last = self.reception.finish();
         self.messages.extend(last.iter().filter_map(|(_, event)| as_json(event)));
@@ -153,7 +153,7 @@ impl Film {
         }))
     }
 
-    /// The frame's grey levels.
+    /// Converts the frame to grey levels.
     fn fill(&mut self, format: Format, bytes: &[u8]) -> Result<(), Fault> {
         let (width, height) = self.size;
         match format {
@@ -183,7 +183,7 @@ impl Film {
     }
 }
 
-/// The keys of a camera's file that are learnt.
+/// The learnt keys of a camera's file.
 #[derive(Serialize)]
 struct CameraFile {
     encoding: Encoding,
@@ -195,7 +195,7 @@ struct CameraFile {
     line_delay_exposures: Option<f32>,
 }
 
-/// What was learnt, as a file for `vocc --camera`.
+/// The learnt camera as a file for `vocc --camera`.
 fn file_of(learnt: &Learnt) -> Result<String, Fault> {
     let camera = learnt.camera.clamped();
     let file = CameraFile {
@@ -204,7 +204,7 @@ fn file_of(learnt: &Learnt) -> Result<String, Fault> {
         blur_sigma_px: camera.blur_sigma_px,
         blur_aspect: camera.blur_aspect,
         read_noise_e: camera.read_noise_e,
-        // That all lines are exposed at once is known as far as panels of one size show.
+        // A delay of 0 is left out, because only panels of one size have shown it.
         line_delay_exposures: learnt.line_delay.filter(|&delay| delay != 0.0),
     };
     let keys = toml::to_string(&file)?;
@@ -237,7 +237,7 @@ mod tests {
     use sim::renderer::canvas::Canvas;
     use sim::scene::Scene;
 
-    /// Frames that show a message, one panel each.
+    /// Frames of a panel that shows a message, one symbol per frame.
     fn film(text: &str) -> (usize, usize, Vec<Vec<u8>>) {
         let scene = Scene::load("paper", &[]).unwrap();
         let renderer = Renderer::new(&scene, Level::Fast).unwrap();

@@ -7,7 +7,7 @@ use sim::view::View;
 
 use crate::fault::Fault;
 
-/// A preset or a file's text, with what is set apart from it: `KEY=VALUE`, as `vocc --set` takes it.
+/// A preset or a file's text, with separate overrides: `KEY=VALUE`, as `vocc --set` takes it.
 #[derive(Clone, Debug, Deserialize)]
 pub struct SceneText {
     name: String,
@@ -27,7 +27,7 @@ impl SceneText {
     }
 }
 
-/// What the transmitter and the camera make of a scene.
+/// The quantities of the transmitter and the camera in a scene.
 #[derive(Serialize)]
 pub struct Settings {
     exposure_s: f64,
@@ -35,17 +35,17 @@ pub struct Settings {
     l2a: f64,
     luminance_cd_m2: f64,
     duty: Option<f64>,
-    /// Why no transmitter dims so.
+    /// Why no transmitter can dim to this L2A, if none can.
     no_duty: Option<String>,
-    /// Straight ahead, in the mean of a message: half of the LEDs are on.
+    /// The luminous intensity straight ahead, averaged over a message: half of the LEDs are On.
     candela: f64,
     candela_max: f64,
-    /// What the transmitter's table says for this light and interval, where there is one.
+    /// The L2A of the transmitter's table for this light and interval, if it has one.
     table_l2a: Option<f64>,
 }
 
 impl Settings {
-    /// Of a scene, worked out.
+    /// The quantities of a scene.
     pub fn of(view: &View) -> Result<Self, Fault> {
         let scene = &view.scene;
         let mut by_table = scene.clone();
@@ -54,7 +54,7 @@ impl Settings {
         let dimming = road::dimming(scene);
         let (luminance_cd_m2, duty) = match &dimming {
             Ok(dimming) => (dimming.luminance_cd_m2.to_num(), Some(dimming.duty.to_num())),
-            // A ratio that is drawn, and that no transmitter has.
+            // An L2A that can be drawn, but that no transmitter has.
             Err(_) => (panel.l2a * scene.ambient.illuminance_lx * panel.panel.reflectance, None),
         };
         let mean_cd = link::intensity::mean_cd(luminance_cd_m2, panel.panel.led_diameter_m);

@@ -1,4 +1,4 @@
-//! A message over the road, frame by frame.
+//! Sends a message over the simulated road, frame by frame.
 
 use link::fec::Code;
 use link::framing::Framer;
@@ -16,7 +16,7 @@ use crate::explore::Place;
 use crate::fault::Fault;
 use crate::scene_text::Settings;
 
-/// How often a message is shown before it is given up.
+/// Number of repeats after which a message is given up.
 const REPEATS: f64 = 2.0;
 
 /// A transmitter, a road and a receiver.
@@ -25,26 +25,26 @@ pub struct Sending {
     scene: Scene,
     message: Vec<u8>,
     next: u64,
-    /// The number after which it is given up.
+    /// The number of frames after which the message is given up.
     frames: u64,
     /// Panels of one repeat.
     panels: u32,
-    /// What is shown of each frame.
+    /// The visible region of each frame.
     region: Region,
     seed: u64,
     errors: FrameErrors,
     unread: u64,
-    /// Frames whose exposure caught two symbols.
+    /// Frames whose exposure contains two symbols.
     straddled: u64,
-    /// Why there are no more frames.
+    /// Why there are no more frames, if there are none.
     ended: Option<String>,
-    /// What the last frames that could not be read said.
+    /// The reason of the last frame that could not be read.
     last_loss: Option<String>,
     delivered: Option<Value>,
 }
 
 impl Sending {
-    /// Sets all three up.
+    /// Sets up transmitter, road and receiver.
     pub fn new(scene: &Scene, message: &str, detector: DetectorChoice, level: Level, seed: u64) -> Result<Self, Fault> {
         let message = message.as_bytes().to_vec();
         let framer = Framer::new(&message, Code::for_length(message.len()), false);
@@ -73,7 +73,7 @@ impl Sending {
         })
     }
 
-    /// What there is to say before the first frame.
+    /// The description before the first frame.
     pub fn begun(&self) -> Result<Value, Fault> {
         let renderer = self.road.renderer();
         let mut told = serde_json::to_value(Settings::of(renderer.view())?)?;
@@ -91,13 +91,13 @@ impl Sending {
         Ok(told)
     }
 
-    /// The next frame, of which the panel's surroundings are shown.
+    /// The next frame, with the surroundings of the panel.
     pub fn frame(&mut self, out: &mut Vec<u8>) -> Result<Value, Fault> {
         let frame = self.next;
         let sensor = self.road.renderer().sensor();
         let report = match self.road.frame(frame) {
             Ok(report) => report,
-            // A panel that drives out of view ends the run, not what came before.
+            // A panel that drives out of view ends the run, but the frames before remain valid.
             Err(why) if frame > 0 => {
                 self.ended = Some(why.to_string());
                 return Ok(json!({ "frame": frame, "ended": self.ended }));
@@ -127,7 +127,7 @@ impl Sending {
         Ok(told)
     }
 
-    /// What came of it.
+    /// The result.
     pub fn end(&mut self) -> Value {
         let last = self.road.finish();
         let last = last.map(|received| told(&received, &self.message));
@@ -138,7 +138,7 @@ impl Sending {
         })
     }
 
-    /// Why nothing arrived, and what would help.
+    /// Why no message arrived, and remedies.
     fn advice(&self) -> Vec<String> {
         if self.delivered.is_some() {
             return Vec::new();

@@ -1,4 +1,4 @@
-/** Accuracy: one frame drawn in four ways, and where one of them is how far from the reference. */
+/** Accuracy: one frame drawn by four methods, and a map of each method's difference from the reference. */
 
 const LEVEL_SAYS = {
   fast: "Fast: promises no more than 0.25 grey levels, half of what rounding does. For simulations of many frames.",
@@ -14,7 +14,7 @@ const accuracy = {
   difference: null,
   isAsking: false,
   isStale: false,
-  /** Where the scale of differences ends; nothing where none is shown. */
+  /** The end of the scale of differences; 0 if no differences are shown. */
   scale: 0,
 };
 
@@ -34,7 +34,7 @@ function makeAccuracy() {
 
 const compareWhenRested = whenRested(200, compareLevels);
 
-/** Compares with the newest settings; one comparison at a time. */
+/** Compares methods with the newest settings; one comparison at a time. */
 async function compareLevels() {
   accuracy.isStale = true;
   if (accuracy.isAsking) return;
@@ -66,7 +66,7 @@ async function compareOnce() {
   }
 }
 
-/** @param {number | null} ms @param {number} quickest @param {string | null} why It cannot draw the scene, where it cannot. */
+/** @param {number | null} ms @param {number} quickest @param {string | null} why The reason why it cannot draw the scene. */
 function timeWords(ms, quickest, why) {
   if (ms === null) return sentence(why ?? "");
   return ms > 0 ? `${shortTime(ms / 1000)} (${short(ms / quickest, 2)}${NO_BREAK}×)` : "too short for this clock";
@@ -86,7 +86,7 @@ function showLevels(rows, show) {
   fillTable(byId("levels"), table);
 }
 
-/** The grey levels at which the scale of differences may end. */
+/** The possible ends of the scale of differences, in grey levels. */
 const SCALES = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 255];
 
 /**
@@ -117,7 +117,7 @@ function showDifference(bytes, { width, height }, show) {
 }
 
 /**
- * Blue below, orange above, and what is right in between: neutral.
+ * Blue for negative values, orange for positive ones, neutral for 0.
  * @param {number} part -1 to 1.
  */
 function differenceColour(part) {

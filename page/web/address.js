@@ -1,10 +1,10 @@
-/** The page's address: every setting is in it, so that a link shares a scene. */
+/** The page's address contains every setting, so that a link shares a scene. */
 
 const MODES = ["explore", "good", "accuracy", "send", "receive"];
 const LEVELS = ["fast", "fine", "reference"];
 const DETECTORS = ["best", "kmeans"];
 const LONGEST_MESSAGE = 1024;
-/** Frames of Explore are counted in 32 bits. */
+/** Explore counts frames in 32 bits. */
 const LAST_FRAME = 2 ** 32 - 1;
 
 /** @param {string[]} words @returns {(text: string) => string | null} */
@@ -17,7 +17,7 @@ const rateOrNothing = (text) =>
   text === "" || (Number(text) >= 0.1 && Number(text) <= 10_000) ? null : "must be a number from 0.1 to 10 000";
 
 /**
- * What the address holds beside the scene's keys: the default of each, and what is wrong with a text.
+ * The settings in the address other than the scene's keys, each with its default and a check of its text.
  * @type {Record<string, {usual: string, wrong: (text: string) => string | null}>}
  */
 const FIELDS = {
@@ -25,7 +25,7 @@ const FIELDS = {
   scene: { usual: "day", wrong: () => null },
   seed: { usual: "1", wrong: wholeFrom(0, Number.MAX_SAFE_INTEGER) },
   level: { usual: "fine", wrong: oneOf(LEVELS) },
-  // None: frames run.
+  // No frame number: frames run.
   frame: { usual: "", wrong: wholeFrom(0, LAST_FRAME) },
   frames: { usual: "1000", wrong: oneOf(["1000", "10000", "100000", "1000000"]) },
   measure: { usual: "b2w", wrong: oneOf(["b2w", "ber"]) },
@@ -40,7 +40,7 @@ const FIELDS = {
   sendpace: { usual: "60", wrong: oneOf(["0", "60"]) },
 };
 
-/** All settings as they are: the fields, and the scene's keys that were set. */
+/** The present settings: the fields, and the scene's keys that were set. */
 const settings = {
   /** @type {Record<string, string>} */
   fields: Object.fromEntries(Object.entries(FIELDS).map(([name, { usual }]) => [name, usual])),
@@ -54,22 +54,22 @@ function wrongMessage(text) {
   return length <= LONGEST_MESSAGE ? null : `is ${length} bytes long, and ${LONGEST_MESSAGE} is the most that a message may have`;
 }
 
-/** @param {string} text A value, with what an address may show as it is left readable. */
+/** @param {string} text A value; characters that an address may contain stay readable. */
 function inAddress(text) {
   return encodeURIComponent(text.toWellFormed?.() ?? text).replace(/%20/g, "+").replace(/%(2C|5B|5D|3A|2F)/g, decodeURIComponent);
 }
 
-/** The settings as the part of the address after `#`; what is usual is left out, but for the mode and the scene. */
+/** The settings as the part of the address after `#`, without defaults except for the mode and the scene. */
 function addressOfSettings() {
   const fields = Object.entries(settings.fields).filter(([name, text]) => text !== FIELDS[name].usual || ["mode", "scene"].includes(name));
   return [...fields, ...settings.keys].map(([name, text]) => `${name}=${inAddress(text)}`).join("&");
 }
 
-/** Writes the address once settings rest, since browsers allow few changes a second. */
+/** Writes the address once the settings are stable, because browsers allow few changes a second. */
 const writeAddress = whenRested(250, () => history.replaceState(null, "", `#${addressOfSettings()}`));
 
 /**
- * One `name=value` of an address; a sentence if it is nonsense.
+ * One `name=value` of an address, or a sentence if it is invalid.
  * @param {string} part
  * @returns {{name: string, text: string} | {wrong: string}}
  */
@@ -100,14 +100,14 @@ function readPart(part) {
 
 const NONSENSE = "The address has what cannot be used; the default stands instead.";
 
-/** Adds to what was wrong with the address, and puts right what it says. @param {string} why */
+/** Adds to the message about a faulty address, and corrects the address. @param {string} why */
 function sayNonsense(why) {
   const before = byId("alert").textContent;
   sayWrong(`${before.startsWith(NONSENSE) ? before : NONSENSE} ${why}`);
   writeAddress();
 }
 
-/** Takes all settings from the address. What is nonsense keeps its default, and is told. */
+/** Reads all settings from the address. Invalid ones keep their defaults and are reported. */
 function readAddress() {
   const parts = location.hash.slice(1).split("&").filter(Boolean).map(readPart);
   for (const [name, { usual }] of Object.entries(FIELDS)) settings.fields[name] = usual;

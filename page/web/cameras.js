@@ -1,6 +1,6 @@
 /** The presets' cameras: each can film any scene. */
 
-/** In plain words; others go by their preset's name. */
+/** Descriptions of the cameras; others have their preset's name. */
 const CAMERA_WORDS = {
   paper: "the paper's, 100 frames a second",
   "paper-18mm": "the paper's with a lens of 18 mm",
@@ -18,7 +18,7 @@ const SYMBOL_RATE = "link.symbol_rate_hz";
 let presets = [];
 
 /**
- * Whether two cameras differ in no more than what has a slider of its own.
+ * Whether two cameras differ only in keys with a slider of their own.
  * @param {Record<string, any>} one
  * @param {Record<string, any>} other
  */
@@ -27,7 +27,7 @@ function isSameCamera(one, other) {
   return [...keys].every((key) => one[key] === other[key] || CONTROLS.some((control) => control.key === `camera.${key}`));
 }
 
-/** The first preset that has such a camera. @param {Record<string, any>} camera */
+/** The first preset with such a camera. @param {Record<string, any>} camera */
 function presetOfCamera(camera) {
   return presets.find((preset) => isSameCamera(preset.camera, camera));
 }
@@ -40,7 +40,7 @@ function fillCameras() {
 }
 
 /**
- * What has to be set of a scene for it to be filmed by a preset's camera: all in which its own differs.
+ * The keys and values that make a preset's camera film the scene: all keys in which the scene's own camera differs.
  * @param {string} name
  * @returns {[string, string][]}
  */
@@ -49,7 +49,7 @@ function keysOfCamera(name) {
   const [camera, own] = [of(name).camera, of(settings.fields.scene)];
   const keys = Object.keys(camera).filter((key) => camera[key] !== own.camera[key]);
   if (keys.length === 0) return [];
-  // As many symbols a frame as before: more than it films, no camera sees.
+  // The ratio of symbols to frames stays: a camera cannot follow more symbols than frames.
   const rate = (own.symbol_rate_hz * camera.frame_rate_hz) / own.camera.frame_rate_hz;
   return [...keys.map((key) => [`camera.${key}`, String(camera[key])]), [SYMBOL_RATE, String(Number(rate.toPrecision(4)))]];
 }

@@ -9,12 +9,12 @@
 
 const CHART_FONT = "13px system-ui, sans-serif";
 
-/** @param {Axis} axis @param {number} value @returns {number} Where it lies on the axis, 0 to 1. */
+/** @param {Axis} axis @param {number} value @returns {number} Its place on the axis, 0 to 1. */
 function along({ low, high, log }, value) {
   return log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
 }
 
-/** @param {Axis} axis @param {number} most Ticks that there is room for. @returns {number[]} */
+/** @param {Axis} axis @param {number} most The maximum number of ticks. @returns {number[]} */
 function ticksOf({ low, high, log }, most) {
   return log ? logTicks(low, high, most) : linearTicks(low, high, most);
 }
@@ -41,12 +41,12 @@ function logTicks(low, high, most) {
 }
 
 /**
- * Draws axes, and gives the places of values in between.
+ * Draws axes, and returns functions that map values to places.
  * @param {CanvasRenderingContext2D} context
  * @param {Box} box
  * @param {Axis} x
  * @param {Axis} y
- * @param {number} [top] Where the vertical axis is named.
+ * @param {number} [top] The place of the vertical axis's name.
  */
 function drawAxes(context, box, x, y, top = box.top - 6) {
   const placeX = (/** @type {number} */ value) => box.left + along(x, value) * (box.right - box.left);
@@ -85,7 +85,7 @@ function line(context, x0, y0, x1, y1) {
 }
 
 /**
- * A curve with the intervals of its points, and marks across it.
+ * Draws a curve with the intervals of its points, and marks across it.
  * @param {HTMLCanvasElement} canvas
  * @param {{x: Axis, y: Axis, points: Point[], marks: Mark[]}} chart
  */
@@ -99,7 +99,7 @@ function drawChart(canvas, { x, y, points, marks }) {
   context.lineWidth = 1.5;
   for (const point of points) {
     if (point.high === undefined || point.high === null || point.low === null || point.low === point.high) continue;
-    // What cannot be on a logarithmic axis, an error rate of 0, goes to its edge.
+    // Values that a logarithmic axis cannot show, such as an error rate of 0, are drawn at its edge.
     line(context, placeX(point.x), y.log && !(point.low > 0) ? box.bottom : inside(point.low), placeX(point.x), inside(point.high));
   }
   const drawn = points.filter((point) => !y.log || point.y > 0);
@@ -113,7 +113,7 @@ function drawChart(canvas, { x, y, points, marks }) {
     context.fill();
   }
   const places = marks.map((mark, row) => ({ ...mark, at: Math.min(box.right, Math.max(box.left, placeX(mark.x))), top: 30 + 17 * row }));
-  // All lines before all words, which are read across them.
+  // All lines before all labels, so that labels stay readable.
   for (const { at, top, colour, dash } of places) {
     context.strokeStyle = colour;
     context.setLineDash(dash);
@@ -124,13 +124,13 @@ function drawChart(canvas, { x, y, points, marks }) {
 }
 
 /**
- * Words beside a line, on the card's own colour, since other lines run through them.
+ * Draws a label beside a line, on a background of the card's colour, because other lines may cross it.
  * @param {CanvasRenderingContext2D} context
  * @param {string} words
  * @param {string} colour
  * @param {number} at
  * @param {number} top
- * @param {boolean} isLeft Whether they stand left of it.
+ * @param {boolean} isLeft Whether the label is to the left of the line.
  */
 function drawWords(context, words, colour, at, top, isLeft) {
   const x = at + (isLeft ? -6 : 6);
@@ -143,7 +143,7 @@ function drawWords(context, words, colour, at, top, isLeft) {
   context.fillText(words, x, top + 2);
 }
 
-/** @param {number[]} values @param {boolean} log @returns {{low: number, high: number}} What an axis has to span. */
+/** @param {number[]} values @param {boolean} log @returns {{low: number, high: number}} The range of an axis for these values. */
 function spanOf(values, log) {
   const known = values.filter((value) => Number.isFinite(value) && (!log || value > 0));
   if (known.length === 0) return log ? { low: 1e-4, high: 1 } : { low: 0, high: 1 };

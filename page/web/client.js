@@ -1,6 +1,6 @@
 /** Requests to the workers in which the simulator and the receiver run. */
 
-/** A worker that does not answer for so long is ended. */
+/** A worker that does not answer for this time is ended. */
 const PATIENCE_MS = 20_000;
 
 /** The WebAssembly of this page, unpacked and compiled once for all workers. */
@@ -10,12 +10,12 @@ const compiled = (async () => {
   const unpacked = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
   return WebAssembly.compile(await new Response(unpacked).arrayBuffer());
 })();
-// Whoever asks first is told; before that it is nobody's fault yet.
+// The first request reports a failure; until then it is not an unhandled error.
 compiled.catch(() => {});
 
 let workerUrl = "";
 
-/** Where the workers' code is: one address for all, kept for those that are made anew. */
+/** The address of the workers' code: the same for all, and kept for workers that are restarted. */
 function workerAddress() {
   workerUrl ||= URL.createObjectURL(new Blob([byId("worker-code").textContent], { type: "text/javascript" }));
   return workerUrl;
@@ -26,11 +26,11 @@ function workerAddress() {
  * @typedef {{done: (answer: Answer) => void, failed: (error: Error) => void, timer: number}} Waiting
  */
 
-/** One worker, and those who wait for its answers. */
+/** One worker, and the requests that wait for its answers. */
 class Client {
   /**
-   * @param {string} name What it does, for a sentence.
-   * @param {() => void} [onEnded] Called when the worker was ended, and with it what it kept.
+   * @param {string} name Its task, for error texts.
+   * @param {() => void} [onEnded] Called when the worker was ended and has lost its state.
    */
   constructor(name, onEnded = () => {}) {
     this.name = name;
@@ -48,7 +48,7 @@ class Client {
   start() {
     if (this.started) return this.started;
     const started = compiled.then((module) => {
-      // Ended before it began.
+      // The worker was ended before it started.
       if (this.started !== started) throw new GivenUp();
       this.worker = this.makeWorker();
       return this.post({ module }, [], PATIENCE_MS);
@@ -59,7 +59,7 @@ class Client {
     return started;
   }
 
-  /** What a worker still says after it was ended is not heard. */
+  /** Makes a worker whose messages are ignored once it has been ended. */
   makeWorker() {
     const worker = new Worker(workerAddress());
     worker.onmessage = (event) => worker === this.worker && this.hear(event.data);
@@ -70,15 +70,15 @@ class Client {
     return worker;
   }
 
-  /** What to do once the worker was ended. */
+  /** The user's next step after the worker was ended. */
   anew() {
     return `The ${this.name} was started anew: ${byId("settings").hidden ? "try again" : "change a setting to go on"}.`;
   }
 
   /**
-   * Asks and waits for the answer. An error's message is a sentence for the user.
+   * Sends a request and waits for the answer. An error's message is a sentence for the user.
    * @param {any} request
-   * @param {Uint8Array} [bytes] Given away: the worker has them afterwards.
+   * @param {Uint8Array} [bytes] Transferred: only the worker has them afterwards.
    * @param {number} [patience] Milliseconds.
    * @returns {Promise<Answer>}
    */
@@ -120,7 +120,7 @@ class Client {
   }
 
   /**
-   * Ends the worker. The next question starts another.
+   * Ends the worker. The next request starts another.
    * @param {Error} [why]
    */
   end(why = new GivenUp()) {
@@ -133,7 +133,7 @@ class Client {
       clearTimeout(timer);
       failed(why);
     }
-    // Those who waited say it, or have their reasons not to.
+    // Waiting callers report the error themselves, or suppress it for a reason.
     if (waiting.length === 0) sayError(why);
     this.onEnded();
   }

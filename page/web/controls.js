@@ -1,18 +1,18 @@
-/** What can be set of a scene: each control stands for one key of scene files. */
+/** The controls of a scene: each sets one key of scene files. */
 
 /**
  * @typedef {object} Control
  * @property {string} key The scene's key.
  * @property {string} label
  * @property {string} unit
- * @property {number} low Where the slider begins.
- * @property {number} high Where it ends.
+ * @property {number} low The slider's minimum.
+ * @property {number} high The slider's maximum.
  * @property {boolean} [log] Whether the slider is logarithmic.
- * @property {number} [step] What values are rounded to; three digits without it.
- * @property {[number, number]} allowed What the scene takes; a number may be typed beyond the slider's ends.
+ * @property {number} [step] The step to which values are rounded; by default three digits.
+ * @property {[number, number]} allowed The range that scenes allow; a typed number may exceed the slider's range.
  * @property {string} hint
- * @property {string} [unset] What it is called when the scene has none; it can then be left out.
- * @property {boolean} [keeps] Whether it stays as it is when another scene is chosen.
+ * @property {string} [unset] The label for a scene without the key, which may be left out.
+ * @property {boolean} [keeps] Whether it keeps its value if another scene is chosen.
  */
 
 /** @type {Control[]} */
@@ -46,7 +46,7 @@ const AIRLIGHT = "atmosphere.airlight";
 const TABLE = "table";
 
 /**
- * Where a value lies on a control's slider, 0 to 1.
+ * The place of a value on a control's slider, 0 to 1.
  * @param {Control} control
  * @param {number} value
  */
@@ -56,7 +56,7 @@ function placeOf({ low, high, log }, value) {
 }
 
 /**
- * The value at a place of a control's slider, rounded to what one would type.
+ * The value at a place of a control's slider, rounded as a user would type it.
  * @param {Control} control
  * @param {number} place 0 to 1.
  */
@@ -66,7 +66,7 @@ function valueAt({ low, high, log, step }, place) {
 }
 
 /**
- * What a scene says for a control's key; none where it has none.
+ * The scene's value for a control's key; null if it has none.
  * @param {any} values The scene, table by table.
  * @param {Control} control
  * @returns {number | null}
@@ -79,7 +79,7 @@ function valueIn(values, { key }) {
 }
 
 /**
- * A value as scene files have it.
+ * A value in the format of scene files.
  * @param {Control} control
  * @param {number} value
  */
@@ -88,7 +88,7 @@ function keyText({ key }, value) {
 }
 
 /**
- * The value that a scene's key says, or none that this control takes.
+ * The value of a scene's key; null if this control does not allow it.
  * @param {Control} control
  * @param {string} text
  */

@@ -1,27 +1,27 @@
-/** Explore: frame after frame of the scene, each read as soon as it is drawn. */
+/** Explore: the scene's frames in turn, each read as soon as it is drawn. */
 
 const explore = {
   /** @type {Picture | null} */
   picture: null,
   isPaused: false,
   isAsking: false,
-  /** Whether a frame has to be drawn even though the picture stands still. */
+  /** Whether to draw a frame although the picture is paused. */
   isWanted: false,
-  /** The frame that is asked for next. */
+  /** The next frame to request. */
   next: 0,
-  /** The buffer that goes to and fro between page and worker. @type {Uint8Array | undefined} */
+  /** The buffer that page and worker pass to each other. @type {Uint8Array | undefined} */
   spare: undefined,
-  /** What was seen last. @type {any} */
+  /** The last readings. @type {any} */
   seen: null,
-  /** When a frame was asked for last. */
+  /** The time of the last request. */
   askedAt: 0,
-  /** Of the frames since the scene changed: how many, and bits wrong by k-means and by the best detector. */
+  /** Counts since the scene changed: frames, and wrong bits of k-means and of the best detector. */
   tally: { frames: 0, kmeans: 0, ml: 0 },
-  /** When the words beside the pictures were changed last: too quick, and nobody can read them. */
+  /** The time at which the texts beside the pictures last changed: faster changes are unreadable. */
   saidAt: 0,
 };
 
-/** What tests and the console may ask of Explore's speed. */
+/** The speed of Explore, for tests and the console. */
 const stats = { frames: 0, fps: 0 };
 /** Milliseconds from the page's start to the first picture. @type {number | null} */
 let firstPictureMs = null;
@@ -66,7 +66,7 @@ const showOpened = atMostEvery(READ_MS, (/** @type {any} */ opened) => {
   planChanged(opened);
 });
 
-/** A frame in the address stands still; without one, frames run where people like what moves. */
+/** A frame number in the address pauses; without one, frames run unless the user prefers reduced motion. */
 function pauseAsTold() {
   const { frame } = settings.fields;
   explore.isPaused = frame !== FIELDS.frame.usual || matchMedia("(prefers-reduced-motion: reduce)").matches;
@@ -82,13 +82,13 @@ function setPaused(isPaused) {
   showCommand();
   showPause();
   if (isPaused && explore.seen) sayFrame(explore.seen);
-  // Who was paused and has no scene, since the simulator broke, begins anew.
+  // If the page was paused without a scene, because the simulator failed, it opens the scene again.
   if (!isPaused && !scene.opened) openScene();
 }
 
 function showPause() {
   byId("pause").textContent = explore.isPaused ? "Play" : "Pause";
-  // Words that change with each frame are not read out, those of a frame that stands are.
+  // A screen reader does not read texts that change with each frame, only those of a paused frame.
   byId("explore-text").setAttribute("aria-live", explore.isPaused ? "polite" : "off");
 }
 
@@ -102,7 +102,7 @@ function goToFrame(frame) {
   lookAtFrame();
 }
 
-/** Runs with the screen: asks for a frame whenever the last one has arrived. @param {number} now */
+/** Runs with the screen: requests a frame whenever the last one has arrived. @param {number} now */
 function animate(now) {
   requestAnimationFrame(animate);
   const pace = Number(settings.fields.pace);
@@ -110,14 +110,14 @@ function animate(now) {
   if (lookAtFrame()) explore.askedAt = now;
 }
 
-/** Asks for the next frame, unless one is on its way or no scene is open. @returns {boolean} Whether it did. */
+/** Requests the next frame, unless one is on its way or no scene is open. @returns {boolean} Whether it did. */
 function lookAtFrame() {
   if (explore.isAsking || !scene.opened) return false;
   explore.isAsking = true;
   explore.isWanted = false;
   takeFrame(explore.next, scene.opened).catch(sayError).finally(() => {
     explore.isAsking = false;
-    // Somebody has stepped on, or moved a slider, while this one was on its way.
+    // The user has stepped on or moved a slider while this frame was on its way.
     if (explore.isWanted) lookAtFrame();
   });
   return true;
@@ -130,7 +130,7 @@ async function takeFrame(number, opened) {
   const { answer, bytes } = await live.ask({ do: "frame", frame: number }, spare);
   const { width, height } = scene.opened?.region ?? opened.region;
   explore.spare = bytes;
-  // Of a scene of another size, that was opened meanwhile.
+  // This frame belongs to a scene of another size, which has been replaced meanwhile.
   if (!bytes || bytes.length !== width * height) return;
   if (!explore.isPaused) explore.next = number === LAST_FRAME ? 0 : number + 1;
   explore.seen = answer;
@@ -159,7 +159,7 @@ function showFrame(seen) {
   const [sent, kmeans, ml] = [seen.sent, seen.kmeans, seen.ml].map(ledsOf);
   const [byKmeans, byMl] = seen.readable;
   explore.tally.frames += 1;
-  // A panel that is not read at all is not a panel without errors.
+  // An unreadable panel counts as 32 errors, not as none.
   explore.tally.kmeans += byKmeans ? countWrong(kmeans, sent) : 32;
   explore.tally.ml += byMl ? countWrong(ml, sent) : 32;
   if (byKmeans) addToScatter(seen.agr, seen.gri, sent);
@@ -187,7 +187,7 @@ function sayFrame(seen) {
   const wrong = [byKmeans ? countWrong(kmeans, sent) : null, byMl ? countWrong(ml, sent) : null];
   const words = wrong.map((count) => (count === null ? "nothing read" : count === 0 ? "all right" : `${count} wrong`));
   const { frames, kmeans: tallyKmeans, ml: tallyMl } = explore.tally;
-  // While frames run, a share that can be read; of one that stands, its own number.
+  // While frames run, the average, which changes slowly enough to read; for a paused frame, its own number.
   const share = (/** @type {number} */ count) => `${short((100 * count) / (64 * frames), 2)} % wrong`;
   byId("wrong-kmeans").textContent = explore.isPaused || !byKmeans ? words[0] : share(tallyKmeans);
   byId("wrong-ml").textContent = explore.isPaused || !byMl ? words[1] : share(tallyMl);

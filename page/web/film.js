@@ -1,17 +1,17 @@
-/** Films that the browser plays, and cameras: frames as they are shown, numbered by when they were taken. */
+/** Films that the browser plays, and cameras: frames in the order of display, numbered by their time. */
 
 const LARGEST_SIDE = 8192;
-/** Rates that films have; one that is nearly such a rate is taken for it. */
+/** Usual rates of films; a rate that is close to one of them counts as it. */
 const USUAL_RATES = [23.976, 24, 25, 29.97, 30, 48, 50, 59.94, 60, 90, 100, 120, 240];
-/** Frames a second that a browser surely tells of, however many the film has. */
+/** The rate at which a browser reliably reports frames, whatever the film's rate. */
 const SHOWN_RATE = 20;
-/** What is assumed where a film or a camera does not tell. */
+/** The assumed rate if a film or a camera does not state one. */
 const ASSUMED_RATE = 30;
-/** A video that does nothing for so long will do nothing. */
+/** Time after which an idle video has failed. */
 const VIDEO_PATIENCE_MS = 20_000;
-/** Frames that may wait to be read before the film is held. */
+/** Number of waiting frames at which the film is paused. */
 const MOST_WAITING = 4;
-/** How much of a camera's time stamp is believed beside those before it; the rest is haste and delay of the computer. */
+/** Weight of a camera's time stamp relative to those before it; the remainder is jitter of the computer. */
 const STAMP_TRUST = 0.1;
 
 /** @param {number} width @param {number} height @param {string} name */
@@ -29,7 +29,7 @@ class Shots {
     /** @type {Error | null} */
     this.fault = null;
     this.wake = () => {};
-    /** Called when a frame was taken away. */
+    /** Called when a frame was removed. */
     this.onTaken = () => {};
   }
 
@@ -62,7 +62,7 @@ class Shots {
   }
 }
 
-/** Takes pictures' pixels out of what the browser shows. */
+/** Reads the pixels of pictures that the browser shows. */
 class Grabber {
   /** @param {number} width @param {number} height */
   constructor(width, height) {
@@ -87,19 +87,19 @@ class Grabber {
   }
 }
 
-/** Asked before anything is opened. */
+/** Checks for the required function before anything is opened. */
 function refuseWithoutFrames() {
   if ("requestVideoFrameCallback" in HTMLVideoElement.prototype) return;
   throw new Error("This browser does not tell when a film's frames are shown: take a y4m film or pictures");
 }
 
-/** Waits, but not for ever. @param {(done: (_: any) => void, failed: (_: Error) => void) => void} begin @param {string} tooLate */
+/** Waits for a limited time. @param {(done: (_: any) => void, failed: (_: Error) => void) => void} begin @param {string} tooLate */
 function soon(begin, tooLate) {
   const late = wait(VIDEO_PATIENCE_MS).then(() => { throw new Error(tooLate); });
   return Promise.race([new Promise(begin), late]);
 }
 
-/** Ends the opening of a film that nobody waits for any more. @param {() => boolean} isWanted */
+/** Stops opening a film that is no longer wanted. @param {() => boolean} isWanted */
 function giveUpUnless(isWanted) {
   if (!isWanted()) throw new GivenUp();
 }
@@ -124,9 +124,9 @@ function nextShown(video) {
 }
 
 /**
- * Numbers frames by the time at which they were taken; what is left over is how late they are.
+ * Numbers a frame by its time; the remainder is its delay.
  * @param {number} fps
- * @param {number} last The number before.
+ * @param {number} last The previous number.
  * @param {number} seconds
  */
 function numberAt(fps, last, seconds) {
@@ -160,7 +160,7 @@ async function openVideo(file, toldFps, isWanted) {
   }
 }
 
-/** Plays a film slowly, and finds how many frames it has a second. @param {HTMLVideoElement} video @param {() => boolean} isWanted */
+/** Plays a film slowly to measure its frame rate. @param {HTMLVideoElement} video @param {() => boolean} isWanted */
 async function findRate(video, isWanted) {
   const times = [];
   const ended = new Promise((done) => { video.onended = () => done(null); });
@@ -174,7 +174,7 @@ async function findRate(video, isWanted) {
   video.pause();
   const steps = times.slice(1).map((time, at) => time - times[at]).filter((step) => step > 0);
   if (steps.length === 0) return null;
-  // Frames that were passed over make steps of several periods.
+  // Frames that the browser skipped cause steps of several periods.
   const least = Math.min(...steps);
   const periods = steps.reduce((sum, step) => sum + Math.round(step / least), 0);
   const rate = periods / steps.reduce((sum, step) => sum + step, 0);
@@ -183,7 +183,7 @@ async function findRate(video, isWanted) {
 }
 
 /**
- * Plays a film from its beginning, slowly enough that each frame is shown, and holds it while too many wait.
+ * Plays a film from its beginning, slowly enough that each frame is shown, and pauses it while too many frames wait.
  * @param {HTMLVideoElement} video
  * @param {number} fps
  * @param {Shots} shots
@@ -231,7 +231,7 @@ async function openCamera(toldFps, isWanted) {
     stream.getTracks().forEach((track) => track.stop());
   };
   try {
-    // The question whether the page may film can stand for long.
+    // The browser's question about permission may stay open for long.
     giveUpUnless(isWanted);
     const video = await loadVideo("the camera", (element) => {
       element.srcObject = stream;
@@ -261,7 +261,7 @@ function cameraRefusal(error) {
 }
 
 /**
- * Takes what a camera films, as long as the receiver keeps up; frames that it does not are gaps.
+ * Takes a camera's frames while the receiver keeps up; frames that it cannot take are gaps.
  * @param {HTMLVideoElement} video
  * @param {number} fps
  * @param {Shots} shots
@@ -269,7 +269,7 @@ function cameraRefusal(error) {
 function filmInto(video, fps, shots) {
   const { videoWidth: width, videoHeight: height } = video;
   const grabber = new Grabber(width, height);
-  /** When the last frame was taken, in frame periods, freed of most of the stamps' jitter. */
+  /** The time of the last frame in frame periods, with most of the stamps' jitter filtered out. */
   let smooth = 0;
   let first = 0;
   let last = -1;

@@ -1,23 +1,23 @@
-/** How good: wrong bits are counted, and a curve over L2A grows while one looks. */
+/** How good: counts wrong bits, and draws a growing curve over L2A. */
 
 const CURVE_POINTS = 21;
 const L2A_SPAN = { low: 0.2, high: 4 };
-/** How long a worker counts before it tells what it has. */
+/** Time for which a worker counts before it reports. */
 const COUNT_MS = 250;
-/** A search is no frozen worker for longer. */
+/** Time for which a search may run before the worker counts as frozen. */
 const SEARCH_PATIENCE_MS = 180_000;
 const COUNTED = ["kmeans", "best"];
-/** The most frames that the search for the optimum draws at one ratio. @type {Record<string, number>} */
+/** Maximum number of frames per L2A in the search for the optimum. @type {Record<string, number>} */
 const SEARCH_FRAMES = { kmeans: 2000, best: 500 };
 
 const good = {
-  /** Rises with each run; what a run finds is shown while it is the last. */
+  /** Increases with each run; only the last run's results are shown. */
   run: 0,
   isRunning: false,
   isSearching: false,
   /** @type {any} */
   curve: null,
-  /** The optimum that was searched for. @type {{l2a: number, l2a_95: [number, number], at_border: boolean} | null} */
+  /** The optimum that a search has found. @type {{l2a: number, l2a_95: [number, number], at_border: boolean} | null} */
   optimum: null,
 };
 
@@ -45,7 +45,7 @@ const startWhenRested = whenRested(400, () => {
   if (settings.fields.mode === "good") startGood(true);
 });
 
-/** Counts anew once settings rest; what is searched for in a scene of before is of no use. */
+/** Restarts counting once the settings are stable; results for the earlier scene are discarded. */
 function goodChanged() {
   stopGood();
   writeAddress();
@@ -74,7 +74,7 @@ function showRunning(isRunning, text) {
   byId("good-progress").textContent = text;
 }
 
-/** @param {boolean} doesCount Whether bits are counted, or only the curve is drawn anew. */
+/** @param {boolean} doesCount Whether to count bits, or only to redraw the curve. */
 async function startGood(doesCount) {
   if (good.isSearching) return;
   const run = (good.run += 1);
@@ -101,7 +101,11 @@ function countRequest(detector) {
   return { scene: sceneRequest(), level: "fast", detector, seed: seedRequest() };
 }
 
-/** @param {number} frames What was counted at once. @param {number} ms How long that took. @param {number} left What is left to count. */
+/**
+ * @param {number} frames The number of frames in the last request.
+ * @param {number} ms Its duration.
+ * @param {number} left The remaining number of frames.
+ */
 function nextPiece(frames, ms, left) {
   return Math.max(1, Math.min(left, Math.round((frames * COUNT_MS) / Math.max(ms, 5)), frames * 8));
 }
@@ -199,7 +203,7 @@ function curveMarks() {
   return marks;
 }
 
-/** Whether the best is shared by several points, as where no bit is wrong, so that none of them is the best. */
+/** Whether several points share the best value, for example if no bit is wrong, so that none of them is the best. */
 function isFlat() {
   const { points, best } = good.curve;
   return points.filter((/** @type {any} */ point) => point.value === best.value).length > 1;

@@ -1,6 +1,6 @@
 /** A panel's 64 bits, drawn as lamps. */
 
-/** The page's colours by name, read again when the browser goes from light to dark. @type {Record<string, string>} */
+/** The page's colours by name, read again when the browser switches between light and dark. @type {Record<string, string>} */
 let colours = {};
 
 function readColours() {
@@ -10,7 +10,7 @@ function readColours() {
 }
 
 /**
- * Makes a canvas as fine as the screen and clears it; what is drawn is in CSS pixels.
+ * Sets a canvas to the screen's resolution and clears it; coordinates are CSS pixels.
  * @param {HTMLCanvasElement} canvas
  * @returns {{context: CanvasRenderingContext2D, width: number, height: number}}
  */
@@ -26,16 +26,16 @@ function sharpCanvas(canvas) {
   return { context, width, height };
 }
 
-/** What was drawn last on each canvas. @type {Map<HTMLCanvasElement, [Uint8Array | null, Uint8Array | null]>} */
+/** The last bits drawn on each canvas. @type {Map<HTMLCanvasElement, [Uint8Array | null, Uint8Array | null]>} */
 const drawnLeds = new Map();
 
-/** Draws all lamps again that are in view: in another size, or in other colours. */
+/** Redraws all visible lamps after a change of size or colours. */
 function redrawLeds() {
   for (const [canvas, [bits, truth]] of drawnLeds) if (canvas.clientWidth > 0) drawLeds(canvas, bits, truth);
 }
 
 /**
- * Draws lamps: On filled, Off hollow; what differs from the truth on red and crossed out.
+ * Draws lamps: On filled, Off hollow; wrong ones crossed out on red.
  * @param {HTMLCanvasElement} canvas
  * @param {Uint8Array | null} bits None draws nothing.
  * @param {Uint8Array | null} [truth]
@@ -76,7 +76,7 @@ function drawCross(context, x, y, cell) {
   context.stroke();
 }
 
-/** @param {Uint8Array} bits A row a word, from the top: for those who do not see the lamps. */
+/** @param {Uint8Array} bits One word per row from the top, for screen readers. */
 function spellLeds(bits) {
   return Array.from({ length: 8 }, (_, row) => [...bits.subarray(8 * row, 8 * row + 8)].join("")).join(" ");
 }

@@ -1,4 +1,4 @@
-/** The page: tabs, and how everything begins. */
+/** The page: its tabs and its start. */
 
 /** @param {string} mode */
 function showMode(mode) {
@@ -15,7 +15,7 @@ function showMode(mode) {
   if (mode !== "good") stopGood();
   if (mode !== "explore") stopCosts();
   if (mode !== "send" && !byId("send-stop").disabled) stopSending("Stopped.");
-  // A camera that nobody looks at is not left on.
+  // A camera that is not visible is switched off.
   if (mode !== "receive") endFilm();
   redrawLeds();
   showCommand();
@@ -44,7 +44,7 @@ function makeTabs() {
   });
 }
 
-/** Shows the settings beside the scene's where they are set. */
+/** Shows the settings other than the scene's in their inputs. */
 function showFields() {
   const { fields } = settings;
   const places = { frames: "good-frames", measure: "measure", curve: "curve-detector", message: "message",
@@ -59,7 +59,7 @@ function showFields() {
   showLeft(fields.message);
 }
 
-/** Does what an address says that was typed or pasted while the page was open. */
+/** Applies an address that was typed or pasted while the page was open. */
 function followAddress() {
   sayWrong("");
   readAddress();
@@ -70,7 +70,7 @@ function followAddress() {
   openScene();
 }
 
-/** Draws again what depends on the window's size or the browser's colours. */
+/** Redraws everything that depends on the window's size or the browser's colours. */
 const redraw = whenRested(100, () => {
   readColours();
   if (explore.seen && settings.fields.mode === "explore") drawSeen(explore.seen);
@@ -113,9 +113,9 @@ const begun = begin();
 begun.catch(sayError);
 
 /**
- * For tests and the console: `ready` is fulfilled once a scene is open, and in Explore its first picture is shown (`firstPictureMs` after
- * the page's start); `ask(request, bytes)` goes to the worker in which the simulator runs, as the page's own requests do; `stats` counts
- * Explore's frames, and those of the last second.
+ * For tests and the console. `ready` resolves once a scene is open, and in Explore its first picture is shown (`firstPictureMs` after the
+ * page's start). `ask(request, bytes)` sends a request to the simulator's worker, like the page's own requests. `stats` counts Explore's
+ * frames, and those of the last second.
  */
 /** @type {any} */ (window).vocc = {
   ready: begun,

@@ -1,9 +1,9 @@
-/** Single pictures: what they are, and how large, before anything is unpacked. */
+/** Single pictures: their kind and size, before anything is decoded. */
 
 const LARGEST_FILE_MB = 512;
 
 /**
- * What a file's first bytes say of a picture that the receiver unpacks itself; nothing of other files.
+ * The kind and size from a file's first bytes, if the receiver decodes such files itself; null for others.
  * @param {Uint8Array} bytes
  * @returns {{kind: string, width: number, height: number} | null}
  */
@@ -16,7 +16,7 @@ function pictureHead(bytes) {
   return header ? { kind: "pgm", width: Number(header[1]), height: Number(header[2]) } : null;
 }
 
-/** Goes from segment to segment of a JPEG to the one that says the size. @param {DataView} view */
+/** Walks through the segments of a JPEG to the one with the size. @param {DataView} view */
 function jpegSize(view) {
   let at = 2;
   while (at + 9 < view.byteLength && view.getUint8(at) === 0xff) {
@@ -28,13 +28,13 @@ function jpegSize(view) {
   return { width: 0, height: 0 };
 }
 
-/** Whatever is no film is read whole. @param {File} file */
+/** Files other than films are read whole. @param {File} file */
 function refuseBig(file) {
   if (file.size <= LARGEST_FILE_MB << 20) return;
   throw new Error(`“${file.name}” has ${short(file.size / 2 ** 20)} MB, and pictures have at most ${LARGEST_FILE_MB}`);
 }
 
-/** @param {File} file Which the browser unpacks. @param {number} number @returns {Promise<Shot & {width: number, height: number}>} */
+/** @param {File} file A file that the browser decodes. @param {number} number @returns {Promise<Shot & {width: number, height: number}>} */
 async function unpacked(file, number) {
   const bitmap = await createImageBitmap(file, { colorSpaceConversion: "none", premultiplyAlpha: "none" }).catch(() => {
     throw new Error(`“${file.name}” is no whole PNG, JPEG or PGM, nor another picture that this browser reads`);
@@ -66,7 +66,7 @@ async function decodePicture(file) {
 }
 
 /**
- * Several pictures as the frames of a film, in the order of their names.
+ * The frames of a film from several pictures, in the order of their names.
  * @param {File[]} files
  * @param {number | null} fps
  * @returns {Promise<Film>}
@@ -96,7 +96,7 @@ async function shotOf(file, number) {
   const head = pictureHead(await readSlice(file, 0, 1 << 20));
   if (head) refuseLarge(head.width, head.height, file.name);
   if (head?.kind === "pgm") {
-    // No browser shows these.
+    // Browsers cannot show these.
     const { answer, bytes } = await live.ask({ do: "decode" }, new Uint8Array(await file.arrayBuffer()));
     const { width, height } = answer;
     return { number, late: 0, format: "grey", bytes, width, height, paint: (picture) => picture.showGrey(bytes, width, height) };

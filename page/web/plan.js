@@ -1,14 +1,14 @@
-/** The plan: which effects are simulated, with bound, reason and cost. */
+/** The plan: the simulated effects with bound, reason and cost. */
 
-/** What each effect costs here, once it was measured; none where that failed. @type {Map<string, {us: number}> | null} */
+/** The measured cost of each effect on this computer; null if measuring failed. @type {Map<string, {us: number}> | null} */
 let measuredCosts = new Map();
 
-/** How long costs may be measured on a slow computer. */
+/** Time limit for measuring costs on a slow computer. */
 const COSTS_PATIENCE_MS = 60_000;
 
 let isMeasuring = false;
 
-/** Measures once settings rest, where it holds up no frames: it takes a few seconds. Frames are drawn as `vocc plan` draws them. */
+/** Measures costs once the settings are stable and no frames run, because it takes a few seconds. Frames are drawn as in `vocc plan`. */
 const measureCosts = whenRested(1500, async () => {
   if (settings.fields.mode !== "explore" || !scene.opened || scene.isStale || isMeasuring) return;
   const opened = scene.opened;
@@ -18,7 +18,7 @@ const measureCosts = whenRested(1500, async () => {
     const { answer } = await counter.ask({ do: "costs" }, undefined, COSTS_PATIENCE_MS);
     measuredCosts = new Map(answer.costs.map((/** @type {any} */ cost) => [cost.effect, cost]));
   } catch (error) {
-    // The table says so; the rest of the page needs no costs.
+    // The table reports the failure; the rest of the page needs no costs.
     if (!(error instanceof GivenUp)) measuredCosts = null;
   } finally {
     isMeasuring = false;
@@ -27,14 +27,14 @@ const measureCosts = whenRested(1500, async () => {
   else measureCosts();
 });
 
-/** Who leaves Explore does not wait for costs. */
+/** Stops measuring when the user leaves Explore. */
 function stopCosts() {
   if (isMeasuring) counter.end();
 }
 
 /** @param {any} opened */
 function planChanged(opened) {
-  // What was measured stays until it is measured anew: most costs change little.
+  // Old measurements are shown until there are new ones, because most costs change little.
   showPlan(opened);
   measureCosts();
 }

@@ -1,10 +1,10 @@
-/** Receive: pictures, films and cameras, read by the receiver that reads them on the road. */
+/** Receive: reads pictures, films and cameras with the receiver. */
 
-/** Pictures of a film are painted no more often. */
+/** Minimum time between two painted pictures of a film. */
 const PAINT_MS = 60;
 
 const receiving = {
-  /** Rises with each run, and when one is stopped. */
+  /** Increases with each run, and when one is stopped. */
   run: 0,
   /** @type {Picture | null} */
   picture: null,
@@ -12,12 +12,12 @@ const receiving = {
   close: null,
   /** @type {Film | null} */
   film: null,
-  /** Texts so far, each with how often it came. @type {Map<string, {place: HTMLElement, times: number}>} */
+  /** Texts so far, each with its number of receptions. @type {Map<string, {place: HTMLElement, times: number}>} */
   texts: new Map(),
-  /** What the status says, so that it is said once. */
+  /** The text of the status, so that it is announced once. */
   state: "",
   cameraText: "",
-  /** What `vocc` would be told to read the same. */
+  /** The arguments of `vocc` for the same input. */
   command: "receive film.y4m",
 };
 
@@ -27,12 +27,12 @@ function makeReceive() {
   byId("choose").addEventListener("click", () => byId("files").click());
   byId("files").addEventListener("change", () => {
     takeFiles([...byId("files").files]);
-    // So that the same file can be chosen again.
+    // Allows the user to choose the same file again.
     byId("files").value = "";
   });
   const film = (/** @type {number} */ run) => receiveFilm(run, (isWanted) => openCamera(toldRate("fps"), isWanted));
   byId("webcam").addEventListener("click", () => {
-    // The program reads no webcam by itself: it is given what was recorded of it.
+    // The program cannot read a webcam, so the command has a recording of it.
     sayReceived("receive recording.mp4");
     startReceiving(film);
   });
@@ -49,7 +49,7 @@ function makeReceive() {
 /** @param {string} id @param {string} field */
 function setRate(id, field) {
   const input = byId(id);
-  // What is no number leaves such an input empty.
+  // An input with an invalid number has an empty value.
   const wrong = input.validity.badInput ? "must be a number" : rateOrNothing(input.value);
   if (wrong) {
     sayWrong(`The ${id === "fps" ? "frames" : "symbols"} a second ${wrong}.`);
@@ -67,7 +67,7 @@ function toldRate(field) {
   return settings.fields[field] === "" ? null : Number(settings.fields[field]);
 }
 
-/** Files may be dropped anywhere: beside the place for them, the browser would leave the page. @param {HTMLElement} shown The place. */
+/** Accepts files dropped anywhere, because outside the drop area the browser would leave the page. @param {HTMLElement} shown The place. */
 function listenToDrops(shown) {
   window.addEventListener("dragover", (event) => {
     event.preventDefault();
@@ -106,7 +106,7 @@ function takeFiles(files) {
   });
 }
 
-/** @param {string} command What `vocc` would be told to read the same. */
+/** @param {string} command The arguments of `vocc` for the same input. */
 function sayReceived(command) {
   receiving.command = command;
   showCommand();
@@ -127,7 +127,7 @@ async function startReceiving(work) {
   try {
     await work(run);
   } catch (error) {
-    // What was left, nobody asks about.
+    // A newer run makes this result obsolete.
     if (run !== receiving.run) return;
     sayState("Nothing more is read.");
     sayError(error);
@@ -144,7 +144,7 @@ function closeFilm() {
   receiving.film = null;
 }
 
-/** Ends what is read or being opened, and tells nothing of it. @returns {number} The next run. */
+/** Ends reading or opening without a report. @returns {number} The next run. */
 function endFilm() {
   closeFilm();
   if (!byId("receive-stop").disabled) sayState("Stopped.");
@@ -152,7 +152,7 @@ function endFilm() {
   return (receiving.run += 1);
 }
 
-/** Ends a film, of which is told what has come of it, or whatever else goes on. */
+/** Ends a film with a report of its results, or any other activity. */
 function stopReceiving() {
   if (receiving.film) closeFilm();
   else endFilm();
@@ -202,7 +202,7 @@ async function receiveFilm(run, open) {
   if (fault) sayError(fault);
 }
 
-/** Reads to the end, or to where a film is damaged. @param {number} run @param {Film} film @returns {Promise<unknown>} The damage. */
+/** Reads to the end, or until a film is damaged. @param {number} run @param {Film} film @returns {Promise<unknown>} The damage. */
 async function readShots(run, film) {
   let paintedAt = -Infinity;
   const shots = film.shots[Symbol.asyncIterator]();
@@ -255,7 +255,7 @@ function showPanel(panel, rate) {
 
 /** @param {any} message */
 function showText({ text, hex, first_frame: first, last_frame: last, corrected_bits: corrected }) {
-  // Bytes that are no text can be told apart as digits only.
+  // Bytes that are not text can only be distinguished as digits.
   const shown = hex ? `bytes ${hex}` : text;
   const known = receiving.texts.get(shown);
   const place = known?.place ?? make("p");
@@ -267,7 +267,7 @@ function showText({ text, hex, first_frame: first, last_frame: last, corrected_b
   receiving.texts.set(shown, { place, times });
 }
 
-/** What is learnt, in the order in which it is shown. */
+/** The learnt properties in the order of display. */
 const LEARNT_NAMES = {
   encoding: "Curve", black_grey: "Grey of no light", blur_sigma_px: "Blur, px", blur_deviation_px: "Blur, how sure, px",
   blur_aspect: "Blur along x over along y", noise_grey: "Noise, grey levels", read_noise_e: "Read noise, electrons",
@@ -284,7 +284,7 @@ function showLearnt(learnt) {
   fillTerms(byId("learnt"), /** @type {[string, string][]} */ (rows));
 }
 
-/** @param {any} value @returns {string} Whatever was learnt, in a line. */
+/** Any learnt value in one line. @returns {string} Whatever was learnt, in a line. */
 function plainValue(value) {
   if (value === null || value === undefined) return "not known";
   if (typeof value === "number") return short(value, 4);

@@ -1,6 +1,6 @@
-/** The places where the page talks: `alert` for what went wrong, `status` for the rest. */
+/** The page's messages: `alert` for errors, `status` for the rest. */
 
-/** @param {string} text What went wrong, as a sentence; nothing takes the last one away. */
+/** @param {string} text The error as a sentence; an empty text removes the last one. */
 function sayWrong(text) {
   sayAt(byId("alert"), text);
 }
@@ -12,20 +12,20 @@ function say(text) {
 
 /** @param {unknown} error */
 function sayError(error) {
-  // What was given up on purpose needs no words.
+  // An action that the user cancelled needs no message.
   if (error instanceof GivenUp) return;
   sayWrong(sentence(error instanceof Error ? error.message : String(error)));
 }
 
-/** @param {string} text As the receiver and the simulator say it. @returns {string} The same as a sentence. */
+/** @param {string} text A text of the receiver or the simulator. @returns {string} The text as a sentence. */
 function sentence(text) {
-  // A key of scene files is called as its slider is, and no number has more digits than anyone reads.
+  // Keys of scene files are replaced by their sliders' labels, and numbers are shortened to readable digits.
   const named = CONTROLS.reduce((known, { key, label }) => known.replaceAll(key, label), text.trim());
   const words = named.replace(/\d+\.\d{4,}/g, (number) => short(Number(number), 4));
-  // A key without a slider is written as it is, such as camera.gamma.
+  // A key without a slider, such as camera.gamma, keeps its spelling.
   const first = /^\w+\.\w/.test(words) ? words.charAt(0) : words.charAt(0).toUpperCase();
   return `${first}${words.slice(1)}${/[.!?]$/.test(words) ? "" : "."}`;
 }
 
-/** What a request ends with when its worker was ended on purpose. */
+/** The error of a request whose worker was ended on purpose. */
 class GivenUp extends Error {}

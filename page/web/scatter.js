@@ -1,13 +1,13 @@
-/** AGR and GRI of each LED: a plane with k-means' dividing line, and on its edges how often each value came. */
+/** AGR and GRI of each LED: a plane with the dividing line of k-means, and histograms of each value at its edges. */
 
-/** Frames of which values are kept. */
+/** Number of frames whose values are kept. */
 const KEPT_FRAMES = 40;
 const BINS = 40;
 
 const scatter = {
-  /** The last frames' values: AGR, GRI and class of each LED. @type {{agr: Float32Array, gri: Float32Array, on: Uint8Array}[]} */
+  /** The values of the last frames: AGR, GRI and class of each LED. @type {{agr: Float32Array, gri: Float32Array, on: Uint8Array}[]} */
   frames: [],
-  /** What the axes span; it grows with what comes and is begun anew with each scene. @type {{x: Axis, y: Axis} | null} */
+  /** The ranges of the axes; they grow with the values and restart with each scene. @type {{x: Axis, y: Axis} | null} */
   axes: null,
 };
 
@@ -58,7 +58,7 @@ function drawScatter(canvas, border) {
   drawKey(context, box);
 }
 
-/** On is a disc, Off a hollow square, so that colour is not all that parts them. */
+/** On is a disc, Off a hollow square, so that they differ in more than colour. */
 function drawValue(context, x, y, on) {
   context.lineWidth = 1.5;
   context.fillStyle = colours.on;
@@ -86,13 +86,13 @@ function drawKey(context, box) {
   context.fillText("Off", left + 63, top);
 }
 
-/** The dividing line, across all that is shown. */
+/** Draws the dividing line across the plane. */
 function drawBorder(context, [nx, ny, d], x, y, placeX, placeY) {
   const size = Math.hypot(nx * (x.high - x.low), ny * (y.high - y.low));
   if (!(size > 0)) return;
   context.strokeStyle = colours.ink;
   context.lineWidth = 2;
-  // Along the axis that the line crosses less steeply, so that nothing is divided by next to nothing.
+  // Along the axis that the line crosses less steeply, so that no divisor is close to 0.
   if (Math.abs(ny) * (y.high - y.low) > Math.abs(nx) * (x.high - x.low)) {
     const at = (/** @type {number} */ agr) => placeY((d - nx * agr) / ny);
     line(context, placeX(x.low), at(x.low), placeX(x.high), at(x.high));
@@ -102,7 +102,7 @@ function drawBorder(context, [nx, ny, d], x, y, placeX, placeY) {
   }
 }
 
-/** How often the values of On and Off LEDs came, above the plane or right of it. */
+/** Draws the histogram of On and Off LEDs above the plane or to the right of it. */
 function drawHistogram(context, box, axis, feature, isAbove, edge) {
   const counts = [new Float32Array(BINS), new Float32Array(BINS)];
   for (const frame of scatter.frames) {

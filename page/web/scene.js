@@ -1,4 +1,4 @@
-/** The scene that is open in the live worker: what all modes but Receive look at. */
+/** The scene that is open in the live worker: all modes except Receive show it. */
 
 /** The worker of Explore, Accuracy, Send and Receive. */
 const live = new Client("simulator", () => {
@@ -9,30 +9,30 @@ const live = new Client("simulator", () => {
 const counter = new Client("counting");
 
 const scene = {
-  /** What the simulator said of the scene, or nothing while none is open. @type {any} */
+  /** The simulator's description of the scene; null while none is open. @type {any} */
   opened: null,
-  /** Whether settings have changed since it was opened. */
+  /** Whether settings have changed since the scene was opened. */
   isStale: true,
   isOpening: false,
-  /** Whether a slider moves: what is seen meanwhile is drawn at the quickest level. */
+  /** Whether a slider is moving: frames are then drawn at the fastest level. */
   isMoving: false,
-  /** Whether what is set came from the address, and may hold what the simulator does not take. */
+  /** Whether the settings came from the address and may contain values that the simulator rejects. */
   isFromAddress: true,
-  /** Those who want to know of each scene that is opened. @type {((opened: any) => void)[]} */
+  /** Callbacks for each opened scene. @type {((opened: any) => void)[]} */
   listeners: [],
 };
 
-/** The scene as the workers are told it. */
+/** The scene in a request to a worker. */
 function sceneRequest() {
   return { name: settings.fields.scene, toml: null, set: [...settings.keys].map(([key, text]) => `${key}=${text}`) };
 }
 
-/** The seed as the workers are told it. */
+/** The seed in a request to a worker. */
 function seedRequest() {
   return Number(settings.fields.seed);
 }
 
-/** Opens the scene with the newest settings; while one is being opened, no other is asked for. */
+/** Opens the scene with the newest settings; while one is being opened, no other is requested. */
 async function openScene() {
   scene.isStale = true;
   if (scene.isOpening) return;
@@ -44,7 +44,7 @@ async function openScene() {
     }
     showWhetherOld(false);
   } catch (error) {
-    // What is seen is still the scene of before.
+    // The visible frame still shows the old scene.
     showWhetherOld(true);
     sayError(error);
   } finally {
@@ -57,7 +57,7 @@ function showWhetherOld(isOld) {
   byId("main").classList.toggle("old", isOld);
 }
 
-/** How frames are drawn in this mode. Links are not filmed by the reference, and bits are counted in frames drawn quickly. */
+/** The level for frames in this mode. Send does not use the reference, and bits are counted in fast frames. */
 function levelHere() {
   const { mode, level, show } = settings.fields;
   if (mode === "good") return "fast";
@@ -84,7 +84,7 @@ async function openOnce() {
 }
 
 /**
- * Gives up what an address holds and the simulator does not take: first unusual keys, then all, then the scene.
+ * Drops settings of the address that the simulator rejects: first unusual keys, then all keys, then the scene.
  * @param {Error} error
  */
 async function openWithoutNonsense(error) {
@@ -98,7 +98,7 @@ async function openWithoutNonsense(error) {
   await openOnce();
 }
 
-/** Says that the settings have changed: the address follows, and the scene is opened anew. */
+/** Reports changed settings: updates the address and reopens the scene. */
 function settingsChanged() {
   scene.isMoving = false;
   writeAddress();
@@ -108,7 +108,7 @@ function settingsChanged() {
 
 const changedWhenRested = whenRested(200, settingsChanged);
 
-/** The same of a slider that may move on: until it rests, frames are drawn quickly. */
+/** Reports a moving slider: until it stops, frames are drawn at the fastest level. */
 function settingsMove() {
   scene.isMoving = true;
   openScene();

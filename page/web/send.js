@@ -1,7 +1,7 @@
-/** Send: a text goes over the simulated road, and arrives, or does not. */
+/** Send: transmits a text over the simulated road; it may arrive or not. */
 
 const sending = {
-  /** Rises with each run, and when one is stopped. */
+  /** Increases with each run, and when one is stopped. */
   run: 0,
   /** @type {Picture | null} */
   picture: null,
@@ -33,7 +33,7 @@ function makeSend() {
   byId("send-stop").addEventListener("click", () => stopSending("Stopped."));
 }
 
-/** Says how many bytes are left; letters beyond plain ones take 2 to 4. @param {string} text */
+/** Shows the number of bytes left; letters outside ASCII take 2 to 4. @param {string} text */
 function showLeft(text) {
   const left = LONGEST_MESSAGE - new TextEncoder().encode(text).length;
   const isEmpty = text.length === 0;
@@ -96,7 +96,7 @@ async function runSending(run, message) {
     if (told.ended) break;
     showSentFrame(told, heard.bytes, begun);
     if (told.delivered) break;
-    // Slow enough to look at, or as fast as the screen shows.
+    // Slow enough to watch, or as fast as the screen.
     const pace = Number(settings.fields.sendpace);
     if (pace > 0) await wait(Math.max(0, pace - (performance.now() - began)));
     else if (frame % 8 === 7) await new Promise((done) => requestAnimationFrame(done));
@@ -134,7 +134,7 @@ function showSentFrame(told, grey, { frames, region }) {
   byId("send-sent").setAttribute("aria-label", `Shown: ${spellLeds(sent)}`);
   byId("send-read").setAttribute("aria-label", `Read, ${wrong}: ${read ? spellLeds(read) : ""}`);
   byId("send-progress").value = told.frame + 1;
-  // Not a status of each frame: those who hear the page would hear nothing else.
+  // Not a status per frame, because a screen reader would read nothing else.
   const line = told.why ? sentence(told.why) : told.straddled ? "The exposure caught two symbols." : "Read.";
   sending.picture.describe(`frame ${told.frame} of ${frames}. ${line}`);
 }

@@ -1,6 +1,6 @@
 /** The form of the scene's settings. */
 
-/** The presets in plain words; others go by the simulator's own words. */
+/** Descriptions of the presets; others have the simulator's own. */
 const SCENES = {
   paper: "the paper's setting, without noise",
   "paper-18mm": "the paper, with a lens of 18 mm",
@@ -17,7 +17,7 @@ const SCENES = {
   hm01b0: "in a lit hall, through a microcontroller's camera",
 };
 
-/** Words and numbers change no more often while a slider moves. */
+/** Minimum time between changes of texts and numbers while a slider moves. */
 const READ_MS = 150;
 
 /** @typedef {{control: Control, root: any, range: any, number: any, has: any, tick: any}} Slider */
@@ -42,13 +42,13 @@ function makeSlider(control) {
   return { control, root: make("div", { className: "field slider" }, [row, track, hint]), range, number, has, tick };
 }
 
-/** The box that makes the panel follow the transmitter's table, under L2A. */
+/** The box under L2A that makes the panel follow the transmitter's table. */
 function makeTableBox() {
   const box = make("input", { type: "checkbox", id: "follow-table" });
   return make("label", { id: "follow" }, [box, " follow the transmitter's table", make("span", { id: "table-says", className: "quiet" })]);
 }
 
-/** @param {string} key @param {string | null} text None gives back the scene's own. */
+/** @param {string} key @param {string | null} text Null restores the scene's own value. */
 function setKey(key, text) {
   noteKey(key, text);
   settingsChanged();
@@ -79,7 +79,7 @@ function listenToSlider({ control, range, number, has }) {
       showValues();
     }
   });
-  // A scene without a board has no number for it, so that taking one away gives the scene's own back.
+  // A scene without a board has no number for it, so removing one restores the scene's own value.
   has?.addEventListener("change", () => setKey(control.key, has.checked ? keyText(control, valueAt(control, 0.1)) : null));
 }
 
@@ -106,7 +106,7 @@ function makeSettings() {
     settingsChanged();
   });
   scene.listeners.push(atMostEvery(READ_MS, showValues));
-  // On a narrow screen the picture comes first.
+  // On a narrow screen, the picture comes first.
   if (matchMedia("(max-width: 61.99rem)").matches) byId("settings").open = false;
 }
 
@@ -119,7 +119,7 @@ function fillScenes() {
 /** @param {string} name */
 function chooseScene(name) {
   settings.fields.scene = name;
-  // Where the panel is stays; light, weather, camera and panel are the new scene's.
+  // The panel keeps its place; light, weather, camera and panel are those of the new scene.
   const kept = new Set(CONTROLS.filter(({ keeps }) => keeps).map(({ key }) => key));
   for (const key of [...settings.keys.keys()]) if (!kept.has(key)) settings.keys.delete(key);
   sayWrong("");
@@ -145,7 +145,7 @@ function followsTable() {
   return set ? set === TABLE : /^\s*l2a\s*=\s*"/m.test(scene.opened?.toml ?? "");
 }
 
-/** Shows what the open scene says, except where the user is typing. */
+/** Shows the values of the open scene, except where the user is typing. */
 function showValues() {
   byId("scene").value = settings.fields.scene;
   const { mode } = settings.fields;
@@ -176,7 +176,7 @@ function showSlider({ control, root, range, number, has, tick }) {
   root.classList.toggle("set", settings.keys.has(control.key));
   if (has) has.checked = isThere;
   range.disabled = number.disabled = !isThere;
-  // While a slider moves it is ahead of the simulator.
+  // While a slider moves, it is ahead of the simulator.
   if (isThere && !scene.isStale) {
     const isMoved = scene.isMoving && document.activeElement === range;
     if (!isMoved) range.value = Math.round(placeOf(control, value) * 1000);
@@ -185,7 +185,7 @@ function showSlider({ control, root, range, number, has, tick }) {
   }
   if (control.key === L2A) {
     tick.hidden = scene.opened.table_l2a === null;
-    // The middle of a slider's thumb does not reach the ends of its track.
+    // The centre of a slider's thumb does not reach the ends of its track.
     tick.style.left = `calc(8px + ${placeOf(control, scene.opened.table_l2a)} * (100% - 16px))`;
     tick.title = `The table's choice: ${short(scene.opened.table_l2a)}`;
   }

@@ -1,6 +1,6 @@
-/** The same run on a command line, and the scene as a file. */
+/** The equivalent command line, and the scene as a file. */
 
-/** @param {string} text @returns {string} As a shell takes it. */
+/** @param {string} text @returns {string} The text quoted for a shell. */
 function quoted(text) {
   return /^[\w./:=,+-]+$/.test(text) ? text : `'${text.replace(/'/g, "'\\''")}'`;
 }
@@ -11,7 +11,7 @@ function sceneWords() {
   return [settings.fields.scene, ...sets, `--seed ${settings.fields.seed}`].join(" ");
 }
 
-/** The command that does what the page shows. */
+/** The command that does the same as the page. */
 function commandOfSettings() {
   const { mode, frame, frames, show, message, detector, fps, rate } = settings.fields;
   const render = `vocc render ${sceneWords()} --frame ${frame || 0} --out frame.png --crop --level ${levelHere()}`;
@@ -35,7 +35,7 @@ function ratesTold(fps, rate) {
   return `${fps ? ` --fps ${fps}` : ""}${rate ? ` --symbol-rate ${rate}` : ""}`;
 }
 
-/** The search for the optimum; by itself the command looks at other panels, too. @returns {string[]} */
+/** The search for the optimum; without options, the command searches other panels, too. @returns {string[]} */
 function searchCommand() {
   if (!scene.opened) return [];
   const { panel, pose } = scene.opened.values;
@@ -56,7 +56,7 @@ async function copy(text, what) {
     await navigator.clipboard.writeText(text);
     say(`${what} is copied.`);
   } catch {
-    // Where a page may not write the clipboard, it is marked to be copied by hand.
+    // If a page may not write to the clipboard, the text is selected for copying by hand.
     byId("command").value = text;
     byId("command").select();
     say("This browser does not let the page copy: the text is marked, copy it with Ctrl-C.");

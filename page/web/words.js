@@ -1,7 +1,7 @@
-/** Numbers and bits as people read them, and short ways to the document. */
+/** Readable numbers and bits, and short helpers for the document. */
 
 /**
- * The element of that id; the shell has it.
+ * The element with that id; the page's HTML must contain it.
  * @param {string} id
  * @returns {any}
  */
@@ -24,7 +24,7 @@ function make(name, properties = {}, children = []) {
 const RAISED = { "-": "⁻", 0: "⁰", 1: "¹", 2: "²", 3: "³", 4: "⁴", 5: "⁵", 6: "⁶", 7: "⁷", 8: "⁸", 9: "⁹" };
 
 /**
- * A number with so many significant digits: 10 000, 0.35, 4.7·10⁻⁵.
+ * A number with this many significant digits: 10 000, 0.35, 4.7·10⁻⁵.
  * @param {number} value
  * @param {number} [digits]
  */
@@ -42,7 +42,7 @@ function short(value, digits = 3) {
   return `${rounded < 0 ? "−" : ""}${grouped}${part ? `.${part}` : ""}`;
 }
 
-/** Between a number and its unit no line ends. */
+/** Prevents a line break between a number and its unit. */
 const NO_BREAK = "\u00a0";
 
 /** @param {number} seconds */
@@ -74,7 +74,7 @@ function countWrong(read, truth) {
   return wrong;
 }
 
-/** Says something where it is not said yet: what stays as it is costs the browser nothing. @param {Node} place @param {string} text */
+/** Sets a text if it differs: unchanged text costs the browser nothing. @param {Node} place @param {string} text */
 function sayAt(place, text) {
   if (place.textContent !== text) place.textContent = text;
 }
@@ -90,7 +90,7 @@ function fillTerms(list, rows) {
 }
 
 /**
- * Fills a table's body; the first cell of a row is its head, numbers stand right.
+ * Fills a table's body; the first cell of a row is its header, and numbers are right-aligned.
  * @param {HTMLElement} table
  * @param {{cells: (string | number)[], kind?: string, title?: string}[]} rows
  */
@@ -116,7 +116,7 @@ function emptyRow(columns) {
 }
 
 /**
- * Calls only the last of calls that come quickly one after another.
+ * Calls only the last of several calls in quick succession.
  * @template {any[]} A
  * @param {number} milliseconds
  * @param {(...given: A) => void} act
@@ -130,7 +130,7 @@ function whenRested(milliseconds, act) {
 }
 
 /**
- * Calls with the newest of what was given, and no more often than that: nobody reads quicker.
+ * Calls with the newest arguments, at most once per interval, because nobody reads faster.
  * @template {any[]} A
  * @param {number} milliseconds
  * @param {(...given: A) => void} act
@@ -156,7 +156,7 @@ function wait(milliseconds) {
 }
 
 /**
- * Gives the user a file.
+ * Downloads a file to the user's computer.
  * @param {string} name
  * @param {string} text
  */

@@ -1,6 +1,6 @@
-/** Films in y4m files: frames as they are, one after another behind a header line. They are read in slices, never whole. */
+/** Films in y4m files: uncompressed frames after a header line. They are read in slices, never whole. */
 
-/** The longest line of a y4m file that is believed. */
+/** Maximum length of a line in a y4m file. */
 const LONGEST_LINE = 1024;
 
 /**
@@ -9,14 +9,14 @@ const LONGEST_LINE = 1024;
  * @property {number} late In frame periods.
  * @property {string} format
  * @property {Uint8Array} bytes
- * @property {(picture: Picture) => void} paint Has to be called before the bytes are given away.
+ * @property {(picture: Picture) => void} paint Must be called before the bytes are transferred.
  *
  * @typedef {object} Film
  * @property {string} name
  * @property {number} width
  * @property {number} height
  * @property {number | null} fps
- * @property {boolean} [isAssumed] Whether nothing tells the frames a second.
+ * @property {boolean} [isAssumed] Whether the frame rate is assumed.
  * @property {boolean} [isY4m]
  * @property {AsyncIterable<Shot>} shots
  * @property {() => void} [close]
@@ -53,7 +53,7 @@ async function openY4m(file, isWanted) {
 
 /**
  * @param {File} file
- * @param {number} from Where the first frame begins.
+ * @param {number} from The offset of the first frame.
  * @param {{width: number, height: number, frameBytes: number, depth: number}} kind
  * @returns {AsyncGenerator<Shot>}
  */
@@ -74,7 +74,7 @@ async function* y4mShots(file, from, { width, height, frameBytes, depth }) {
   }
 }
 
-/** The brightness of a frame's pixels, which comes first in it. @returns {Uint8Array} */
+/** The luma of a frame, which comes first in it. @returns {Uint8Array} */
 function luma(bytes, from, pixels, depth) {
   if (depth === 8) return bytes.subarray(from, from + pixels);
   const grey = new Uint8Array(pixels);

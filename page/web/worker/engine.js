@@ -1,7 +1,7 @@
-// The WebAssembly, as an object: requests and answers, and the frames that are watched.
+// The WebAssembly module as an object: requests and answers, and the frames of Explore.
 
 /**
- * What was seen of a frame. The arrays are WebAssembly's own: they hold until the next call.
+ * The readings of a frame. The arrays are views of WebAssembly's memory, valid until the next call.
  * @typedef {object} View
  * @property {Uint8Array} grey the picture, row by row
  * @property {bigint} sent bit 8*row + column
@@ -9,16 +9,16 @@
  * @property {bigint} ml
  * @property {Float32Array} agr
  * @property {Float32Array} gri
- * @property {number[]} split k-means' border: split[0]*agr + split[1]*gri = split[2]
+ * @property {number[]} split the boundary of k-means: split[0]*agr + split[1]*gri = split[2]
  * @property {number} confidence of maximum likelihood
- * @property {boolean} mixed whether the exposure seems to have caught two symbols
- * @property {boolean[]} readable by k-means, by maximum likelihood
- * @property {string} why it is not
+ * @property {boolean} mixed whether the exposure seems to show two symbols
+ * @property {boolean[]} readable whether k-means and maximum likelihood could read it
+ * @property {string} the reason if they could not
  */
 
 const LEDS = 64;
 
-/** A fault with words for the user; `broken` where the WebAssembly cannot go on. */
+/** A fault with a text for the user; `broken` if the WebAssembly module cannot continue. */
 class EngineFault extends Error {
   /** @param {string} message @param {boolean} [broken] */
   constructor(message, broken = false) {
@@ -45,7 +45,7 @@ class Engine {
   constructor() {
     /** @type {any} */
     this.wasm = null;
-    /** What it said when it stopped. */
+    /** The reason that it reported when it stopped. */
     this.lastWords = "";
     this.encoder = new TextEncoder();
     this.decoder = new TextDecoder();
@@ -71,7 +71,7 @@ class Engine {
     });
   }
 
-  /** Draws and reads a frame of the scene that is open. @param {number} number @returns {View} */
+  /** Draws and reads a frame of the open scene. @param {number} number @returns {View} */
   frame(number) {
     return this.guarded(() => {
       const failed = this.wasm.frame(number);
@@ -98,7 +98,7 @@ class Engine {
     });
   }
 
-  /** Makes a fault with words of whatever stops the WebAssembly. @template T @param {() => T} work @returns {T} */
+  /** Converts any stop of the WebAssembly module to a fault with a text. @template T @param {() => T} work @returns {T} */
   guarded(work) {
     try {
       return work();
@@ -106,7 +106,7 @@ class Engine {
       if (fault instanceof EngineFault) {
         throw fault;
       }
-      // Who finds no memory ends without last words.
+      // A module that runs out of memory stops without a reason.
       const words = this.lastWords ? `which is a fault of this page: ${this.lastWords}`
         : `and did not say why (${fault}): its memory may have run out, and a smaller picture takes less`;
       throw new EngineFault(`The computation stopped, ${words}`, true);
@@ -124,7 +124,7 @@ class Engine {
   }
 
   /**
-   * A part of WebAssembly's memory, which moves when it grows: made anew for each look.
+   * A view of WebAssembly's memory, created for each access because growth moves the memory.
    * @param {any} Kind @param {number} at @param {number} length
    */
   memory(Kind, at, length) {

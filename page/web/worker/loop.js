@@ -1,10 +1,10 @@
-/** What a worker does: it starts the engine once, then answers one request after another. */
+/** The worker: it starts the engine once, then answers one request after another. */
 
 /** @type {Engine | null} */
 let engine = null;
 
 /**
- * One frame of Explore. Its pixels go into the buffer that the page gives back with each request, so that none is made anew.
+ * One frame of Explore. Its pixels go into the buffer that the page returns with each request, so that none is allocated.
  * @param {number} number
  * @param {Uint8Array | undefined} spare
  */
@@ -35,7 +35,7 @@ self.onmessage = async (event) => {
       return;
     }
     const given = answerTo(request, bytes);
-    // What lies in the memory of WebAssembly cannot be given away, only copied.
+    // WebAssembly's memory cannot be transferred, only copied.
     const own = given.bytes && given.bytes.byteLength === given.bytes.buffer.byteLength ? given.bytes : given.bytes && given.bytes.slice();
     /** @type {any} */ (self).postMessage({ id, answer: given.answer, bytes: own }, own ? [own.buffer] : []);
   } catch (error) {
