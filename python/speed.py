@@ -1,12 +1,11 @@
-"""How fast the package is: beside the program, in pictures a second, and beside GalSim and SciPy for the same picture at the same error.
+"""The speed of the package compared with the program, in pictures a second, and with GalSim and SciPy for one picture at one error.
 
     python -m pip install ./python numpy scipy galsim
     cargo build --release -p vocc
     python python/speed.py --program target/release/vocc
 
-Program and package are timed by turns, by the clock and by the processor time that they take: the latter says the same however busy
-the computer is. A time is the median of some. Errors are the largest of any pixel in grey levels before rounding, against vocc's
-reference level.
+Program and package are timed alternately, by the clock and by their processor time, which does not depend on the computer's load. A time
+is the median of several. An error is the maximum over all pixels, in grey levels before rounding, relative to vocc's reference level.
 """
 
 import argparse
@@ -23,7 +22,7 @@ from scipy import ndimage
 import vocc
 
 Picture = np.ndarray
-# Without the air, of which the other programs know nothing.
+# Without air, which the other programs cannot simulate.
 SCENE = vocc.Scene("paper", atmosphere="off")
 BITS = "8142a51824c34281"
 
@@ -34,7 +33,7 @@ def grey(light: Picture) -> Picture:
 
 
 def seconds(call: Callable[[], object], least_s: float = 0.3) -> float:
-    """How long a call takes: the median of some."""
+    """The median duration of several calls."""
     times: list[float] = []
     while sum(times) < least_s or len(times) < 5:
         begun = time.perf_counter()
@@ -44,7 +43,7 @@ def seconds(call: Callable[[], object], least_s: float = 0.3) -> float:
 
 
 def evaluations(program: str, rounds: int, frames: int) -> None:
-    """How fast `vocc evaluate` and vocc.evaluate are, by turns."""
+    """The speeds of `vocc evaluate` and vocc.evaluate, measured alternately."""
     scene = vocc.Scene("paper", distance_m=70)
     options = ["evaluate", "paper", "--set", "pose.distance_m=70", "--frames", str(frames), "--threads", "2", "--json"]
     by_clock, by_processor, rates = [], [], []
@@ -66,13 +65,13 @@ def evaluations(program: str, rounds: int, frames: int) -> None:
 
 
 def processor_s(of_whom: int) -> float:
-    """The processor time that this program, or those it has started, have taken so far."""
+    """The processor time so far of this program, or of its child processes."""
     used = resource.getrusage(of_whom)
     return used.ru_utime + used.ru_stime
 
 
 def batches(frames: int) -> None:
-    """Pictures a second that come into NumPy in batches."""
+    """Pictures a second that arrive in NumPy in batches."""
     for distance_m in (140, 70, 50):
         scene = vocc.Scene("paper", distance_m=distance_m)
         rates = []
@@ -85,7 +84,7 @@ def batches(frames: int) -> None:
 
 
 def lights() -> tuple[float, float, float]:
-    """The light of an On LED, of an Off one and of the background: of a panel so near that a pixel shows one of them alone."""
+    """The light of an On LED, an Off LED and the background, from a panel so near that a pixel shows only one of them."""
     near = vocc.Renderer(SCENE.with_(distance_m=2, blur="off"), level="reference")
     on, off = near.render(1, linear=True), near.render(0, linear=True)
     x, y = np.rint(near.corners_px[0]).astype(int)
@@ -93,7 +92,7 @@ def lights() -> tuple[float, float, float]:
 
 
 class Panel:
-    """What the others draw: discs on a lattice, in the region that vocc draws."""
+    """The picture for the other programs: discs on a lattice, in the region that vocc draws."""
 
     def __init__(self, renderer: vocc.Renderer) -> None:
         on, off, self.background = lights()
@@ -106,12 +105,12 @@ class Panel:
         self.excess = np.where(vocc.as_bits(BITS), on, off) - self.background
 
     def by_scipy(self, samples: int) -> Picture:
-        """Each pixel of `samples` x `samples` smaller ones, the discs' edges smooth, blurred by scipy.ndimage.gaussian_filter, averaged."""
+        """Draws `samples` x `samples` fine pixels per pixel with smooth edges, blurs by scipy.ndimage.gaussian_filter, and averages."""
         height, width = self.shape
         fine = np.full((height * samples, width * samples), self.background)
         reach = int(np.ceil((self.radius_px + 1) * samples))
         for (x, y), excess in zip(self.centres.reshape(-1, 2), self.excess.ravel(), strict=True):
-            # Places in fine pixels; the centre of pixel 0 is at 0.
+            # Positions in fine pixels; the centre of pixel 0 is at 0.
             column, row = (x + 0.5) * samples - 0.5, (y + 0.5) * samples - 0.5
             left, top = int(column) - reach, int(row) - reach
             part = fine[max(top, 0) : top + 2 * reach + 1, max(left, 0) : left + 2 * reach + 1]
@@ -122,7 +121,7 @@ class Panel:
         return blurred.reshape(height, samples, width, samples).mean((1, 3))
 
     def by_galsim(self, accuracy: float) -> Picture:
-        """Discs convolved with the blur and the pixel, by GalSim's Fourier transforms."""
+        """Convolves discs with the blur and the pixel by GalSim's Fourier transforms."""
         import galsim
 
         height, width = self.shape
@@ -141,7 +140,7 @@ class Panel:
 
 
 def pictures() -> None:
-    """Time and error of one picture by each, as exact as each level of vocc at least."""
+    """Time and error of one picture by each program, at least as accurate as each level of vocc."""
     for level in ("fast", "fine"):
         renderer = vocc.Renderer(SCENE, level=level, crop=True)
         of_vocc = seconds(lambda renderer=renderer: renderer.render(BITS, linear=True))

@@ -1,4 +1,4 @@
-//! NumPy arrays in and out: images, and the 64 bits of a panel.
+//! Converts NumPy arrays: images, and the 64 bits of a panel.
 
 use std::borrow::Cow;
 
@@ -18,15 +18,15 @@ use sim::input::SIDE_MAX;
 
 use crate::errors::refused;
 
-/// An image that Python holds.
+/// An image from Python.
 pub enum Image<'py> {
     /// 8-bit grey.
     Grey(PyReadonlyArray2<'py, u8>),
-    /// Blue, green and red of each pixel, as OpenCV has them.
+    /// Blue, green and red of each pixel, in the order of OpenCV.
     Colour(PyReadonlyArray3<'py, u8>),
     /// Up to 16 bits.
     Deep(PyReadonlyArray2<'py, u16>),
-    /// Linear light, 1 at a grey card.
+    /// Linear light, relative to a grey card.
     Light(PyReadonlyArray2<'py, f32>),
 }
 
@@ -48,12 +48,12 @@ enum Samples<'a> {
     Light(&'a [f32]),
 }
 
-/// What is said of images that are none.
+/// The way out in errors about objects that are no images.
 const WANTED: &str = "give a NumPy array of shape (height, width) and type uint8, uint16 or float32 (linear light), or (height, width, 3) \
     and uint8 as OpenCV has colours";
 
 impl<'py> Image<'py> {
-    /// The image that `object` is; `name` is what the caller calls it.
+    /// Converts `object` to an image; `name` is the caller's name for it.
     pub fn of(object: &Bound<'py, PyAny>, name: &str) -> PyResult<Self> {
         let Ok(array) = object.cast::<PyUntypedArray>() else {
             let kind = object.get_type().name()?;
@@ -112,10 +112,10 @@ impl<'a> Pixels<'a> {
         }
     }
 
-    /// 8-bit grey: of colours one channel, of deep samples what `deep` makes of them, of light what a camera of the usual curve would.
+    /// 8-bit grey. Colours give one channel, `deep` converts samples of more than 8 bits, and light is encoded with a camera's usual curve.
     ///
     /// # Errors
-    /// The first light that is not a number from 0 up.
+    /// The first value of light that is not a number of at least 0.
     pub fn grey(&self, channel: Channel, deep: &mut Compander) -> Result<Cow<'a, [u8]>, String> {
         Ok(match self.samples {
             Samples::Grey(grey) => Cow::Borrowed(grey),
@@ -130,7 +130,7 @@ impl<'a> Pixels<'a> {
     }
 }
 
-/// Grey levels of light.
+/// The grey levels of light.
 fn encoded(light: &[f32], width: usize) -> Result<Vec<u8>, String> {
     let grey = light.iter().enumerate().map(|(place, &light)| {
         if light >= 0.0 && light.is_finite() {
@@ -145,7 +145,7 @@ fn encoded(light: &[f32], width: usize) -> Result<Vec<u8>, String> {
     grey.collect()
 }
 
-/// The panel of an integer, of 16 hexadecimal digits, or of an array of shape (8, 8).
+/// The panel of an integer, 16 hexadecimal digits, or an array of shape (8, 8).
 pub fn panel(object: &Bound<'_, PyAny>) -> PyResult<PanelFrame> {
     let wanted = "give an int from 0 to 2**64 - 1 (bit 8*row + column), 16 hexadecimal digits such as '8040201008040201', or a bool array \
          of shape (8, 8)";
@@ -186,12 +186,13 @@ pub fn panel(object: &Bound<'_, PyAny>) -> PyResult<PanelFrame> {
     ))
 }
 
-/// The bytes of an array of bool: True is any but 0, where another program wrote them, and Rust's bool has only 0 and 1.
+/// The bytes of an array of bool. Another program may have written other values than 0 and 1, which count as True, but would be invalid as
+/// Rust's bool.
 fn on_bytes<'py>(object: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py, u8>> {
     Ok(object.call_method1("view", ("uint8",))?.extract()?)
 }
 
-/// Refuses an array with a mask, which would be read as if it had none.
+/// Rejects a masked array, whose mask would be ignored.
 fn check_unmasked(object: &Bound<'_, PyAny>, what: &str) -> PyResult<()> {
     match object.hasattr("mask")? {
         true => Err(PyTypeError::new_err(format!(
@@ -201,11 +202,11 @@ fn check_unmasked(object: &Bound<'_, PyAny>, what: &str) -> PyResult<()> {
     }
 }
 
-/// What a function that reads frames returns.
+/// The way out in errors about the results of a function that reads frames.
 const READING: &str = "return a NumPy array of bool (True: On), or of float (soft values: On above 0), of shape (n, 8, 8) or (n, 64) for n \
     frames";
 
-/// The panels that a function has read in `count` frames from `first` on: bits, or soft values, which are On above 0.
+/// The panels that a function has read in `count` frames from `first` on, as bits or as soft values, which are On above 0.
 pub fn panels_read(object: &Bound<'_, PyAny>, first: u64, count: usize) -> PyResult<Vec<PanelFrame>> {
     let Ok(array) = object.cast::<PyUntypedArray>() else {
         let kind = object.get_type().name()?;
@@ -227,7 +228,7 @@ pub fn panels_read(object: &Bound<'_, PyAny>, first: u64, count: usize) -> PyRes
             Ok(panels_of(bits.as_array().iter().map(|&on| on != 0)))
         }
         b'f' => {
-            // Soft values of any width and order of bytes.
+            // Converts soft values of any width and byte order.
             let soft = object.call_method1("astype", ("float64",))?;
             let soft = soft.extract::<PyReadonlyArrayDyn<'_, f64>>()?;
             let soft = soft.as_array();
@@ -244,7 +245,7 @@ pub fn panels_read(object: &Bound<'_, PyAny>, first: u64, count: usize) -> PyRes
     }
 }
 
-/// Panels of their LEDs one after another.
+/// The panels of successive LEDs.
 fn panels_of(leds: impl Iterator<Item = bool>) -> Vec<PanelFrame> {
     let leds: Vec<bool> = leds.collect();
     let bits = |leds: &[bool]| leds.iter().enumerate().fold(0, |bits, (led, &on)| bits | u64::from(on) << led);

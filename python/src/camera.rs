@@ -1,4 +1,4 @@
-//! What is known of a camera: told, or learnt from its frames.
+//! The properties of a camera, configured or learnt from its frames.
 
 use link::camera::{self, Encoding};
 use link::panel::LEDS;
@@ -15,10 +15,10 @@ use crate::record::{self, record};
 
 /// A camera's settings. The receiver starts from them and learns; only `focal_px`, for the panel's pose, cannot be learnt.
 ///
-/// `encoding` is "linear", "srgb", "rec709" or gamma's number from 1 to 4. `focal_px` is the focal length in pixels, one number or along x
-/// and y; `principal_px` the pixel on the optical axis, the middle of the frame without it; `distortion` k1, k2, p1, p2, k3, k4, k5, k6 or
-/// the first 1, 2, 4 or 5 of them, as OpenCV's calibrateCamera returns them. `line_delay_exposures` is the time from one line to the next
-/// over that of an exposure, -2 to 2; 0 where all are exposed at once.
+/// `encoding` is "linear", "srgb", "rec709" or a gamma from 1 to 4. `focal_px` is the focal length in pixels, as one number or as two along
+/// x and y. `principal_px` is the pixel on the optical axis, by default the middle of the frame. `distortion` has k1, k2, p1, p2, k3, k4,
+/// k5, k6, or the first 1, 2, 4 or 5 of them, as OpenCV's calibrateCamera returns them. `line_delay_exposures` is the delay from one line
+/// to the next in exposures, -2 to 2; 0 is a global shutter.
 ///
 /// Raises VoccError if a value is out of its range.
 ///
@@ -33,7 +33,7 @@ use crate::record::{self, record};
 #[derive(Clone, Copy, Default)]
 pub struct Camera {
     camera: camera::Camera,
-    /// Whether the encoding is set.
+    /// Whether the encoding is configured.
     encoding: Option<Encoding>,
     focal_px: Option<[f64; 2]>,
     principal_px: Option<[f64; 2]>,
@@ -147,7 +147,7 @@ impl Camera {
         short(self.camera.blur_sigma_px)
     }
 
-    /// The blur along x over that along y, 0.5 to 2.
+    /// The ratio of the blur along x to that along y, 0.5 to 2.
     #[getter]
     fn blur_aspect(&self) -> f64 {
         short(self.camera.blur_aspect)
@@ -177,13 +177,13 @@ impl Camera {
         self.distortion.to_vec()
     }
 
-    /// By how much of an exposure each line is later than the one above, if it is set or learnt.
+    /// The delay of each line after the one above, in exposures, if it is set or learnt.
     #[getter]
     fn line_delay_exposures(&self) -> Option<f64> {
         self.line_delay.map(short)
     }
 
-    /// All attributes by their names: Camera takes them back as keywords.
+    /// All attributes by name: Camera accepts them as keywords.
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyDict>> {
         record::to_dict(slf.as_any(), &NAMES)
     }
@@ -194,26 +194,26 @@ impl Camera {
 }
 
 record! {
-    /// What a receiver has learnt from a panel's frames of the camera and of the LEDs.
+    /// The camera and LEDs that a receiver has learnt from a panel's frames.
     LearntCamera {
-        /// The camera, learnt from the frames and otherwise as it was set. The next receiver can start from it.
+        /// The camera: learnt values, and otherwise the configured ones. The next receiver can start from it.
         camera: Py<Camera>,
         /// The standard deviation of its blur_sigma_px, in pixels; None if the blur is not learnt, as with near panels.
         blur_deviation_px: Option<f64>,
         /// The standard deviation of a pixel of middle grey, in grey levels.
         noise_grey: f64,
-        /// By how much of an exposure each line is later than the one above it: negative where lines are read from below, 0 where all are
-        /// exposed at once; None before exposures that caught two symbols have told.
+        /// The delay of each line after the one above, in exposures: negative if lines are read from below, 0 for a global shutter, and
+        /// None until exposures of two symbols have shown it.
         line_delay_exposures: Option<f64>,
         /// LEDs that do not follow the message, 8*row + column.
         broken_leds: Vec<usize>,
-        /// Frames that this was learnt from.
+        /// Number of frames of which this was learnt.
         frames: u32,
     }
 }
 
 impl Camera {
-    /// For a receiver of 8-bit frames.
+    /// The camera of a receiver of 8-bit frames.
     pub fn camera(&self) -> camera::Camera {
         self.camera
     }
@@ -232,12 +232,12 @@ impl Camera {
         camera
     }
 
-    /// By how many exposures each line is later than the one above, if it is set.
+    /// The delay of each line after the one above, in exposures, if it is set.
     pub fn line_delay(&self) -> Option<f32> {
         self.line_delay
     }
 
-    /// The lens before frames of a width and height; why not, if it is not known.
+    /// The lens for frames of a width and height, or the reason why it is unknown.
     pub fn lens(&self, size: [usize; 2]) -> Result<Lens, String> {
         let Some(focal_px) = self.focal_px else {
             return Err("no focal length: give camera=Camera(focal_px=…)".into());
@@ -250,7 +250,7 @@ impl Camera {
         })
     }
 
-    /// The learnt camera with the lens as it was set. The encoding is that of the given images, even if pixels were encoded for the
+    /// The learnt camera with the configured lens. The encoding is that of the given images, even if their pixels were encoded for the
     /// receiver.
     pub fn learnt(&self, py: Python<'_>, learnt: &Learnt, are_encoded: bool) -> PyResult<LearntCamera> {
         let mut camera = learnt.camera;
@@ -276,7 +276,7 @@ impl Camera {
     }
 }
 
-/// The camera that an argument is: a Camera, what was learnt of one, or a dict of its attributes.
+/// Converts an argument to a camera: a Camera, a LearntCamera, or a dict of attributes.
 pub fn camera_of(argument: &Bound<'_, PyAny>) -> PyResult<Camera> {
     if let Ok(camera) = argument.cast::<Camera>() {
         return Ok(*camera.get());
@@ -295,7 +295,7 @@ pub fn camera_of(argument: &Bound<'_, PyAny>) -> PyResult<Camera> {
     )))
 }
 
-/// The encoding that a name or a number is.
+/// Converts a name or a number to an encoding.
 fn encoding_of(argument: &Bound<'_, PyAny>) -> PyResult<Encoding> {
     if let Ok(gamma) = argument.extract::<f32>()
         && !argument.is_instance_of::<PyBool>()
@@ -313,7 +313,7 @@ fn encoding_of(argument: &Bound<'_, PyAny>) -> PyResult<Encoding> {
     }
 }
 
-/// The shortest double that is this number.
+/// The double with the fewest digits that rounds to this number.
 fn short(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(value.into())
 }

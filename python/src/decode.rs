@@ -1,4 +1,4 @@
-//! The bits of single frames.
+//! Reads the bits of single frames.
 
 use link::panel::LLR_STEP;
 use numpy::PyArray2;
@@ -20,11 +20,11 @@ use crate::pose::{self, Pose};
 use crate::record::record;
 
 record! {
-    /// What a single image shows.
+    /// The reading of a single image.
     Decoded {
         /// Whether a panel was read.
         found: bool,
-        /// Its bits, bool of shape (8, 8); None, as all that follows, where none was read.
+        /// The bits, bool of shape (8, 8). This and all following attributes are None if no panel was read.
         bits: Option<Py<PyArray2<bool>>>,
         /// The log-likelihood ratio of each LED, positive for On, float32 of shape (8, 8).
         llr: Option<Py<PyArray2<f32>>>,
@@ -38,20 +38,20 @@ record! {
         corners_px: Option<Py<PyArray2<f32>>>,
         /// The panel's centre, in pixels.
         centre_px: Option<(f32, f32)>,
-        /// The distance of neighbouring LEDs, in pixels.
+        /// The distance between neighbouring LEDs, in pixels.
         pitch_px: Option<f32>,
         /// Why no panel was read.
         why: Option<String>,
-        /// Where the panel is, where the camera's focal length and the panel's size were told.
+        /// The pose of the panel, if the camera's focal length and the panel's size are configured.
         pose: Option<Py<Pose>>,
-        /// Why that is not known.
+        /// Why the pose is unknown.
         no_pose: Option<String>,
-        /// What was learnt of the camera.
+        /// The learnt camera.
         camera: Option<Py<LearntCamera>>,
     }
 }
 
-/// The method of a detector that needs no frames to learn from.
+/// The method of a detector that learns from no frames.
 pub fn untrained(detector: &str) -> PyResult<Method> {
     let choice: DetectorChoice = check(detector.parse())?;
     choice.untrained().ok_or_else(|| {
@@ -62,7 +62,7 @@ pub fn untrained(detector: &str) -> PyResult<Method> {
     })
 }
 
-/// Four points: x and y of the top left, top right, bottom right and bottom left LED.
+/// Converts four points: x and y of the top left, top right, bottom right and bottom left LED.
 fn corners_of(argument: &Bound<'_, PyAny>) -> PyResult<Corners> {
     let points: Vec<Vec<f32>> = argument.extract().map_err(|_| wrong_corners(argument))?;
     let points: Vec<[f32; 2]> = points
@@ -81,13 +81,13 @@ fn wrong_corners(argument: &Bound<'_, PyAny>) -> PyErr {
     ))
 }
 
-/// The bits of a single image, wherever a panel is found in it, or at `corners`: as `vocc decode` reads them.
+/// Reads the bits of a single image as `vocc decode` does: at `corners`, or wherever it finds a panel.
 ///
-/// `image` is a uint8, uint16 or float32 array of shape (height, width), or (height, width, 3) as OpenCV has colours; `channel` says what
-/// to read of these: brightest, red, green, blue or grey. `detector` is best, ml, kmeans, kmeans-raw or otsu. With the panel's `interval`
+/// `image` is a uint8, uint16 or float32 array of shape (height, width), or (height, width, 3) with colours in OpenCV's order, of which
+/// `channel` is read: brightest, red, green, blue or grey. `detector` is best, ml, kmeans, kmeans-raw or otsu. With the panel's `interval`
 /// and `led_diameter_m`, and the camera's `focal_px`, the pose is measured.
 ///
-/// Raises VoccError or TypeError of an image that is none; that no panel is found is no error.
+/// Raises VoccError or TypeError if `image` is not an image. An image without a panel is not an error.
 ///
 /// >>> import vocc
 /// >>> renderer = vocc.Renderer("day")
@@ -188,7 +188,7 @@ pub fn decode(
     })
 }
 
-/// Converts samples of `depth` bits to 8; by default as many as the first image needs.
+/// Converts samples of `depth` bits to 8; by default the depth that the first image needs.
 pub fn compander(depth: Option<u8>, told: Option<&Camera>) -> PyResult<Compander> {
     if let Some(depth) = depth.filter(|depth| !(9..=16).contains(depth)) {
         return Err(refused(format!("depth = {depth}: give 9 to 16 bits, or None")));

@@ -1,4 +1,4 @@
-//! What is wrong, in Python's words: the library's own, as the command line prints them.
+//! Errors in Python, with the libraries' texts as the command line prints them.
 
 use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,17 +14,17 @@ create_exception!(
     "What was asked for cannot be: says what is wrong, with the value, the range and the way out, as the command line does."
 );
 
-/// What a library refuses.
+/// The exception for an error of a library.
 pub fn refused(error: impl Display) -> PyErr {
     VoccError::new_err(error.to_string())
 }
 
-/// A value, unless a library refuses it.
+/// The value, or an exception if a library has rejected it.
 pub fn check<T>(value: Result<T, impl Display>) -> PyResult<T> {
     value.map_err(refused)
 }
 
-/// The outcome of work in which a fault of the library's own does not reach Python as a panic.
+/// The result of `work`. A panic of the library becomes an exception.
 pub fn guarded<T>(work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| Err(own_fault()))
 }

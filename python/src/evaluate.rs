@@ -1,4 +1,4 @@
-//! Monte Carlo at one setting.
+//! Monte Carlo evaluation of one setting.
 
 use std::time::Instant;
 
@@ -23,59 +23,59 @@ use crate::scene::{Decision, decisions, scene_of};
 use crate::work::{Ears, Work};
 
 record! {
-    /// What came out of an evaluation: the keys of `vocc evaluate --json`.
+    /// The result of an evaluation: the keys of `vocc evaluate --json`.
     Evaluation {
-        /// The detector: its name, or that of the function.
+        /// The detector's name, or the function's.
         detector: String,
-        /// Frames.
+        /// Number of frames.
         frames: u64,
-        /// Bits that were looked at.
+        /// Number of bits.
         bits: u64,
-        /// Those read wrongly; of rare events, the swarms that reached one.
+        /// Number of wrong bits; for rare events, the number of swarms that reached one.
         bit_errors: u64,
-        /// The number of counted errors that would tell as much.
+        /// The number of counted errors with the same uncertainty.
         effective_errors: f64,
         /// Bit error rate.
         ber: f64,
         /// Its 95 % interval.
         ber_95: (f64, f64),
-        /// The bit error rate of the frames that show one symbol; None where that is not known.
+        /// The bit error rate of frames that show one symbol; None if it is unknown.
         ber_one_symbol: Option<f64>,
-        /// Its 95 % interval, likewise.
+        /// Its 95 % interval, or None.
         ber_one_symbol_95: Option<(f64, f64)>,
-        /// Frames that are exposed across a change of symbols, likewise.
+        /// Number of frames that were exposed across a change of symbols, or None.
         frames_across: Option<u64>,
-        /// Bits that are read wrongly of them, likewise.
+        /// Number of wrong bits in these, or None.
         bit_errors_across: Option<u64>,
-        /// Panels with any bit read wrongly, likewise.
+        /// Number of panels with a wrong bit, or None.
         panel_errors: Option<u64>,
-        /// The 95 % interval of their share, likewise.
+        /// The 95 % interval of their rate, or None.
         panel_error_rate_95: Option<(f64, f64)>,
         /// Between-class variance of (AGR, GRI); None for rare events.
         bvar: Option<f64>,
-        /// Within-class variance, likewise.
+        /// Within-class variance; None for rare events.
         wvar: Option<f64>,
-        /// Their ratio, where there is one.
+        /// Their ratio, if it is defined.
         b2w: Option<f64>,
-        /// Bits that are read wrongly in each frame, uint8 of shape (frames,); None where that was not asked for.
+        /// Wrong bits of each frame, uint8 of shape (frames,); None if not requested.
         errors_by_frame: Option<Py<PyArray1<u8>>>,
-        /// Seconds of work.
+        /// Duration in seconds.
         seconds: f64,
         /// The seed.
         seed: u64,
         /// The level of accuracy.
         level: String,
-        /// Which effects were simulated, and why.
+        /// The simulated effects with reasons.
         plan: Vec<Py<Decision>>,
     }
 }
 
 record! {
-    /// What a detector of your own gets: frames, without the truth about them.
+    /// The input of your own detector: frames without the truth.
     DetectorInput {
         /// The number of the first frame.
         first: u64,
-        /// The panel's part of the pictures, uint8 of shape (n, height, width).
+        /// The region of the panel, uint8 of shape (n, height, width).
         images: Py<PyArray3<u8>>,
         /// The centres of the corner LEDs, top left, top right, bottom right and bottom left: x and y in pixels of the image, of shape
         /// (n, 4, 2).
@@ -89,7 +89,7 @@ fn pair(interval: [f64; 2]) -> (f64, f64) {
     (interval[0], interval[1])
 }
 
-/// A level that many frames are drawn at.
+/// A level for drawing many frames.
 pub fn single_precision(level: &str) -> PyResult<Level> {
     match check(level.parse())? {
         Level::Reference => Err(refused("the reference level is for single frames (render): choose fine or fast")),
@@ -97,22 +97,22 @@ pub fn single_precision(level: &str) -> PyResult<Level> {
     }
 }
 
-/// Distinguishability of On and Off and the bit error rate in a scene: Monte Carlo, bit for bit that of `vocc evaluate`.
+/// Measures distinguishability of On and Off and the bit error rate in a scene by Monte Carlo, bit for bit as `vocc evaluate` does.
 ///
-/// Each of `frames` frames has random bits and a random sub-pixel phase, drawn by `seed` alone, whatever `threads` are (None: all
-/// processors); with `random_reflectance` a reflectance of 0.3 to 0.5, too. `detector` is best, ml, kmeans, kmeans-raw, fisher, fisher-ngr,
-/// otsu or genie, or a function of your own. `by_frame` counts the errors of each frame, too: with the same scene, seed and
-/// `random_reflectance` frame k is the same for all detectors. `rare_events` reaches errors by splitting, for bit error rates below 1e-6.
-/// `camera` is what the receiver is told of the camera. `progress` is called with how many more frames are done, as `tqdm(...).update`
-/// wants it. Ctrl-C ends it.
+/// Each of `frames` frames has random bits and a random sub-pixel phase, which depend only on `seed`, not on `threads` (None: all
+/// processors). With `random_reflectance`, each also has a random reflectance of 0.3 to 0.5. `detector` is best, ml, kmeans, kmeans-raw,
+/// fisher, fisher-ngr, otsu or genie, or your own function. `by_frame` also counts the errors of each frame: with the same scene, seed and
+/// `random_reflectance`, frame k is the same for all detectors. `rare_events` reaches errors by splitting, for bit error rates below 1e-6.
+/// `camera` is the receiver's configuration of the camera. `progress` is called with the number of frames done since its last call, as
+/// `tqdm(...).update` expects. Ctrl-C ends the evaluation.
 ///
-/// A function gets a DetectorInput of up to `batch` frames, in order, in the thread that calls, and returns an array of shape (n, 8, 8) or
-/// (n, 64), LED 8*row + column: bool, True for On, or float, soft values such as log likelihood ratios, On above 0. What it raises ends the
-/// call. Detectors by name need no `batch`, and count the same with any. The truth of other frames to learn from is in
-/// `frames`, of another seed.
+/// A function receives a DetectorInput of up to `batch` frames, in order, in the calling thread, and returns an array of shape (n, 8, 8) or
+/// (n, 64), LED 8*row + column: bool, True for On, or float, soft values such as log likelihood ratios, On above 0. An exception in it ends
+/// the call. Detectors with a name need no `batch`, and give the same counts with any. To train a detector, take frames with the truth from
+/// `frames` with another seed.
 ///
-/// Raises VoccError where the scene cannot be seen, an argument is out of its range, or what the function returns has another shape or is
-/// not a number; TypeError where it returns another type.
+/// Raises VoccError if the scene cannot be seen, if an argument is out of its range, or if the function returns another shape or values
+/// that are not numbers, and TypeError if it returns another type.
 ///
 /// >>> import vocc
 /// >>> far = vocc.Scene("paper", distance_m=70, interval=0.5, illuminance_lx=1000, noise="on")
@@ -241,12 +241,12 @@ pub fn evaluate<'py>(
     })
 }
 
-/// Frames of which each one's errors are kept, at most: 4 GB.
+/// Maximum number of frames for errors by frame: 4 GB.
 const BY_FRAME_MAX: u64 = 1 << 32;
-/// Frames that are drawn at a time, where nobody sees them.
+/// Number of frames drawn at a time if the caller does not see them.
 const BATCH: u64 = 4096;
 
-/// What reads the frames.
+/// The reader of the frames.
 enum Detector<'a, 'py> {
     Named(DetectorChoice),
     Own(&'a Bound<'py, PyAny>),
@@ -269,7 +269,7 @@ impl<'a, 'py> Detector<'a, 'py> {
         }
     }
 
-    /// By which frames are measured.
+    /// The detector by which frames are measured.
     fn choice(&self) -> DetectorChoice {
         match self {
             Self::Named(choice) => *choice,
@@ -288,7 +288,7 @@ impl<'a, 'py> Detector<'a, 'py> {
     }
 }
 
-/// The errors of frames, together and, if that is asked for, each.
+/// The errors of all frames and, if requested, of each.
 struct Counts {
     tally: Tally,
     by_frame: Option<Vec<u8>>,
@@ -314,7 +314,7 @@ impl Counts {
     }
 }
 
-/// Lets a function read all frames.
+/// Reads all frames with a function.
 fn read_by_function(
     py: Python<'_>,
     source: &FrameSource,
@@ -347,7 +347,7 @@ fn read_by_function(
     Ok(counts)
 }
 
-/// Lets the detector that is set read all frames.
+/// Reads all frames with the configured detector.
 fn read_by_name(scene: &Scene, settings: Settings, mut counts: Counts, mut ears: Ears) -> Result<Counts, EvaluateError> {
     let stop = ears.stop;
     let labels = Labels {

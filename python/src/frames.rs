@@ -1,4 +1,4 @@
-//! Many random frames of a scene with the truth: data to train and to test detectors with.
+//! Random frames of a scene with the truth: data for training and testing detectors.
 
 use link::panel::PanelFrame;
 use numpy::ndarray::{Array2, Array3, Array4};
@@ -16,38 +16,38 @@ use crate::scene::scene_of;
 use crate::work::Work;
 
 record! {
-    /// A frame and the truth about it.
+    /// A frame with the truth.
     Frame {
-        /// Its number: with the scene and the seed it says all of it.
+        /// Its number, which determines the frame together with the scene and the seed.
         frame: u64,
-        /// The panel's part of the picture, uint8 of shape (height, width).
+        /// The region of the panel, uint8 of shape (height, width).
         image: Py<PyArray2<u8>>,
-        /// What the panel showed in the middle of the exposure, bool of shape (8, 8).
+        /// The panel's bits in the middle of the exposure, bool of shape (8, 8).
         bits: Py<PyArray2<bool>>,
         /// The centres of the corner LEDs, top left, top right, bottom right and bottom left: x and y in pixels of the image, of shape
         /// (4, 2).
         corners_px: Py<PyArray2<f32>>,
-        /// Whether the exposure is shared between two symbols.
+        /// Whether the exposure contains two symbols.
         across: bool,
-        /// AGR, GRI and NGR of each LED's cell, of shape (8, 8, 3); None where they are not asked for.
+        /// AGR, GRI and NGR of each LED's cell, of shape (8, 8, 3); None if not requested.
         features: Option<Py<PyArray3<f32>>>,
     }
 }
 
 record! {
-    /// Many frames and the truth about them.
+    /// Many frames with the truth.
     Batch {
-        /// The number of the first.
+        /// The number of the first frame.
         first: u64,
-        /// The panel's part of the pictures, uint8 of shape (n, height, width).
+        /// The region of the panel, uint8 of shape (n, height, width).
         images: Py<PyArray3<u8>>,
-        /// What the panel showed, bool of shape (n, 8, 8).
+        /// The panel's bits, bool of shape (n, 8, 8).
         bits: Py<PyArray3<bool>>,
         /// The centres of the corner LEDs, of shape (n, 4, 2).
         corners_px: Py<PyArray3<f32>>,
-        /// Whether exposures are shared between two symbols, bool of shape (n,).
+        /// Whether each exposure contains two symbols, bool of shape (n,).
         across: Py<PyArray1<bool>>,
-        /// AGR, GRI and NGR of each LED's cell, of shape (n, 8, 8, 3); None where they are not asked for.
+        /// AGR, GRI and NGR of each LED's cell, of shape (n, 8, 8, 3); None if not requested.
         features: Option<Py<PyArray4<f32>>>,
     }
 }
@@ -62,10 +62,10 @@ pub struct Frames {
     work: Work,
 }
 
-/// The most pixels of a batch: 4 GB.
+/// Maximum number of pixels in a batch: 4 GB.
 const BATCH_PIXELS_MAX: u64 = 1 << 32;
 
-/// Refuses batches that are too large.
+/// Rejects batches that are too large.
 pub fn check_batch(batch: u64, source: &FrameSource, or: &str) -> PyResult<()> {
     let most = BATCH_PIXELS_MAX / source.pixels() as u64;
     if (1..=most).contains(&batch) {
@@ -78,14 +78,14 @@ pub fn check_batch(batch: u64, source: &FrameSource, or: &str) -> PyResult<()> {
     )))
 }
 
-/// The same random frames as `evaluate` draws of a scene and a seed, with the truth: an iterator of Frame, or with `batch` of Batch, that
-/// many at a time.
+/// The random frames that `evaluate` draws of a scene with a seed, with the truth: an iterator of Frame or, with `batch`, of Batch with
+/// that many frames.
 ///
-/// Frames are numbered `first` to `first + n - 1`: frame k of a seed is the same in any run. They show the first panel's cells; the image
-/// is as large for all. `features`: measure each LED's cell as the paper's detectors do. `threads` draw each batch (1 without it, None:
-/// all processors); frames one by one are drawn in the thread that asks.
+/// Frames are numbered `first` to `first + n - 1`: frame k of a seed is the same in any run. They show the first panel's cells, and all
+/// images have one size. `features`: measure each LED's cell as the paper's detectors do. `threads` draw each batch (by default 1; None:
+/// all processors); single frames are drawn in the calling thread.
 ///
-/// Raises VoccError where the scene cannot be seen.
+/// Raises VoccError if the scene cannot be seen.
 ///
 /// >>> import vocc
 /// >>> for frame in vocc.frames("night", 3, seed=7):
@@ -146,7 +146,7 @@ impl Frames {
         slf
     }
 
-    /// Frames, or batches, that are left.
+    /// Number of frames or batches that are left.
     fn __len__(&self) -> usize {
         let left = self.end - self.next;
         usize::try_from(left.div_ceil(self.batch.unwrap_or(1))).unwrap_or(usize::MAX)
@@ -169,7 +169,7 @@ impl Frames {
         (region.height, region.width)
     }
 
-    /// The sensor's column and row at which the images begin.
+    /// The sensor's column and row of the images' first pixel.
     #[getter]
     fn origin_px(&self) -> (usize, usize) {
         let region = self.source.region();
@@ -218,7 +218,7 @@ impl Frames {
     }
 }
 
-/// Draws `count` frames, one picture after another.
+/// Draws `count` frames, with their pictures concatenated.
 pub fn draw(py: Python<'_>, source: &FrameSource, work: &Work, first: u64, count: usize) -> PyResult<(Vec<u8>, Vec<LabelledFrame>)> {
     work.run(py, None, |ears| {
         let mut images = vec![0; count * source.pixels()];

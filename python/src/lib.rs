@@ -27,7 +27,7 @@ mod work;
 mod native {
     use pyo3::prelude::*;
 
-    /// The version of all that the package is made of.
+    /// The version of the package.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("__version__", env!("CARGO_PKG_VERSION"))

@@ -1,4 +1,4 @@
-//! The best LED-to-ambient ratios, and the table that a transmitter carries.
+//! The optimum L2A, and the table that a transmitter carries.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -14,7 +14,7 @@ use crate::table::Table;
 use crate::work::Work;
 
 record! {
-    /// The best ratio at one setting: the keys of `vocc optimize --json`.
+    /// The optimum L2A at one setting: the keys of `vocc optimize --json`.
     Optimum {
         /// Ambient illuminance, in lux.
         illuminance_lx: f64,
@@ -22,64 +22,64 @@ record! {
         interval: f64,
         /// Distance, in metres.
         distance_m: f64,
-        /// Turn about the vertical, in degrees.
+        /// Rotation about the vertical, in degrees.
         yaw_deg: f64,
-        /// The best ratio, in 1/sr.
+        /// The optimum, in 1/sr.
         l2a: f64,
         /// Its 95 % interval.
         l2a_95: (f64, f64),
-        /// Whether it is the end of the range: the true one may lie beyond.
+        /// Whether it is at the end of the range: the true optimum may lie beyond.
         at_border: bool,
-        /// The ratios that are not significantly worse.
+        /// The range of L2A that is not significantly worse.
         not_worse: (f64, f64),
-        /// B2W next to the best ratio, where it is defined.
+        /// B2W near the optimum, if it is defined.
         b2w: Option<f64>,
-        /// Fisher's criterion there, where it is defined.
+        /// Fisher's criterion near the optimum, if it is defined.
         fisher: Option<f64>,
-        /// Bit error rate there.
+        /// Bit error rate near the optimum.
         ber: f64,
         /// Its 95 % interval.
         ber_95: (f64, f64),
-        /// Frames that these are of.
+        /// Number of frames for these values.
         frames: u64,
-        /// By which factor the criterion is worse where the panel is driven to the ratio that the table holds.
+        /// The factor by which the criterion is worse at the L2A of the table.
         table_loss: f64,
     }
 }
 
 record! {
-    /// What all distances together say of an illuminance and an interval.
+    /// The result of all distances for an illuminance and an interval.
     TableEntry {
         /// Ambient illuminance, in lux.
         illuminance_lx: f64,
         /// Normalised LED interval.
         interval: f64,
-        /// The mean of the best ratios over the distances.
+        /// The mean of the optima over the distances.
         mean_l2a: f64,
         /// Its 95 % interval.
         mean_l2a_95: (f64, f64),
-        /// The least and the greatest of the best ratios.
+        /// The minimum and the maximum of the optima.
         range_l2a: (f64, f64),
-        /// Whether one of them is the end of the range.
+        /// Whether one of them is at the end of the range.
         at_border: bool,
-        /// The ratio of the least mean bit error rate.
+        /// The L2A with the least mean bit error rate.
         least_ber_l2a: f64,
         /// Its 95 % interval.
         least_ber_l2a_95: (f64, f64),
-        /// The ratios whose mean bit error rate is not significantly higher.
+        /// The range of L2A whose mean bit error rate is not significantly higher.
         least_ber_not_worse: (f64, f64),
-        /// The least mean bit error rate, by the fit.
+        /// The least mean bit error rate according to the fit.
         least_ber: f64,
     }
 }
 
-/// What a search for the best ratios has found.
+/// The result of a search for optima.
 #[pyclass(frozen, module = "vocc")]
 pub struct Optimization {
-    /// The best ratio at each setting.
+    /// The optimum at each setting.
     #[pyo3(get)]
     optima: Vec<Py<Optimum>>,
-    /// What all distances together say of each illuminance and interval.
+    /// The result of all distances for each illuminance and interval.
     #[pyo3(get)]
     entries: Vec<Py<TableEntry>>,
     file: TableFile,
@@ -87,15 +87,15 @@ pub struct Optimization {
 
 #[pymethods]
 impl Optimization {
-    /// The table of what was found, as a transmitter carries it.
+    /// The table of the result, as a transmitter carries it.
     ///
-    /// Raises VoccError where a transmitter cannot: of a ratio beyond 0.2 to 4, for instance.
+    /// Raises VoccError if a transmitter cannot use it, for example because of an L2A outside 0.2 to 4.
     #[getter]
     fn table(&self) -> PyResult<Table> {
         Table::of(self.file.clone())
     }
 
-    /// The table's file as a TOML text: `vocc table` takes it, and `vocc optimize` writes the same.
+    /// The table's file as TOML: `vocc table` accepts it, and `vocc optimize` writes the same.
     fn to_toml(&self) -> PyResult<String> {
         check(self.file.to_toml())
     }
@@ -110,15 +110,15 @@ impl Optimization {
     }
 }
 
-/// The best LED-to-ambient ratio (L2A) at each setting, with its uncertainty, bit for bit that of `vocc optimize`.
+/// Searches the optimum LED-to-ambient ratio (L2A) at each setting, with its uncertainty, bit for bit as `vocc optimize` does.
 ///
-/// A setting is an illuminance (the scene's alone without `illuminances`), an interval, a distance and a yaw. `criterion` is what is
-/// maximised: b2w, fisher or ber (the least bit error rate). `rule` makes the table's ratio of those of the distances: mean or least-ber.
-/// A search ends when the 95 % interval is no wider than +-`tolerance`, or with `frames` at one ratio. `range` are the ratios looked among.
-/// `detector`, `level`, `seed`, `threads` and `progress` are as for evaluate; `random_reflectance` draws each frame's from 0.3 to 0.5.
-/// Ctrl-C ends it.
+/// A setting is an illuminance (by default the scene's), an interval, a distance and a yaw. `criterion` is maximised: b2w, fisher or ber
+/// (the least bit error rate). `rule` computes the table's L2A from those of the distances: mean or least-ber. A search ends when the 95 %
+/// interval is no wider than +-`tolerance`, or with `frames` at one L2A. `range` is the range that is searched. `detector`, `level`,
+/// `seed`, `threads` and `progress` are as for evaluate; `random_reflectance` draws each frame's reflectance from 0.3 to 0.5. Ctrl-C ends
+/// the search.
 ///
-/// Raises VoccError where a setting cannot be, or the best ratio is not defined there.
+/// Raises VoccError if a setting is impossible, or if its optimum is not defined.
 ///
 /// >>> import vocc
 /// >>> found = vocc.optimize("paper", intervals=[1], distances=[50], frames=2048, tolerance=0.05)

@@ -1,4 +1,4 @@
-//! Where a panel is, in metres and degrees.
+//! The pose of a panel, in metres and degrees.
 
 use numpy::PyArray2;
 use pyo3::prelude::*;
@@ -8,54 +8,54 @@ use crate::arrays;
 use crate::record::record;
 
 record! {
-    /// Where a panel is before the camera, and how sure that is: a sigma is a standard deviation.
+    /// The pose of a panel before the camera, with its uncertainty: a sigma is a standard deviation.
     Pose {
         /// Distance of the panel's middle, in metres.
         range_m: f64,
         /// Its standard deviation.
         range_sigma_m: f64,
-        /// To the right of the optical axis, in degrees.
+        /// Angle to the right of the optical axis, in degrees.
         azimuth_deg: f64,
         /// Its standard deviation.
         azimuth_sigma_deg: f64,
-        /// Above the optical axis or below it, in degrees.
+        /// Angle above the optical axis (negative below it), in degrees.
         elevation_deg: f64,
         /// Its standard deviation.
         elevation_sigma_deg: f64,
-        /// Turn about the optical axis, in degrees.
+        /// Rotation about the optical axis, in degrees.
         roll_deg: f64,
         /// Its standard deviation.
         roll_sigma_deg: f64,
-        /// Turn about the vertical, in degrees.
+        /// Rotation about the vertical, in degrees.
         yaw_deg: f64,
         /// Its standard deviation.
         yaw_sigma_deg: f64,
-        /// Turn about the horizontal, in degrees.
+        /// Rotation about the horizontal, in degrees.
         pitch_deg: f64,
         /// Its standard deviation.
         pitch_sigma_deg: f64,
         /// The panel's middle: x right, y down, z forward, in metres.
         translation_m: (f64, f64, f64),
-        /// The matrix that takes the panel's axes to the camera's, of shape (3, 3).
+        /// The matrix that maps the panel's axes to the camera's, of shape (3, 3).
         rotation: Py<PyArray2<f64>>,
         /// Covariance of translation (m) and rotation vector (rad), of shape (6, 6).
         covariance: Py<PyArray2<f64>>,
-        /// How likely the other of the two solutions is that a plane's image allows.
+        /// The probability of the other of the two solutions that the image of a plane allows.
         other_probability: f64,
-        /// By how much covariances are larger than noise alone would make them.
+        /// The factor by which covariances exceed those of noise alone.
         inflation: f64,
-        /// How fast it comes nearer, in m/s, once some frames tell.
+        /// Closing speed, in m/s, once some frames have shown it.
         closing_speed_m_s: Option<f64>,
         /// Its standard deviation.
         closing_speed_sigma_m_s: Option<f64>,
-        /// When it is here, in seconds, if it comes nearer.
+        /// Time to collision, in seconds, if the panel comes nearer.
         time_to_collision_s: Option<f64>,
         /// Its standard deviation.
         time_to_collision_sigma_s: Option<f64>,
     }
 }
 
-/// A pose, and how fast it comes nearer as far as that is known.
+/// A pose with its closing speed and time to collision, if they are known.
 pub fn as_record(py: Python<'_>, pose: &pose::Pose, [speed, time]: [Option<Known>; 2]) -> Pose {
     let numbers = pose.numbers();
     let degrees = |known: Known| (known.value.to_degrees(), known.sigma.to_degrees());

@@ -1,4 +1,4 @@
-//! Frames in, one after another; readings, poses and messages out.
+//! Processes successive frames into readings, poses and messages.
 
 use link::orientation::Orientation;
 use numpy::PyArray2;
@@ -24,28 +24,28 @@ record! {
         frame: u64,
         /// The panel's number, from 0.
         panel: usize,
-        /// Its bits, bool of shape (8, 8): in its own rows and columns once `turned_deg` is known; else, and where the picture is mirrored,
-        /// in the picture's.
+        /// Its bits, bool of shape (8, 8): in the panel's own rows and columns once `turned_deg` is known. Until then, and if the picture
+        /// is mirrored, in those of the picture.
         bits: Py<PyArray2<bool>>,
         /// The log-likelihood ratio of each LED, positive for On, float32 of shape (8, 8).
         llr: Py<PyArray2<f32>>,
-        /// The share of bits that are right if the ratios are, 0.5 to 1.
+        /// The confidence: the mean probability that a bit is right according to the ratios, 0.5 to 1.
         confidence: f32,
         /// The corner LEDs, top left, top right, bottom right and bottom left: x and y in pixels, of shape (4, 2).
         corners_px: Py<PyArray2<f32>>,
         /// The panel's centre, in pixels.
         centre_px: (f32, f32),
-        /// The distance of neighbouring LEDs, in pixels.
+        /// The distance between neighbouring LEDs, in pixels.
         pitch_px: f32,
-        /// The number of the symbol that it shows, where that is known.
+        /// The number of the symbol that it shows, if it is known.
         symbol: Option<u32>,
-        /// By how many degrees the panel is turned clockwise in the picture, 0, 90, 180 or 270: known from the first header of a message on.
+        /// The panel's clockwise rotation in the picture, in degrees: 0, 90, 180 or 270. Known from the first message header on.
         turned_deg: Option<u32>,
-        /// Whether the picture is a mirror image, where that is known.
+        /// Whether the picture is mirrored, if that is known.
         is_mirrored: Option<bool>,
-        /// Where the panel is, where the camera's focal length and the panel's size were told.
+        /// The pose of the panel, if the camera's focal length and the panel's size are configured.
         pose: Option<Py<Pose>>,
-        /// Why that is not known.
+        /// Why the pose is unknown.
         no_pose: Option<String>,
     }
 }
@@ -57,15 +57,15 @@ record! {
         frame: u64,
         /// The panel's number, from 0.
         panel: usize,
-        /// Why.
+        /// The reason.
         why: String,
     }
 }
 
 record! {
-    /// A message that has become whole.
+    /// A complete message.
     Message {
-        /// Its text; what is no UTF-8 is replaced.
+        /// Its text; bytes that are not UTF-8 are replaced.
         text: String,
         /// Its bytes.
         data: Vec<u8>,
@@ -73,35 +73,34 @@ record! {
         panel: usize,
         /// The number of the first frame that showed a part of it.
         first_frame: u64,
-        /// The number of the last one.
+        /// The number of the last such frame.
         last_frame: u64,
-        /// Bits that were corrected.
+        /// Number of corrected bits.
         corrected_bits: u32,
     }
 }
 
 record! {
-    /// What a frame has brought.
+    /// The results of a frame.
     Received {
         /// The frame's number.
         frame: u64,
         /// The panels that were read.
         readings: Vec<Py<Reading>>,
-        /// Those that were not, and why.
+        /// The panels that were not read, with reasons.
         losses: Vec<Py<Loss>>,
-        /// The messages that have become whole.
+        /// The messages that were completed.
         messages: Vec<Py<Message>>,
     }
 }
 
-/// Receives messages from frames that are fed one after another, as `vocc receive` does.
+/// Receives messages from successive frames, as `vocc receive` does.
 ///
-/// `fps` is the camera's frames a second (100 without it). `symbol_rate` is what the transmitter shows a second; where it is not told, 90
-/// as the Pico shows, and what else is usual, is tried. `camera` is what is known of the camera: a Camera, a LearntCamera or a dict.
-/// `panels` are followed at once, up to 4, each with its own message. `detector`, `channel`, `depth`, `interval` and `led_diameter_m` are
-/// as for decode.
+/// `fps` is the camera's frames a second (by default 100). `symbol_rate` is the transmitter's symbols a second; by default, the Pico's 90
+/// and other usual rates are tried. `camera` configures the camera: a Camera, a LearntCamera or a dict. Up to `panels` are followed at once
+/// (at most 4), each with its own message. `detector`, `channel`, `depth`, `interval` and `led_diameter_m` are as for decode.
 ///
-/// Raises VoccError of what is out of its range.
+/// Raises VoccError if an argument is out of its range.
 ///
 /// >>> import vocc
 /// >>> renderer, receiver = vocc.Renderer("paper", level="fast", crop=True), vocc.Receiver(symbol_rate=100)
@@ -200,7 +199,7 @@ impl Receiver {
         self.received(py, number, reports)
     }
 
-    /// Closes the receiver; gives the messages that become whole by the last symbol, whose end it has been waiting for.
+    /// Closes the receiver. Returns the messages that are completed by the last symbol, which was held back because its end was not known.
     fn finish(&mut self, py: Python<'_>) -> PyResult<Vec<Py<Message>>> {
         self.check_open()?;
         self.is_closed = true;
@@ -211,7 +210,7 @@ impl Receiver {
         messages.flatten().collect()
     }
 
-    /// Closes the receiver and gives its memory back.
+    /// Closes the receiver and frees its memory.
     fn close(&mut self) {
         self.reception.close();
         self.is_closed = true;
@@ -225,7 +224,7 @@ impl Receiver {
         self.close();
     }
 
-    /// What was learnt of the camera by the first panel that was read; None before one was, by maximum likelihood.
+    /// The camera as learnt by the first panel that was read; None until one has been read by maximum likelihood.
     #[getter]
     fn camera(&self, py: Python<'_>) -> PyResult<Option<LearntCamera>> {
         let are_encoded = self.are_encoded.unwrap_or_default();
@@ -233,7 +232,7 @@ impl Receiver {
         learnt.map(|learnt| self.told.learnt(py, learnt, are_encoded)).transpose()
     }
 
-    /// The symbols a second that are gone by: those told, or those by which messages were read.
+    /// Symbols a second: the configured rate, or the rate that decoded messages.
     #[getter]
     fn symbol_rate_hz(&self) -> f32 {
         self.reception.symbol_rate_hz()
@@ -245,7 +244,7 @@ impl Receiver {
         self.next
     }
 
-    /// Whether it was closed.
+    /// Whether it is closed.
     #[getter]
     fn closed(&self) -> bool {
         self.is_closed

@@ -1,9 +1,9 @@
-//! Small typed results: attributes, a representation, and a dictionary of the same names.
+//! Small typed results: attributes, a representation, and a dictionary with the same names.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-/// A class of results: frozen, with a getter for each field, `to_dict` and a representation.
+/// Defines a class of results: frozen, with a getter for each field, `to_dict` and a representation.
 macro_rules! record {
     ($(#[$about:meta])* $name:ident { $($(#[$of:meta])* $field:ident: $type:ty,)* }) => {
         $(#[$about])*
@@ -14,7 +14,7 @@ macro_rules! record {
 
         #[pyo3::pymethods]
         impl $name {
-            /// All attributes by their names, records among them as dictionaries too: for pandas, JSON and the like.
+            /// All attributes by name, with nested records as dictionaries: for pandas, JSON and the like.
             fn to_dict<'py>(
                 slf: &pyo3::Bound<'py, Self>,
             ) -> pyo3::PyResult<pyo3::Bound<'py, pyo3::types::PyDict>> {
@@ -29,7 +29,7 @@ macro_rules! record {
 }
 pub(crate) use record;
 
-/// The attributes of a record by their names.
+/// The attributes of a record by name.
 pub fn to_dict<'py>(record: &Bound<'py, PyAny>, names: &[&str]) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(record.py());
     for name in names {
@@ -38,7 +38,7 @@ pub fn to_dict<'py>(record: &Bound<'py, PyAny>, names: &[&str]) -> PyResult<Boun
     Ok(dict)
 }
 
-/// A value, with records made dictionaries.
+/// A value with its records converted to dictionaries.
 fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
     if let Ok(list) = value.cast::<PyList>() {
         let items = list.iter().map(plain).collect::<PyResult<Vec<_>>>()?;
@@ -50,7 +50,7 @@ fn plain(value: Bound<'_, PyAny>) -> PyResult<Bound<'_, PyAny>> {
     }
 }
 
-/// `Name(attribute=value, …)`; arrays by their shapes.
+/// `Name(attribute=value, …)`; arrays are shown by their shapes.
 pub fn repr(record: &Bound<'_, PyAny>, names: &[&str]) -> PyResult<String> {
     let shown = names.iter().map(|name| {
         let value = record.getattr(*name)?;

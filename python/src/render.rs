@@ -1,4 +1,4 @@
-//! Camera frames of a scene, one at a time.
+//! Draws camera frames of a scene, one at a time.
 
 use link::panel::PanelFrame;
 use numpy::ndarray::Array2;
@@ -12,9 +12,9 @@ use crate::arrays;
 use crate::errors::{check, guarded, refused};
 use crate::scene::{Decision, decisions, scene_of};
 
-/// Draws camera frames of one scene, at level "fine", "fast" or "reference": what all of its frames have in common is worked out once.
+/// Draws camera frames of one scene, at level "fine", "fast" or "reference". The common parts of its frames are computed once.
 ///
-/// Raises VoccError where the scene cannot be seen.
+/// Raises VoccError if the scene cannot be seen.
 ///
 /// >>> import vocc
 /// >>> renderer = vocc.Renderer("day", level="fast", crop=True)
@@ -42,11 +42,11 @@ impl Renderer {
         Ok(Self { renderer, region })
     }
 
-    /// One frame, of shape (height, width): uint8 grey levels as the camera gives them, or with `linear` float32 light (float64 at level
-    /// "reference"), 1 at a grey card, without noise.
+    /// One frame, of shape (height, width): the camera's uint8 grey levels or, with `linear`, float32 light (float64 at level "reference")
+    /// relative to a grey card, without noise.
     ///
-    /// `bits` are the first panel's: an int (bit 8*row + column), 16 hexadecimal digits or a bool array of shape (8, 8); random by `seed`
-    /// and `frame` without them. `frame` is the number of the frame: its time, and its random numbers.
+    /// `bits` are the first panel's: an int (bit 8*row + column), 16 hexadecimal digits or a bool array of shape (8, 8); by default, they
+    /// are random by `seed` and `frame`. `frame` is the number of the frame, which determines its time and its random numbers.
     #[pyo3(signature = (bits=None, *, frame=0, seed=1, linear=false))]
     fn render<'py>(
         &self,
@@ -66,7 +66,7 @@ impl Renderer {
         })
     }
 
-    /// What the first panel shows in a frame whose bits are random: a bool array of shape (8, 8).
+    /// The random bits of the first panel in a frame: a bool array of shape (8, 8).
     #[pyo3(signature = (*, frame=0, seed=1))]
     fn bits(&self, py: Python<'_>, frame: u64, seed: u64) -> PyResult<Py<PyArray2<bool>>> {
         let shown = self.renderer.shown(seed, frame, None);
@@ -80,33 +80,34 @@ impl Renderer {
         (self.region.height, self.region.width)
     }
 
-    /// The sensor's column and row at which the frames begin.
+    /// The sensor's column and row of the frames' first pixel.
     #[getter]
     fn origin_px(&self) -> (usize, usize) {
         (self.region.x, self.region.y)
     }
 
     /// The centres of the first panel's corner LEDs, top left, top right, bottom right and bottom left: x and y in pixels of the frame, of
-    /// shape (4, 2). (0, 0) is the centre of the top-left pixel. Where the camera vibrates, those of frame 0 of seed 1: see corners.
+    /// shape (4, 2). (0, 0) is the centre of the top-left pixel. If the camera vibrates, these are the corners in frame 0 of seed 1: see
+    /// corners.
     #[getter]
     fn corners_px(&self, py: Python<'_>) -> Py<PyArray2<f64>> {
         self.corners(py, 0, 1)
     }
 
-    /// The same in any frame: where the camera vibrates, each has its own.
+    /// The same centres in any frame: if the camera vibrates, each frame has its own.
     #[pyo3(signature = (*, frame=0, seed=1))]
     fn corners(&self, py: Python<'_>, frame: u64, seed: u64) -> Py<PyArray2<f64>> {
         let moment = self.renderer.moment(seed, frame);
         arrays::rows(py, self.renderer.corner_leds_in(self.region, &moment))
     }
 
-    /// How far frames may be from the reference, in grey levels before rounding.
+    /// Maximum error of frames relative to the reference, in grey levels before rounding.
     #[getter]
     fn error_bound_grey(&self) -> f64 {
         self.renderer.level().error_bound_grey()
     }
 
-    /// Which effects are simulated, and why: as Scene.plan.
+    /// The simulated effects with reasons: as Scene.plan.
     fn plan(&self) -> Vec<Decision> {
         decisions(self.renderer.plan())
     }
@@ -136,14 +137,14 @@ fn picture<'py, T: numpy::Element>(py: Python<'py>, shape: (usize, usize), value
     Ok(check(Array2::from_shape_vec(shape, values))?.into_pyarray(py))
 }
 
-/// One camera frame of a scene, of shape (height, width): as `vocc render` draws it, bit for bit. For many of one scene, Renderer or
-/// frames.
+/// Draws one camera frame of a scene, of shape (height, width), bit for bit as `vocc render` does. For many frames of one scene, use
+/// Renderer or frames.
 ///
-/// uint8 grey levels, or with `linear` float32 light (float64 at level "reference"), 1 at a grey card, without noise. `bits` are the first
-/// panel's: an int, 16 hexadecimal digits or a bool array of shape (8, 8); random by `seed` and `frame` without them. `crop`: the first
-/// panel's surroundings instead of the whole sensor.
+/// The frame has uint8 grey levels or, with `linear`, float32 light (float64 at level "reference") relative to a grey card, without noise.
+/// `bits` are the first panel's: an int, 16 hexadecimal digits or a bool array of shape (8, 8); by default, they are random by `seed` and
+/// `frame`. `crop` draws the first panel's surroundings instead of the whole sensor.
 ///
-/// Raises VoccError where the scene cannot be seen.
+/// Raises VoccError if the scene cannot be seen.
 ///
 /// >>> import vocc
 /// >>> vocc.render("night", bits="8040201008040201", frame=3, level="fine").shape

@@ -1,4 +1,4 @@
-//! Scenes: presets, TOML and dictionaries, with keys overruled.
+//! Scenes: presets, TOML and dictionaries, with overrides of keys.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -13,36 +13,36 @@ use crate::errors::{check, guarded, refused};
 use crate::record::record;
 
 record! {
-    /// Whether an effect is simulated, and why.
+    /// The decision whether an effect is simulated, with the reason.
     Decision {
         /// The effect's name.
         effect: &'static str,
-        /// The most that leaving it out could change, in grey levels before rounding.
+        /// The maximum change from leaving it out, in grey levels before rounding.
         bound_grey: f64,
         /// The scene's tolerance, in grey levels.
         tolerance_grey: f64,
-        /// What the scene says of it: auto, on or off.
+        /// The scene's setting of the effect: auto, on or off.
         mode: String,
         /// Whether it is simulated.
         included: bool,
-        /// Why.
+        /// The reason.
         why: String,
         /// The model and its source.
         model: &'static str,
         /// The scene keys it reads.
         keys: Vec<&'static str>,
-        /// What including it takes, in words.
+        /// The cost of including it, in words.
         cost: &'static str,
     }
 }
 
 /// A scene: camera, panels, light, air and link.
 ///
-/// `source` is the name of a preset, the path of a TOML file, or a dict of tables. Keyword arguments overrule keys: by their names alone
-/// (`distance_m=70`), or in full where several tables have one of that name (`**{"camera.seed": 3}`). None takes a key out. `panel.KEY`
-/// means the first panel. Scenes do not change: `with_` makes others.
+/// `source` is the name of a preset, the path of a TOML file, or a dict of tables. Keyword arguments override keys, by their short names
+/// (`distance_m=70`) or, if several tables have a key with that name, in full (`**{"camera.seed": 3}`). None removes a key. `panel.KEY`
+/// refers to the first panel. Scenes are immutable: `with_` returns another.
 ///
-/// Raises VoccError where a key does not exist (with the nearest that does) or a value is out of its range.
+/// Raises VoccError if a key does not exist (with the nearest one that does) or if a value is out of its range.
 ///
 /// >>> import vocc
 /// >>> night = vocc.Scene("night", distance_m=70)
@@ -76,7 +76,7 @@ impl Scene {
         load(&path(source)?, overrides)
     }
 
-    /// The scene of a TOML text, as `vocc scene` prints them; `overrides` as for Scene.
+    /// The scene of a TOML text, as `vocc scene` prints it; `overrides` are as for Scene.
     ///
     /// >>> import vocc
     /// >>> vocc.Scene.from_toml("[pose]\ndistance_m = 60")["distance_m"]
@@ -87,7 +87,7 @@ impl Scene {
         of_toml("text", text, overrides)
     }
 
-    /// The names of the presets, each with what it is.
+    /// The names of the presets, each with its description.
     ///
     /// >>> import vocc
     /// >>> vocc.Scene.presets()["dusk"]
@@ -123,9 +123,9 @@ impl Scene {
         without(check(self.0.with("scene", &set))?, &removed).map(Self)
     }
 
-    /// Which effects the scene calls for, in the order in which light meets them, and why: a list of Decision.
+    /// The decisions about effects, in the order in which light meets them: a list of Decision.
     ///
-    /// Raises VoccError where the scene cannot be seen: a panel behind the camera, for instance.
+    /// Raises VoccError if the scene cannot be seen, for example because the panel is behind the camera.
     ///
     /// >>> import vocc
     /// >>> [decision.effect for decision in vocc.Scene("paper", distance_m=30).plan() if decision.included]
@@ -135,7 +135,7 @@ impl Scene {
         Ok(decisions(&plan))
     }
 
-    /// The scene as a dict of tables, which Scene takes back.
+    /// The scene as a dict of tables, which Scene accepts.
     ///
     /// >>> import vocc
     /// >>> scene = vocc.Scene("fog")
@@ -145,12 +145,12 @@ impl Scene {
         Ok(pythonize::pythonize(py, &self.0)?)
     }
 
-    /// The scene as a TOML text, which `Scene.from_toml` and the command line take.
+    /// The scene as TOML, which `Scene.from_toml` and the command line accept.
     fn to_toml(&self) -> PyResult<String> {
         check(toml::to_string(&self.0))
     }
 
-    /// The value of a key, by its name alone or in full; None where it has none.
+    /// The value of a key, by its short or its full name; None if it has none.
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         let table = table_of(&self.0)?;
         let key = check(keys::whole_name(key))?;
@@ -195,7 +195,7 @@ pub fn decisions(plan: &Plan) -> Vec<Decision> {
     decisions.collect()
 }
 
-/// The scene that an argument is: a Scene, or whatever makes one.
+/// Converts an argument to a scene: a Scene, or anything that Scene accepts.
 pub fn scene_of(argument: Option<&Bound<'_, PyAny>>) -> PyResult<scene::Scene> {
     Scene::new(argument, None).map(|scene| scene.0)
 }
@@ -230,7 +230,7 @@ fn of_toml(name: &str, text: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyR
     without(scene, &removed).map(Scene)
 }
 
-/// Overrides as the command line has them, and the keys to be taken out.
+/// Overrides in the command line's format, and the keys to be removed.
 fn told(overrides: Option<&Bound<'_, PyDict>>) -> PyResult<(Vec<String>, Vec<String>)> {
     let (mut set, mut removed) = (Vec::new(), Vec::new());
     for (key, told) in overrides.into_iter().flatten() {
@@ -246,7 +246,7 @@ fn told(overrides: Option<&Bound<'_, PyDict>>) -> PyResult<(Vec<String>, Vec<Str
     Ok((set, removed))
 }
 
-/// The scene without some keys: with their defaults.
+/// The scene with the defaults of some keys.
 fn without(scene: scene::Scene, removed: &[String]) -> PyResult<scene::Scene> {
     if removed.is_empty() {
         return Ok(scene);
@@ -273,7 +273,7 @@ fn table_of(scene: &scene::Scene) -> PyResult<Table> {
     check(Table::try_from(scene))
 }
 
-/// The value of a key in full.
+/// The value of a key by its full name.
 fn lookup<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
     let (first, rest) = key.split_once('.')?;
     rest.split('.').try_fold(table.get(first)?, |place, part| match place {
@@ -282,22 +282,22 @@ fn lookup<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
     })
 }
 
-/// How deep lists and dicts may lie in one another: a scene's lie 5 deep. Endless nesting is deeper.
+/// Maximum nesting of lists and dicts: a scene's depth is 5. A self-referencing list exceeds it.
 const DEPTH_MAX: usize = 8;
-/// The most values at a time: more than a text of [`SCENE_MAX`](sim::input::SCENE_MAX) bytes can have.
+/// Maximum number of values: more than a text of [`SCENE_MAX`](sim::input::SCENE_MAX) bytes can have.
 const VALUES_MAX: usize = 1 << 20;
 
-/// Values of Python on their way to a scene.
+/// Converts Python's values to a scene's.
 #[derive(Default)]
 struct Values {
-    /// How deep the one at hand lies.
+    /// The nesting depth of the present value.
     depth: usize,
-    /// How many there were.
+    /// The number of values so far.
     count: usize,
 }
 
 impl Values {
-    /// A value of a scene; `name` is what it is of.
+    /// Converts a value; `name` is the key or the table that it belongs to.
     fn of(&mut self, object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
         self.count += 1;
         if self.count > VALUES_MAX {
@@ -311,7 +311,7 @@ impl Values {
         if object.is_instance_of::<PyInt>() {
             return Ok(match object.extract::<i64>() {
                 Ok(number) if number.unsigned_abs() <= 1 << 53 => Value::Integer(number),
-                // None of a scene's numbers may be so large; the range is reported.
+                // No number of a scene may be so large; the error states the range.
                 _ => Value::Float(object.extract()?),
             });
         }
@@ -332,7 +332,7 @@ impl Values {
         value
     }
 
-    /// The same for containers.
+    /// Converts a container.
     fn inner(&mut self, object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
         if let Ok(dict) = object.cast::<PyDict>() {
             let entries = dict.iter().filter(|(_, value)| !value.is_none());
@@ -343,7 +343,7 @@ impl Values {
             });
             return Ok(Value::Table(entries.collect::<PyResult<Table>>()?));
         }
-        // Numbers and arrays of NumPy.
+        // Converts numbers and arrays of NumPy, and paths.
         for plain in ["tolist", "__fspath__"] {
             if object.hasattr(plain)? {
                 return self.of(&object.call_method0(plain)?, name);

@@ -1,4 +1,4 @@
-//! The table of ratios that a transmitter carries.
+//! The table of L2A that a transmitter carries.
 
 use std::path::PathBuf;
 
@@ -12,11 +12,11 @@ use studies::table::TableFile;
 
 use crate::errors::{check, refused};
 
-/// The best LED-to-ambient ratio (L2A) over illuminance and LED interval, as a transmitter carries it: rounded to 1/8192.
+/// The optimum LED-to-ambient ratio (L2A) by illuminance and LED interval, as a transmitter carries it: rounded to 1/8192.
 ///
-/// `file` is the path of a table's TOML file; without it, the table that the firmware ships with.
+/// `file` is the path of a table's TOML file; by default, the table is the firmware's own.
 ///
-/// Raises VoccError of a file that holds no table a transmitter can use.
+/// Raises VoccError if the file has no table that a transmitter can use.
 ///
 /// >>> import vocc
 /// >>> shipped = vocc.Table()
@@ -48,7 +48,7 @@ impl Table {
         Self::of(check(TableFile::from_toml(text))?)
     }
 
-    /// The ratio that a transmitter looks up, in 1/sr: between the nodes bilinear in the logarithms, beyond them that of the edge.
+    /// The L2A that a transmitter looks up, in 1/sr: between nodes, bilinear in the logarithms; outside, that of the edge.
     fn l2a(&self, illuminance_lx: f64, interval: f64) -> PyResult<f64> {
         for (name, value) in [("illuminance_lx", illuminance_lx), ("interval", interval)] {
             if !(value >= 0.0 && value.is_finite()) {
@@ -74,7 +74,7 @@ impl Table {
         intervals.map(|interval| interval.to_num()).collect::<Vec<_>>().into_pyarray(py)
     }
 
-    /// Its ratios in 1/sr: a row for each illuminance, a column for each interval.
+    /// Its L2A in 1/sr: a row for each illuminance, a column for each interval.
     #[getter]
     fn ratios<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let shape = (self.carried.illuminances_lx().len(), self.carried.intervals().len());
@@ -83,7 +83,7 @@ impl Table {
         Ok(check(ratios)?.into_pyarray(py))
     }
 
-    /// The table's file as a TOML text, with all that is known of where it comes from: `vocc table` takes it.
+    /// The table's file as TOML, with its origin: `vocc table` accepts it.
     fn to_toml(&self) -> PyResult<String> {
         check(self.file.to_toml())
     }
@@ -98,10 +98,10 @@ impl Table {
 }
 
 impl Table {
-    /// Of what a search has found.
+    /// A table of a search's result.
     ///
     /// # Errors
-    /// When a transmitter cannot use it.
+    /// If a transmitter cannot use it.
     pub fn of(file: TableFile) -> PyResult<Self> {
         let carried = check(file.ratios.table())?;
         Ok(Self { file, carried })

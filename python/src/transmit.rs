@@ -12,15 +12,15 @@ use pyo3::types::{PyBytes, PyString};
 use crate::arrays;
 use crate::errors::{check, refused};
 
-/// The most panels at a time: 1 GB.
+/// Maximum number of panels at a time: 1 GB.
 const COUNT_MAX: usize = 1 << 24;
 
-/// The panels that the transmitter shows of a message, one after another: a bool array of shape (n, 8, 8), as `vocc transmit` prints them.
+/// The successive panels of a message: a bool array of shape (n, 8, 8), as `vocc transmit` prints them.
 ///
-/// `message` is a str or bytes, 1 to 1024 bytes long. They show it once, or go on repeating it to `count`. `raw`: 64 bits of payload a
-/// panel, without framing or error correction, as the paper sends them.
+/// `message` is a str or bytes, 1 to 1024 bytes long. The panels show it once, or repeat it up to `count` panels. `raw` sends 64 bits of
+/// payload per panel, without framing or error correction, as the paper does.
 ///
-/// Raises VoccError where the message is empty or too long.
+/// Raises VoccError if the message is empty or too long.
 ///
 /// >>> import vocc
 /// >>> vocc.transmit("Ice on the bridge").shape
@@ -41,7 +41,7 @@ pub fn transmit(py: Python<'_>, message: &Bound<'_, PyAny>, count: Option<usize>
     if let Some(count) = count.filter(|&count| count > COUNT_MAX) {
         return Err(refused(format!("count = {count}: give 0 to {COUNT_MAX} panels")));
     }
-    // It says which lengths there are, raw or not.
+    // Its error states the allowed lengths, also for `raw`.
     let framer = Framer::new(&message, Code::for_length(message.len()), false);
     let mut framer = check(framer)?;
     let panels: Vec<PanelFrame> = py.detach(|| {
@@ -58,7 +58,7 @@ pub fn transmit(py: Python<'_>, message: &Bound<'_, PyAny>, count: Option<usize>
     Ok(arrays::all_leds(py, &panels))
 }
 
-/// The 16 hexadecimal digits of a panel, bit 8*row + column, as the command line writes them.
+/// The 16 hexadecimal digits of a panel, bit 8*row + column, as the command line prints them.
 ///
 /// >>> import vocc
 /// >>> vocc.as_hex(1 << 63)
@@ -68,7 +68,7 @@ pub fn as_hex(bits: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(arrays::panel(bits)?.to_string())
 }
 
-/// The LEDs of a panel, a bool array of shape (8, 8), of an int or 16 hexadecimal digits.
+/// The LEDs of a panel as a bool array of shape (8, 8), from an int or 16 hexadecimal digits.
 ///
 /// >>> import vocc
 /// >>> vocc.as_bits("8040201008040201").diagonal().all()

@@ -1,4 +1,4 @@
-//! Long calls: without Python's lock, on threads of their own that end with the call, with an ear for Ctrl-C.
+//! Runs long calls: without Python's lock, on threads that end with the call, and with checks for Ctrl-C.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -10,18 +10,18 @@ use studies::stop::Stop;
 
 use crate::errors::{guarded, refused};
 
-/// Between two looks at whether Ctrl-C was pressed.
+/// Interval between two checks for Ctrl-C.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
-/// What frames are worked on with lies on a thread's stack for a moment.
+/// The stack must hold the working memory of a frame.
 const STACK_BYTES: usize = 8 << 20;
-/// The most threads, as on the command line.
+/// Maximum number of threads, as on the command line.
 const THREADS_MAX: usize = 1024;
 
-/// Flags that calls which are over have left to those to come: a [`Stop`] is never freed, and there are as many as there were calls at a
-/// time. They hold nothing between calls.
+/// Flags of finished calls, for reuse: a [`Stop`] is never freed, so there are as many as there have been simultaneous calls. Between
+/// calls, they have no meaning.
 static FLAGS: Mutex<Vec<&'static AtomicBool>> = Mutex::new(Vec::new());
 
-/// A flag that is given back.
+/// A flag that is returned for reuse.
 struct Flag(&'static AtomicBool);
 
 impl Flag {
@@ -39,24 +39,24 @@ impl Drop for Flag {
     }
 }
 
-/// How calls do long work: on this many threads; none: as many as there are processors.
+/// The settings of long work: the number of threads, by default that of the processors.
 pub struct Work {
     threads: Option<usize>,
 }
 
-/// What long work tells while it goes on, and what ends it.
+/// The connection between long work and its caller: progress, and the request to stop.
 pub struct Ears {
     done: Sender<u64>,
     told: u64,
-    /// Whether the caller wants it to end.
+    /// Whether the caller has requested the end.
     pub stop: Stop,
 }
 
 impl Ears {
-    /// Tells how much is done in all.
+    /// Reports the total that is done.
     pub fn done(&mut self, total: u64) {
         if total > self.told {
-            // Nobody listens where the caller has had enough.
+            // The caller may have stopped listening.
             let _ = self.done.send(total - self.told);
             self.told = total;
         }
@@ -64,7 +64,7 @@ impl Ears {
 }
 
 impl Work {
-    /// On threads that begin and end with each call: a longer-lived one would be missing in a forked process.
+    /// Work on threads that start and end with each call: a longer-lived thread would be missing in a forked process.
     pub fn on(threads: Option<usize>) -> PyResult<Self> {
         if threads.is_some_and(|threads| !(1..=THREADS_MAX).contains(&threads)) {
             let threads = threads.unwrap_or_default();
@@ -84,10 +84,10 @@ impl Work {
         pool.map_err(fault)
     }
 
-    /// Does it; `progress`, if there is one, is called with how much more is done, in the thread that called.
+    /// Runs `work`; `progress`, if there is one, is called in the calling thread with the amount done since its last call.
     ///
     /// # Errors
-    /// What the work ends with, what `progress` raises, and `KeyboardInterrupt`.
+    /// Errors of the work, exceptions of `progress`, and `KeyboardInterrupt`.
     pub fn run<T: Send, E: Send + std::fmt::Display>(
         &self,
         py: Python<'_>,
@@ -128,7 +128,7 @@ impl Work {
     }
 }
 
-/// Passes news on until there are no more.
+/// Passes progress on until the work ends.
 fn listen(news: &Receiver<u64>, progress: Option<&Py<PyAny>>) -> PyResult<()> {
     loop {
         let more = match news.recv_timeout(LOOK_EVERY) {

@@ -1,4 +1,4 @@
-"""The program that the package is held against: $VOCC, or the one that `cargo test --workspace` has built."""
+"""The program that the package is compared with: $VOCC, or the one that `cargo test --workspace` has built."""
 
 import json
 import os
@@ -22,7 +22,7 @@ def program() -> Path:
 
 @pytest.fixture(scope="session")
 def vocc_json(program: Path) -> Callable[..., list[dict[str, Any]]]:
-    """Runs the program; gives what it prints as JSON. The status 1, an answer of no, is an answer."""
+    """Runs the program and returns its JSON output. Exit status 1, which means no, is a valid result."""
 
     def run(*arguments: object) -> list[dict[str, Any]]:
         done = subprocess.run([program, *map(str, arguments), "--json"], capture_output=True, text=True, check=False)

@@ -1,4 +1,4 @@
-"""Whatever comes in: an answer, or an exception that says what is wrong, the range and the way out; never a panic."""
+"""Any input leads to a result, or to an exception with the fault, the range and the way out; never to a panic."""
 
 import itertools
 from typing import Any
@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as arrays
 
 import vocc
 
-# What Python users are told: PanicException, for one, is none of them.
+# The exceptions for Python users; PanicException is not among them.
 REFUSALS = (vocc.VoccError, TypeError, OverflowError)
 relaxed = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 
@@ -170,7 +170,7 @@ def deep_list() -> list:
 
 
 class Endless:
-    """Its list is itself."""
+    """An object whose list is the object itself."""
 
     def tolist(self) -> "Endless":
         return self

@@ -1,4 +1,4 @@
-"""What the docs say: every docstring's example and the README's are run, and nothing public goes without a docstring."""
+"""Runs the examples of all docstrings and of the README, and checks that everything public has a docstring."""
 
 import doctest
 import inspect

@@ -1,4 +1,4 @@
-"""Evaluations and searches: bit for bit those of the program, on any number of threads; they can be watched and ended."""
+"""Evaluations and searches are bit for bit those of the program, on any number of threads; they report progress and can be stopped."""
 
 import os
 import signal
@@ -105,7 +105,7 @@ def test_what_progress_raises_ends_the_call_and_comes_out() -> None:
     ],
 )
 def test_control_c_ends_a_long_call(call: str) -> None:
-    # Who runs the tests in the background may have them ignore Ctrl-C.
+    # A test runner in the background may have disabled Ctrl-C.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     code = f"{heard}\nimport time, vocc; print('begun', flush=True)\ntry:\n    {call}\nexcept KeyboardInterrupt:\n    print('interrupted')"
     child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)

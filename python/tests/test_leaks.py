@@ -1,4 +1,4 @@
-"""Nothing is kept of calls that are over. VOCC_TEST_CASES=all makes a million of each of the short ones."""
+"""Finished calls leave no memory allocated. VOCC_TEST_CASES=all makes a million of each short call."""
 
 import gc
 import os
@@ -11,7 +11,7 @@ import pytest
 import vocc
 
 CALLS = 1_000_000 if os.environ.get("VOCC_TEST_CASES") == "all" else 5_000
-# What Python's own allocator and the C library's may hold on to, whatever is called.
+# Memory that Python's own allocator and the C library may keep in any case.
 LEEWAY_BYTES = 3 << 20
 
 image = np.full((40, 40), 118, np.uint8)
@@ -52,7 +52,7 @@ LONG: dict[str, Callable[[], object]] = {
 
 
 def growth(call: Callable[[], object], calls: int) -> int:
-    """By how many bytes the process grows between the first half of the calls and the second."""
+    """Growth of the process, in bytes, between the first half of the calls and the second."""
     memory = psutil.Process().memory_info
     sizes = []
     for _ in range(2):

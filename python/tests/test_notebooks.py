@@ -1,4 +1,4 @@
-"""The notebooks run from their first cell to their last, with what they assert; none carries outputs."""
+"""The notebooks run from the first cell to the last, including their assertions; none contains outputs."""
 
 from pathlib import Path
 

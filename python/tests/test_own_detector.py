@@ -1,4 +1,4 @@
-"""Detectors of one's own: they read the frames of evaluate, and are counted as the others are."""
+"""User-defined detectors read the frames of evaluate and are counted like the others."""
 
 import subprocess
 import time
@@ -16,7 +16,7 @@ OPTIONS = ["night", "--set", "pose.distance_m=65", "--set", "panel.interval=0.5"
 
 
 def kmeans(frames: vocc.DetectorInput) -> np.ndarray:
-    """The paper's detector, from pictures and corners."""
+    """The paper's detector, applied to pictures and corners."""
     read = [vocc.decode(image, corners=corners, detector="kmeans") for image, corners in zip(frames.images, frames.corners_px)]
     return np.stack([one.bits for one in read])
 
@@ -160,7 +160,7 @@ def test_an_object_that_can_be_called_is_one() -> None:
             self.at = at
 
         def __call__(self, frames: vocc.DetectorInput) -> np.ndarray:
-            # It may evaluate inside, too.
+            # Evaluating inside a detector is allowed.
             assert vocc.evaluate("paper", frames=1).frames == 1
             return frames.features[..., 0] > self.at
 

@@ -1,4 +1,4 @@
-"""Decoding and receiving: bits and messages are those of the program, positions and poses to its rounding."""
+"""Decoding and receiving: bits and messages equal those of the program, positions and poses within its rounding."""
 
 from pathlib import Path
 
@@ -8,14 +8,14 @@ import pytest
 
 import vocc
 
-# A blur that a receiver is not told to begin with, so that it has to be learnt.
+# A blur that differs from the receiver's initial one, so that it has to be learnt.
 SCENE = {"camera.width_px": 320, "camera.height_px": 240, "camera.blur_sigma_px": 1}
 MESSAGE = "Ice on the bridge"
 
 
 @pytest.fixture(scope="module")
 def film(program: Path, tmp_path_factory: pytest.TempPathFactory, vocc_json) -> Path:
-    """A folder of frames that the program has filmed."""
+    """A folder of frames from the program."""
     folder = tmp_path_factory.mktemp("film")
     sizes = [part for key, value in SCENE.items() for part in ("--set", f"{key}={value}")]
     [report] = vocc_json("link", "day", *sizes, "--message", MESSAGE, "--frames", 30, "--save", folder)
@@ -130,7 +130,7 @@ def test_a_linear_film_is_read_alike_with_what_was_learnt_of_it(film: Path, kind
     assert again.camera.camera.encoding == 1
     assert again.camera.camera.blur_sigma_px == pytest.approx(first.camera.camera.blur_sigma_px, abs=0.05)
     if kind == "light":
-        # Light is light, whatever curve the camera has elsewhere.
+        # Linear light does not depend on the camera's curve.
         assert read(vocc.Camera("srgb"))[1] == bits
 
 
@@ -231,7 +231,7 @@ def test_messages_come_from_any_iterable() -> None:
     renderer = vocc.Renderer("paper", level="fast", crop=True)
     film = [renderer.render(bits) for bits in vocc.transmit(MESSAGE, count=25)]
     assert [message.text for message in vocc.receive(film, symbol_rate=100)] == [MESSAGE]
-    # Nobody tells the rate: the usual ones are tried.
+    # The rate is not configured: the usual ones are tried.
     assert MESSAGE in [message.text for message in vocc.receive(film)]
 
 

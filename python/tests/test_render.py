@@ -1,4 +1,4 @@
-"""Pictures: bit for bit those of the program."""
+"""Pictures are bit for bit those of the program."""
 
 import subprocess
 import sys
@@ -63,7 +63,7 @@ def test_bits_are_an_int_a_text_or_an_array() -> None:
     assert np.array_equal(vocc.as_bits("8000000000000002"), bits)
     renderer = vocc.Renderer("paper", level="fast", crop=True)
     assert np.array_equal(renderer.render(bits), renderer.render(word))
-    # Any memory layout tells the same.
+    # The result does not depend on the memory layout.
     assert vocc.as_hex(np.asfortranarray(bits)) == vocc.as_hex(bits)
 
 
@@ -78,7 +78,7 @@ def test_frames_are_those_that_evaluations_see_with_their_truth() -> None:
         assert np.array_equal(frame.corners_px, batch.corners_px[k])
         assert np.array_equal(frame.features, batch.features[k])
         assert frame.across == batch.across[k]
-    # Alone, or in another batch, or without features, a frame is the same.
+    # A frame is the same alone, in another batch, or without features.
     later = list(vocc.frames(scene, 100, seed=3, first=250, batch=33))
     assert [len(part.images) for part in later] == [33, 33, 33, 1]
     assert [part.first for part in later] == [250, 283, 316, 349]

@@ -1,4 +1,4 @@
-"""Scenes: presets, files, dicts, keys, and what is said of those that are none."""
+"""Scenes: presets, files, dicts and keys, and the errors about invalid ones."""
 
 import copy
 import pickle

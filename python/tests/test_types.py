@@ -1,4 +1,4 @@
-"""The types: what the stubs say is what the module has, and code that is checked strictly passes where it is right alone."""
+"""The stubs match the module, and a strict type checker accepts correct code and rejects wrong code."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Code as users write it, for the type checker."""
+"""Typical code of users, for the type checker."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -287,7 +287,6 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
     /// receiver.set_late(0.405 * 30.0 - 12.0);
     /// # Ok::<(), rx_pipeline::receiver::ReceiverError>(())
     /// ```
-    ///
     #[cfg(feature = "time-stamps")]
     pub fn set_late(&mut self, frames: f64) {
         for panel in &mut self.panels {

@@ -79,7 +79,7 @@ __all__ = [
 
 
 def receive(images: Iterable[Any], **settings: Any) -> Iterator[Message]:
-    """The messages of images that follow one another, each as soon as it is whole; settings are those of Receiver.
+    """Yields the messages of successive images, each as soon as it is complete; settings are those of Receiver.
 
     >>> import vocc
     >>> renderer = vocc.Renderer("paper", level="fast", crop=True)

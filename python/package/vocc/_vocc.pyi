@@ -1,4 +1,4 @@
-# What the native module holds; what each means is said in its docstrings.
+# The contents of the native module; its docstrings explain them.
 
 import os
 from collections.abc import Callable, Iterator, Sequence
