@@ -1,4 +1,4 @@
-//! `vocc device test`: at the simulated board, and with the pictures of its camera.
+//! `vocc device test` with the simulated board, and with the pictures of its camera.
 
 mod common;
 
@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 use common::{command, folder, json, name, says, text, vocc};
 use serde_json::{Value, json};
 
-/// The processor may be shared.
+/// A long timeout, because the processor may be shared.
 const SOON: Duration = Duration::from_secs(120);
 
-/// A board that runs.
+/// A running board.
 struct Simulator {
     child: Child,
     port: String,
@@ -88,7 +88,7 @@ fn the_walk_says_what_to_see_and_messages_go_on_behind_it() {
             (u64::from_str_radix(bits, 16).expect("bits"), light.parse().expect("a number"))
         })
         .collect();
-    // Every row, column and LED was there, in the light of a message, and no test panel was brighter.
+    // Every row, column and LED was lit with the light of a message, and no test panel was brighter.
     let most = lights.iter().map(|&(_, light)| light).fold(0.0, f64::max);
     let single = (0..64).map(|led| 1_u64 << led);
     let rows = (0..8).map(|row| 0xff_u64 << (8 * row));
@@ -114,7 +114,7 @@ fn a_board_that_lacks_something_is_no() {
     assert_eq!((&told["shown"], &told["duty"]), (&json!([]), &json!(0.0)));
 }
 
-/// Asserts an exit status, and words on standard output.
+/// Asserts an exit status and words on standard output.
 fn prints(output: &Output, status: i32, words: &[&str]) {
     says(output, status, &[]);
     let printed = text(&output.stdout);
@@ -123,7 +123,7 @@ fn prints(output: &Output, status: i32, words: &[&str]) {
     }
 }
 
-/// A film of the test by a small camera near the panel, in a folder.
+/// A film of the test by a small camera close to the panel, in a folder.
 fn filmed(name_of_it: &str, faults: &[&str]) -> PathBuf {
     let place = folder(name_of_it);
     let frames = place.join("frames");
@@ -164,7 +164,7 @@ fn a_film_of_a_healthy_panel_has_no_finding() {
     assert_eq!(findings(&frames), Vec::<Value>::new());
     prints(&vocc(&["device", "test", "--frames", name(&frames)]), 0, &["all 64 LEDs"]);
 
-    // Without the end, of which the duty is the last part.
+    // Without the end of the film, whose last part is the duty.
     let mut pictures: Vec<PathBuf> = std::fs::read_dir(&frames)
         .expect("a folder")
         .map(|entry| entry.expect("an entry").path())
@@ -204,7 +204,7 @@ fn a_film_names_each_fault_and_its_wire() {
             .map(|finding| (finding["finding"].as_str().expect("a name").to_owned(), finding["places"].clone()))
             .collect();
         let meant: Vec<(String, Value)> = meant.iter().map(|(name, places)| ((*name).to_owned(), json!(places))).collect();
-        // Light that grows where the duty falls may be too bright for a camera to see that.
+        // If light grows while the duty falls, it may be too bright for a camera to show that.
         let found = found
             .into_iter()
             .map(|(name, places)| (name.replace("enable_stuck", "enable_inverted"), places));
@@ -235,7 +235,7 @@ fn sources_without_the_test_panels_are_refused_or_no() {
     std::fs::write(&text, "no film").expect("written");
     says(&vocc(&["device", "test", "--frames", name(&text)]), 2, &["neither a picture"]);
 
-    // A film in which nothing is, and one of messages alone.
+    // A film of nothing, and one of messages alone.
     let still = place.join("still.y4m");
     let mut film = b"YUV4MPEG2 W32 H24 F30:1 Ip A1:1 Cmono\n".to_vec();
     for _ in 0..30 {

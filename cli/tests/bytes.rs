@@ -1,4 +1,4 @@
-//! Bytes stay bytes, and no name and no message does anything to a terminal.
+//! Bytes stay bytes, and no name or message controls a terminal.
 #![cfg(unix)]
 
 mod common;
@@ -13,7 +13,7 @@ use mcap::MessageStream;
 
 const SMALL: [&str; 2] = ["--set=camera.width_px=480", "--set=camera.height_px=320"];
 
-/// A film of a message, and what `link --json` says of it.
+/// A film of a message, and the output of `link --json`.
 fn film(place: &Path, message: &[u8], more: &[&str]) -> serde_json::Value {
     let file = place.join("message");
     std::fs::write(&file, message).expect("room");
@@ -63,7 +63,7 @@ fn a_text_is_told_as_digits_on_demand() {
     let film = place.join("film");
     let plain = vocc(&["receive", name(&film), "--json"]);
     assert_eq!(json_lines(&plain)[0].get("message_hex"), None);
-    // A terminal finds nothing to do in it.
+    // The output contains nothing that controls a terminal.
     assert!(plain.stdout.is_ascii(), "{}", text(&plain.stdout));
     let told = vocc(&["receive", name(&film), "--json", "--hex"]);
     assert_eq!(json_lines(&told)[0]["message_hex"], "456973c29be280ae");
@@ -72,7 +72,7 @@ fn a_text_is_told_as_digits_on_demand() {
 #[test]
 fn what_is_learnt_after_the_message_is_in_the_last_object() {
     let place = folder("bytes-learnt");
-    // Some sixteen frames make it whole, and tell nothing yet of single LEDs.
+    // About sixteen frames complete the message, before single LEDs are learnt.
     let message = "Braking hard: queue behind the bend, 200 m ahead";
     film(&place, message.as_bytes(), &["--set", "panel.dead_leds=[9,40]", "--frames", "60"]);
     let received = vocc(&["receive", name(&place.join("film")), "--json"]);

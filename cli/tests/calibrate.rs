@@ -1,4 +1,4 @@
-//! `vocc device calibrate`: what it refuses. What it finds is tested with a simulated transmitter, and in `studies::photometry`.
+//! Errors of `vocc device calibrate`. A simulated transmitter and `studies::photometry` test its results.
 
 mod common;
 
@@ -9,7 +9,7 @@ use common::{folder, json, name, refused, says, text, vocc};
 
 const GAMMA: [&str; 2] = ["--encoding", "2.2"];
 
-/// A picture of a panel at 5 m whose On LEDs are so many times as bright as the ambient light on it.
+/// A picture of a panel at 5 m with this L2A.
 fn picture(path: &Path, l2a: &str, more: &[&str]) {
     let light = ["panel.pwm_hz=0", l2a];
     let sets = SCENE.iter().chain(&light).chain(more);
@@ -19,7 +19,7 @@ fn picture(path: &Path, l2a: &str, more: &[&str]) {
     says(&made, 0, &[]);
 }
 
-/// A folder with pictures of these names, which are all alike.
+/// A folder with identical pictures of these names.
 fn pictures(of: &str, names: &[&str]) -> PathBuf {
     let place = folder(of);
     let one = place.join("one.png");
@@ -120,7 +120,7 @@ fn what_is_there_stays() {
 #[test]
 fn a_panel_is_found_by_its_pictures() {
     let frames = folder("calibrate-found");
-    // Of light that is in proportion to the duty, on LEDs that reflect 0.4.
+    // The light is proportional to the duty, on LEDs with a reflectance of 0.4.
     for (duty, l2a) in [("1", 8.0), ("0.5", 4.0), ("0.25", 2.0), ("0.125", 1.0)] {
         for again in ["", "-again"] {
             let path = frames.join(format!("duty-{duty}{again}.png"));

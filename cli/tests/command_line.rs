@@ -1,4 +1,4 @@
-//! `vocc` as its users meet it: answers, and bad input.
+//! `vocc` from a user's view: results, and errors on bad input.
 
 mod common;
 
@@ -46,7 +46,7 @@ fn bad_scenes_are_refused() {
     refused(&["plan", common::name(&scene)], &["distance_ft", "line 2"]);
 }
 
-/// A camera of 30 frames a second, tried with short messages.
+/// A camera of 30 frames a second, with short messages.
 const ADVICE: &str = "plan --camera phone --bytes 4 --runs 1 --set camera.width_px=160 --set=camera.height_px=120";
 
 #[test]
@@ -57,11 +57,11 @@ fn a_camera_is_told_what_to_be_shown() {
     let net = |row: &serde_json::Value| row["net_bit_s"].as_f64().expect("a net rate");
     let most = tried.iter().map(net).fold(0.0, f64::max);
     assert_eq!(net(&last["best"]), most);
-    // Every code once, and another rate with one of them.
+    // Every code once, and one of them with another rate.
     let codes: std::collections::HashSet<_> = tried.iter().map(|row| row["code"].to_string()).collect();
     assert!(codes.len() == 5 && tried.len() > 5, "{lines:?}");
     assert!(most > 0.0, "{lines:?}");
-    // An exposure holds less than two of such slow pulses.
+    // An exposure contains fewer than two such slow pulses.
     assert_eq!(last["dimming"][0]["beats"], true);
     assert_eq!(last["dimming"][0]["beat_hz"], 10.0);
     let said = text(&vocc(&words(ADVICE)).stdout);
@@ -95,7 +95,7 @@ fn flicker_is_told_at_each_symbol_rate() {
     let [slow, fast] = [0, 1].map(|k| &report["rates"][k]);
     assert_eq!(slow["symbols_hz"], 27.0);
     assert_eq!(slow["worst_led"]["seen"], "flickers");
-    // A beacon is 6 symbols long: nothing is slower than 4.5 Hz.
+    // A beacon is 6 symbols long, so nothing is slower than 4.5 Hz.
     assert_eq!(slow["worst_led"]["hz"], 4.5);
     let over = |light: &serde_json::Value| light["times_limit"].as_f64().unwrap_or(0.0) > 1.0;
     assert!(over(&slow["worst_led"]) && over(&slow["panel"]));
@@ -131,7 +131,7 @@ fn with_a_carrier_a_panel_is_told_by_all_standards() {
         );
         assert!(of("svm") > 0.0);
     }
-    // Panels that stand still, to compare.
+    // Still panels for comparison.
     let still = json(&vocc(&words("transmit --flicker --json --carrier-cycles 0 --symbol-rate 90")));
     assert!(still["rates"][0]["by_standards"][0]["pst_lm"].as_f64() > Some(10.0), "{still}");
     let plain = json(&vocc(&["transmit", "--flicker", "--json", "--symbol-rate", "90"]));
@@ -243,11 +243,11 @@ fn bad_images_are_refused() {
         &["--corners", "1 px apart", "show the panel larger"],
     );
     refused(&["decode", &path("black.png"), "--detector", "fisher"], &["fisher"]);
-    // A good image without a panel is no bad input: the answer is no.
+    // A valid image without a panel is not bad input: the answer is no.
     let answer = vocc(&["decode", "--json", &path("black.png")]);
     assert_eq!(answer.status.code(), Some(1));
     assert_eq!(json(&answer)["found"], false);
-    // A bad image among good ones takes nothing from them.
+    // A bad image does not affect the results of good ones.
     let answer = vocc(&["decode", &path("empty.png"), &path("black.png")]);
     assert_eq!(answer.status.code(), Some(2));
     assert!(text(&answer.stdout).contains("black.png"));
@@ -371,7 +371,7 @@ fn a_panel_that_is_white_nearly_all_over_is_not_read_at_given_corners() {
     let file = folder.join("panel.png");
     let file = common::name(&file);
     let decoded = |dark_rows: u32| {
-        // LEDs 10 px apart, the topmost rows grey.
+        // LEDs 10 px apart with grey top rows.
         let grey = |_, y| image::Luma([if y < 10 + 10 * dark_rows { 90 } else { 255 }]);
         let picture = image::GrayImage::from_fn(100, 100, grey);
         picture.save(file).expect("a file");
@@ -390,7 +390,7 @@ fn a_panel_that_is_white_nearly_all_over_is_not_read_at_given_corners() {
     assert_eq!(json(&read)["bits"], "ffffffffffff0000");
 }
 
-/// What is planned for a scene, line by line, but for what it was measured to cost in this run.
+/// The plan of a scene line by line, without the costs measured in this run.
 fn plan_without_costs(scene: &str) -> Vec<serde_json::Value> {
     let plan = text(&vocc(&["plan", "--json", scene]).stdout);
     let decision = |line: &str| {
@@ -466,7 +466,7 @@ fn figures_refuse_bad_input() {
     refused(&["figures"], &["--out"]);
     refused(&["figures", "--out", out, "--frames", "10"], &["--frames", "1000"]);
     refused(&["figures", "no-such-scene", "--out", out], &["paper-18mm"]);
-    // The panel must be on the sensor at 30 m and tell its LEDs apart at 70 m.
+    // The panel must be on the sensor at 30 m, and its LEDs must be distinguishable at 70 m.
     refused(
         &[
             "figures",

@@ -5,7 +5,7 @@ mod common;
 use common::{folder, json, vocc};
 use serde_json::Value;
 
-/// The bits that are wrong of each panel that is read, of 20.
+/// The number of wrong bits of each panel that is read, out of 20.
 fn wrong_through(blur_px: f64) -> Vec<u32> {
     let place = folder(&format!("soft-{blur_px}"));
     let blur = format!("camera.blur_sigma_px={blur_px}");
@@ -29,7 +29,7 @@ fn a_soft_lens_makes_no_panel_its_complement() {
     assert_eq!(wrong_through(2.5), [0; 20]);
     let wrong = wrong_through(3.0);
     assert!(wrong.len() >= 5, "too few are read to show anything");
-    // The light of an LED spreads over its neighbours there, and single bits are lost: a complement is 64 wrong ones.
+    // The light of an LED spreads over its neighbours, and single bits are lost; a complement has 64 wrong bits.
     assert!(wrong.iter().all(|&bits| bits <= 8), "{wrong:?}");
 }
 

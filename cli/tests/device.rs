@@ -1,4 +1,4 @@
-//! `vocc` and a transmitter, the firmware's own service, at the two ends of a pseudo-terminal.
+//! `vocc` and a transmitter, which is the firmware's own service, at the two ends of a pseudo-terminal.
 #![cfg(unix)]
 
 mod common;
@@ -22,7 +22,7 @@ use serde_json::{Value, json};
 use serialport::{SerialPort, TTYPort};
 use tx_firmware::store::StoreError;
 
-/// A transmitter at a pseudo-terminal, while it lives.
+/// A transmitter at a pseudo-terminal, running until it is dropped.
 struct Board {
     port: String,
     going: Arc<AtomicBool>,
@@ -30,7 +30,7 @@ struct Board {
 }
 
 impl Board {
-    /// A board that answers with what `answer` makes of the bytes that came.
+    /// A board that answers received bytes with the result of `answer`.
     fn start(mut answer: impl FnMut(&mut Fake, &[u8]) -> Vec<u8> + Send + 'static) -> Self {
         let (mut master, slave) = TTYPort::pair().expect("a pseudo-terminal");
         let port = slave.name().expect("a name");
@@ -47,7 +47,7 @@ impl Board {
                         let back = answer(&mut fake, &bytes[..count]);
                         let _ = master.write_all(&back);
                     }
-                    // Nobody has the other end open.
+                    // The other end is not open.
                     Err(_) => std::thread::sleep(Duration::from_millis(2)),
                 }
             }
@@ -64,7 +64,7 @@ impl Board {
         Self::start(Fake::exchange)
     }
 
-    /// What became of the transmitter.
+    /// Stops the transmitter and returns its state.
     fn stop(mut self) -> Fake {
         self.going.store(false, Ordering::Relaxed);
         let thread = self.thread.take().expect("it runs");
@@ -83,7 +83,7 @@ impl Drop for Board {
     }
 }
 
-/// Asserts an exit status and words of what was printed, on either output.
+/// Asserts an exit status and words on either output.
 fn ends(output: &Output, status: i32, words: &[&str]) {
     let printed = text(&output.stdout) + &text(&output.stderr);
     assert_eq!(output.status.code(), Some(status), "{printed}");
@@ -93,7 +93,7 @@ fn ends(output: &Output, status: i32, words: &[&str]) {
     }
 }
 
-/// A file of this test's own.
+/// A file of this test.
 fn file(name: &str, text: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::write(&path, text).expect("a file");
@@ -124,7 +124,7 @@ fn a_table_is_pushed_verified_and_pulled_back_the_same() {
     ends(&board.vocc(&["table", "verify", table]), 0, &["is this one"]);
     ends(&board.vocc(&["table", "pull", back]), 0, &["3 illuminances"]);
     assert_eq!(std::fs::read_to_string(back).unwrap(), TABLE);
-    // What was pulled may be pulled again.
+    // A table may be pulled twice.
     ends(&board.vocc(&["table", "pull", back]), 0, &[]);
     let pulled = board.vocc(&["table", "pull"]);
     assert_eq!(String::from_utf8_lossy(&pulled.stdout), TABLE);
@@ -157,7 +157,7 @@ fn a_table_for_another_place_is_stored_with_a_warning() {
 
 #[test]
 fn a_symbol_rate_that_is_not_kept_is_told() {
-    // Whatever is asked for, it says what it has shown all along.
+    // Whatever the request, the board reports the old rate.
     let board = Board::start(|fake, bytes| {
         let stubborn = Answer::SymbolRate { millihertz: 90_000 };
         instead(bytes, &stubborn, |request| matches!(request, Request::WriteSymbolRate { .. })).unwrap_or_else(|| fake.exchange(bytes))
@@ -268,7 +268,7 @@ fn a_symbol_rate_is_told_set_kept_and_refused() {
     assert_eq!(fake.memory.timing, Some(SymbolTiming::still(fastest)));
 }
 
-/// An answer to the first of some requests that is of a kind, if one is.
+/// This answer, if one of the requests is of the intended kind.
 fn instead(bytes: &[u8], answer: &Answer<'_>, is_meant: impl Fn(&Request<'_>) -> bool) -> Option<Vec<u8>> {
     let mut reader = FrameReader::<REQUEST_FRAME_MAX>::new();
     for &byte in bytes {
@@ -283,7 +283,7 @@ fn instead(bytes: &[u8], answer: &Answer<'_>, is_meant: impl Fn(&Request<'_>) ->
     None
 }
 
-/// What comes back from a transmitter whose firmware knows the first twelve requests alone.
+/// The bytes from a transmitter whose firmware knows only the first twelve requests.
 fn first_firmware(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
     let unknown = Answer::Refused(Refusal::Unknown);
     let is_later = |request: &Request<'_>| {
@@ -359,7 +359,7 @@ fn a_carrier_is_told_set_kept_and_refused() {
     let all = "90 symbols a second, each of 16 cycles of a carrier of 1440 Hz";
     ends(&board.vocc(&["device", "rate", "90", "--carrier-cycles", "16"]), 0, &[all]);
     ends(&board.vocc(&["device", "rate"]), 0, &[all]);
-    // Either is kept where the other is told.
+    // Setting one of them keeps the other.
     let told = json(&board.vocc(&["device", "rate", "45", "--json"]));
     assert_eq!((&told["symbol_rate_hz"], &told["carrier_cycles"]), (&json!(45.0), &json!(16)));
     let told = json(&board.vocc(&["device", "rate", "--carrier-cycles", "32", "--json"]));
@@ -398,7 +398,7 @@ fn a_carrier_is_told_set_kept_and_refused() {
     assert_eq!(fake.memory.timing, Some(timing));
 }
 
-/// What comes back from a transmitter whose firmware is older than carriers.
+/// The bytes from a transmitter whose firmware does not know carriers.
 fn before_carriers(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
     let is_of_carriers = |request: &Request<'_>| matches!(request, Request::ReadCarrier | Request::WriteCarrier { .. });
     instead(bytes, &Answer::Refused(Refusal::Unknown), is_of_carriers).unwrap_or_else(|| fake.exchange(bytes))
@@ -425,7 +425,7 @@ fn a_calibration_may_limit_the_intensity() {
     let printed = board.vocc(&["device", "calibration"]);
     let plain = String::from_utf8_lossy(&printed.stdout).into_owned();
     assert!(!plain.contains("max_cd"), "{plain}");
-    // 2 cd from discs of 30 mm: 88 cd/m², where 2000 lx ask for 1600.
+    // 2 cd from discs of 30 mm are 88 cd/m², but 2000 lx require 1600.
     let limited = file("limited.toml", &format!("{plain}max_cd = 2.0\nled_diameter_m = 0.03\n"));
     let written = board.vocc(&["device", "calibration", limited.to_str().unwrap()]);
     ends(&written, 0, &["max_cd = 2.0", "led_diameter_m = 0.03"]);
@@ -453,7 +453,7 @@ fn a_file_without_a_limit_takes_it_back() {
     let plain = String::from_utf8_lossy(&printed.stdout).into_owned();
     for text in [
         format!("{plain}max_cd = 2.0\nled_diameter_m = 0.03\n"),
-        // No limit: the panel only says how large it is.
+        // No limit: the panel only announces its size.
         format!("{plain}led_diameter_m = 0.025\n"),
         plain,
     ] {
@@ -483,7 +483,7 @@ fn firmware_that_knows_no_limit_is_calibrated_without_one_alone() {
 fn a_bad_line_is_asked_again() {
     let mut count = 0;
     let board = Board::start(move |fake, bytes| {
-        // Every third answer is lost, every fourth comes behind garbage.
+        // Every third answer is lost, and every fourth follows garbage.
         count += 1;
         let mut back = fake.exchange(bytes);
         if count % 3 == 0 {
@@ -546,7 +546,7 @@ fn whatever_is_no_transmitter_is_told() {
     ends(&echo.vocc(&["device", "status", "--timeout", "1"]), 2, &["not a transmitter"]);
 }
 
-/// What a transmitter of another version answers: the same frame with its own number.
+/// The answer of a transmitter of another version: the same frame with that version's number.
 fn of_version(version: u8, answer: &[u8]) -> Vec<u8> {
     let whole: Vec<u8> = answer.iter().copied().filter(|&byte| byte != 0).collect();
     let mut frame = cobs_decoded(&whole);
@@ -569,7 +569,7 @@ fn of_version(version: u8, answer: &[u8]) -> Vec<u8> {
     wire
 }
 
-/// A short frame without its COBS.
+/// Decodes the COBS of a short frame.
 fn cobs_decoded(stuffed: &[u8]) -> Vec<u8> {
     let mut frame = Vec::new();
     let mut rest = stuffed;
@@ -599,7 +599,8 @@ fn another_protocol_is_told_and_which_side_is_older() {
     }
 }
 
-/// Pushes [`TABLE`] to a board whose answers `hurt` changes, and takes the table that the board then has: the old one or the new.
+/// Pushes [`TABLE`] to a board whose answers `hurt` changes. Returns whether the board then has the new table; otherwise it must have the
+/// old one.
 fn pushed(mut hurt: impl FnMut(usize, Vec<u8>) -> Vec<u8> + Send + 'static) -> (Output, bool) {
     let mut answers = 0;
     let board = Board::start(move |fake, bytes| {

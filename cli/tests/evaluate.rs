@@ -1,4 +1,4 @@
-//! `vocc evaluate` and `vocc merge` as their users meet them.
+//! `vocc evaluate` and `vocc merge` from a user's view.
 
 mod common;
 
@@ -58,7 +58,7 @@ fn shards_add_up_to_one_run_bit_for_bit() {
     refused(&["merge", &other, &b, &c], &["another run"]);
     std::fs::write(path("damaged.json"), &std::fs::read(&a).expect("a file")[..200]).expect("a file");
     refused(&["merge", &path("damaged.json")], &["damaged.json"]);
-    // A whole run goes on from any of its parts.
+    // A whole run resumes from any of its parts.
     let resumed = evaluate(&["--resume", "--out", &b]);
     assert_eq!(findings(&resumed), findings(&whole));
     let again = evaluate(&["--out", &b]);
@@ -92,7 +92,7 @@ fn frames_across_a_change_of_symbols_are_told_apart() {
     let told = text(&vocc(&day).stdout);
     assert!(told.contains(&format!("across     {across} frames")), "{told}");
     assert!(told.contains("elsewhere  BER"), "{told}");
-    // Clocks that are synchronised leave none, and so does a change that is left out.
+    // Synchronised clocks cause none, and neither does a change that is left out.
     for scene in [&["paper"][..], &["day", "--set", "effects.symbol_change=off"]] {
         let scene = [&["evaluate", "--frames", "256"], scene].concat();
         let found = json(&vocc(&[&scene[..], &["--json"]].concat()));

@@ -1,5 +1,5 @@
-//! `vocc receive` on films, which ffmpeg decodes: here it is a script, so that it can be absent, fail and hang. `tests/suites/films.rs`
-//! has the real one.
+//! `vocc receive` on films that ffmpeg decodes. Here, ffmpeg is a script, so that it can be absent, fail and hang. `tests/suites/films.rs`
+//! uses the real one.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -20,7 +20,7 @@ fn a_film_is_received_by_its_name_and_at_its_rate() {
     assert!(text(&received.stdout).contains(MESSAGE), "{received:?}");
     let told = std::fs::read_to_string(place.0.join("told")).expect("arguments");
     assert!(told.contains("-i file:film.mp4"), "{told}");
-    // A wrong rate finds nothing; that of the film is in its header.
+    // A wrong rate finds nothing; the right one is in the film's header.
     let slow = place.received(&["film.mp4", "--fps", "37", "--symbol-rate", "90"]);
     assert_eq!(slow.status.code(), Some(2), "{slow:?}");
 }
@@ -87,7 +87,7 @@ fn frames_that_are_told_no_times_are_counted() {
 
 #[test]
 fn a_signal_ends_ffmpeg_too() {
-    // What nohup began ends with no HUP.
+    // A process that was started by nohup ignores HUP.
     let signals = ["TERM", "INT", "HUP"];
     for signal in &signals[..if ignores_hup() { 2 } else { 3 }] {
         let script = "echo $$ > pid; exec /bin/sleep 120";
@@ -110,7 +110,7 @@ fn a_signal_ends_ffmpeg_too() {
     }
 }
 
-/// Whether this process, and so each that it begins, takes no notice of the signal HUP.
+/// Whether this process, and so its child processes, ignore the signal HUP.
 fn ignores_hup() -> bool {
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux");
     let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

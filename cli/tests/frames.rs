@@ -1,4 +1,4 @@
-//! `vocc frames`: what it writes is what `vocc evaluate` evaluates.
+//! `vocc frames` writes the frames that `vocc evaluate` evaluates.
 
 mod common;
 
@@ -12,11 +12,11 @@ use rx_pipeline::detect::Detector;
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 
-/// LEDs three pixels apart in noise: k-means errs, and exposures are shared between symbols.
+/// LEDs three pixels apart in noise: k-means makes errors, and exposures contain two symbols.
 const HARD: &str = "night --seed 3 --random-reflectance --set pose.distance_m=65 --set panel.interval=0.5";
 const FRAMES: usize = 300;
 
-/// `vocc` with words of a line, then others.
+/// Runs `vocc` with the words of a line and more arguments.
 fn run(line: &str, more: &[&str]) -> std::process::Output {
     vocc(&[words(line).as_slice(), more].concat())
 }
@@ -47,7 +47,7 @@ fn panels(bytes: &[u8]) -> Vec<PanelFrame> {
     panels.map(|leds| PanelFrame::from_bits(bits(leds))).collect()
 }
 
-/// What the library measures in a picture, given the corners.
+/// The library's features of a picture with these corners.
 fn measured(grey: &[u8], [height, width]: [usize; 2], corners: &[f32]) -> Features {
     let points = std::array::from_fn(|corner| [corners[2 * corner], corners[2 * corner + 1]]);
     let mut map = Box::new(CellMap::<{ 128 * 128 }>::empty());
@@ -55,12 +55,12 @@ fn measured(grey: &[u8], [height, width]: [usize; 2], corners: &[f32]) -> Featur
     Features::measure(&Frame::new(grey, width, height).expect("a frame"), &map).expect("features")
 }
 
-/// What k-means of the library reads.
+/// The bits that the library's k-means reads.
 fn read_by_kmeans(features: &Features) -> PanelFrame {
     Detector::KMeans.decide(features).unwrap_or_default()
 }
 
-/// Wrong bits, and panels with any.
+/// Numbers of wrong bits, and of panels with a wrong bit.
 fn errors(read: &[PanelFrame], truth: &[PanelFrame]) -> (u64, u64) {
     assert_eq!(read.len(), truth.len());
     let wrong = read.iter().zip(truth).map(|(read, truth)| u64::from(read.distance(*truth)));
@@ -111,7 +111,7 @@ fn kmeans_reads_the_written_frames_with_exactly_the_errors_of_evaluate() {
     assert_eq!(shape, [FRAMES]);
     let across_count = across.iter().map(|&across| u64::from(across)).sum::<u64>();
     assert!(across_count > 0 && Some(across_count) == evaluated["frames_across"].as_u64());
-    // The file about them.
+    // The description of the frames.
     let about: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("frames.json")).expect("there")).expect("JSON");
     let printed = json(&output);
     for key in ["frames", "seed", "first_frame", "size_px", "origin_px", "level"] {
@@ -157,7 +157,7 @@ fn frames_are_the_same_in_an_archive_from_any_number_on_and_by_any_threads() {
         let each = (all.len() - 128) / 300;
         assert_eq!(some[128..], all[128 + 270 * each..][..20 * each], "{file}");
     }
-    // Written again, it is the same file; what is there stays.
+    // Written again, the file is identical; existing files stay.
     let again = place.join("again.npz");
     says(&run(&begun, &[name(&again), "--count", "300"]), 0, &[]);
     assert!(std::fs::read(&again).expect("an archive") == bytes);
@@ -219,7 +219,7 @@ fn what_cannot_be_written_is_refused() {
     let before = files();
     let file = place.join("file");
     std::fs::write(&file, "mine").expect("room");
-    // Bits that a detector has read in another run.
+    // Bits that a detector has read in an earlier run.
     let stale = place.join("stale");
     std::fs::create_dir(&stale).expect("room");
     std::fs::write(stale.join("read.npy"), "old").expect("room");
@@ -261,7 +261,7 @@ fn what_cannot_be_written_is_refused() {
     let last = place.join("last");
     says(&run("frames --count 200 --first 9007199254740992 --out", &[name(&last)]), 0, &[]);
     assert!(last.join("frames.json").exists());
-    // The most that an archive is said to hold is taken: only the scene is at fault then.
+    // The stated maximum for an archive is accepted: the remaining error is that of the scene.
     let told = text(&run("frames --count 10000000 --out", &[&archive]).stderr);
     let (_, most) = told.split_once("give at most ").expect("a number");
     let (most, _) = most.split_once(',').expect("its end");

@@ -1,4 +1,4 @@
-//! What is read is an ordinary file of a size that makes sense, and is taken to the letter.
+//! Only ordinary files of a reasonable size are read, and their contents are taken literally.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 
 use common::{folder, refused, says};
 
-/// How long the program may take to refuse something; it takes some milliseconds, on a machine that is not busy.
+/// Time limit for an error; an idle machine needs some milliseconds.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Asserts that a command is refused soon, in 2 GB of address space, and says one of `words`.
+/// Asserts that a command fails soon, in 2 GB of address space, with one of `words`.
 fn refused_soon(place: &Path, arguments: &[&str], words: &[&str]) {
     let begun = Instant::now();
     let mut child = Command::new("prlimit")
@@ -59,7 +59,7 @@ fn what_may_have_no_end_is_not_read() {
             &["link", "--set", &format!("ambient.background_image={endless}")],
             &["plan", "--set", "link.l2a=table", "--set", &format!("link.table={endless}")],
         ] {
-            // A film may come through a pipe: its writer is waited for.
+            // A film may come through a pipe, so the program waits for the writer.
             if (arguments[0], endless) != ("receive", pipe) {
                 refused_soon(&place, arguments, ordinary);
             }
@@ -95,7 +95,7 @@ fn pictures_have_a_size() {
     image::GrayImage::new(1_000_000, 1).save(place.join("wide.png")).expect("a file");
     std::fs::write(place.join("huge.pgm"), "P5\n60000 60000\n255\n").expect("a file");
     std::fs::write(place.join("none.pgm"), "P5\n0 0\n255\n").expect("a file");
-    // A header alone claims what no memory holds.
+    // A header alone claims more than any memory holds.
     let mut png = std::fs::read(place.join("wide.png")).expect("there");
     png[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
     std::fs::write(place.join("claims.png"), &png).expect("a file");
@@ -130,7 +130,7 @@ fn settings_are_taken_to_the_letter() {
     )
     .expect("written");
     refused_soon(&place, &["sweep", "plan.toml"], &["pose.distance_m stands twice"]);
-    // A stream's header and its frames' beginnings.
+    // Headers of a stream and of its frames.
     for stream in [
         "YUV4MPEG29 W2 H1 Cmono\nFRAME\nxx",
         "YUV4MPEG2 W2 H1 Cmono\nFRAMEX\nxx",

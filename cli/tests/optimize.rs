@@ -1,4 +1,4 @@
-//! `vocc optimize` and `vocc table` as their users meet them.
+//! `vocc optimize` and `vocc table` from a user's view.
 
 mod common;
 
@@ -7,12 +7,12 @@ use std::process::Output;
 
 use common::{command, json_lines, paths, refused, says, text, vocc, words};
 
-/// A folder of this test's own, empty.
+/// An empty folder of this test.
 fn folder(name: &str) -> std::path::PathBuf {
     common::folder(&format!("optimize/{name}"))
 }
 
-/// A search of two intervals at two distances, quickly done.
+/// A fast search of two intervals at two distances.
 const QUICK: &str = "optimize --json --frames 64 --intervals 0.5,0.8 --distances 60,70 -o";
 
 fn lines(output: &Output) -> Vec<serde_json::Value> {
@@ -49,7 +49,7 @@ fn a_table_is_made_and_can_be_used() {
     assert_eq!(planned.status.code(), Some(0), "{}", text(&planned.stderr));
     assert!(text(&vocc(&["table", "show", &table, "--rust"]).stdout).contains("pub const L2A: [f32; 2]"));
 
-    // What is there is not searched again, and not overwritten unasked.
+    // Existing results are not searched again, and not overwritten without a request.
     refused(&[&words(QUICK)[..], &[&table]].concat(), &["--resume"]);
     let whole = std::fs::read_to_string(&table).expect("a table");
     let half: Vec<String> = whole
@@ -70,7 +70,7 @@ fn a_table_is_made_and_can_be_used() {
         &["other settings", "seed"],
     );
 
-    // A ratio that is not the one found is no result to go on from.
+    // An L2A that differs from the result cannot be resumed.
     let row = whole.lines().find(|line| line.ends_with("],  # 10000 lx")).expect("a row");
     let first = row.trim_start_matches([' ', '[']).split(',').next().expect("a ratio");
     std::fs::write(&table, whole.replacen(row, &row.replacen(first, "3.95", 1), 1)).expect("a file");
@@ -168,7 +168,7 @@ fn a_reader_who_leaves_takes_nothing_that_is_kept() {
     assert_eq!(unread(&words(QUICK)[..8]), Some(0));
 }
 
-/// A search by reach of one interval in two lights, quickly done.
+/// A fast search by reach of one interval in two lights.
 const BY_REACH: &str =
     "optimize night --criterion reach --json --frames 64 --intervals 0.5 --illuminances 50,5000 --message-bytes 8 --within 0.2 -o";
 
@@ -224,14 +224,14 @@ fn what_a_transmitter_does_not_know_has_its_price() {
     assert_eq!(losses(&["--times", "30"]), [1.0; 2], "nobody looked there");
     let elsewhere = losses(&["--times", "1", "--in", &brighter]);
     assert!(elsewhere[0] > -0.02 && elsewhere[0] < 0.5, "{elsewhere:?}");
-    // What loses least in both is in between, and can be carried.
+    // The table with the least loss in both scenes lies in between, and a transmitter can use it.
     let robust = path("robust.toml");
     let make = ["table", "regret", &table, "--in", &table, "--in", &brighter, "-o", &robust];
     says(&vocc(&make), 0, &[]);
     says(&vocc(&["table", "check", &robust]), 0, &[]);
     let made = std::fs::read_to_string(&robust).expect("a table");
     assert!(made.contains("most_lost") && made.contains("brighter.toml"));
-    // It is not what a search has found, and is made again in a second.
+    // This file is not a search's result, and can be made again in a second.
     says(&vocc(&make), 0, &[]);
     assert_eq!(std::fs::read_to_string(&robust).expect("a table"), made);
     let entries = lines(&vocc(&[&make[..], &["--json"]].concat()));
@@ -304,7 +304,7 @@ fn a_table_by_reach_says_what_it_knows() {
     assert!(image::open(&picture).expect("a plot").width() > 1000);
     refused(&["table", "show", &table, "--plot", "shown.jpg"], &[".png"]);
 
-    // The second entry is found again, from what is kept of the first.
+    // The second entry is found again from the stored results of the first.
     let whole = std::fs::read_to_string(&table).expect("a table");
     let half: Vec<&str> = whole.lines().filter(|line| !line.contains("illuminance_lx = 5000.0, ")).collect();
     let first = half.join("\n").replace(&format!("[{}]", second_ratio(&whole)), "[nan]");
@@ -321,7 +321,7 @@ fn a_table_by_reach_says_what_it_knows() {
     }
 }
 
-/// The ratio for the most light, as the file has it.
+/// The L2A for the most light, as written in the file.
 fn second_ratio(table: &str) -> &str {
     let row = table.lines().find(|line| line.ends_with("# 5000 lx")).expect("a row");
     row.trim_start().trim_start_matches('[').split(']').next().expect("a ratio")
@@ -337,7 +337,7 @@ fn light_is_kept_within_bounds() {
         .iter()
         .filter(|line| line["illuminance_lx"] == 5000.0 && line.get("best_l2a").is_none());
     let highest = lowest.map(|point| point["l2a"].as_f64().expect("a ratio")).fold(0.0, f64::max);
-    // 30 cd of 64 LEDs of 30 mm, On half of the time, before 5000 lx.
+    // 30 cd of 64 LEDs of 30 mm, On half of the time, at 5000 lx.
     assert!((highest - 0.6631).abs() < 1e-3, "{highest}");
 }
 

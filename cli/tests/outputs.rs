@@ -1,4 +1,4 @@
-//! Files are written whole or not at all, wherever the disk ends.
+//! Files are written whole or not at all, wherever the disk is full.
 #![cfg(target_os = "linux")]
 
 mod common;
@@ -8,7 +8,7 @@ use std::process::{Child, Command, Output, Stdio};
 
 use common::{folder, refused, says, text, vocc};
 
-/// The program, where no file may grow beyond so many KiB: writing more fails as it does on a full disk.
+/// The program with a limit on the size of files, in KiB: a write beyond it fails as on a full disk.
 fn vocc_on_full_disk(folder: &Path, kib: u32, arguments: &str) -> Output {
     let vocc = env!("CARGO_BIN_EXE_vocc");
     Command::new("bash")
@@ -37,7 +37,7 @@ fn a_picture_that_has_no_room_leaves_the_old_one() {
     let before = [read("c.png"), read("c.npy")];
     let kib = before[0].len() as u32 / 1024;
     assert!(kib > 0 && !before[0].len().is_multiple_of(1024), "{} bytes", before[0].len());
-    // The picture's last bytes, and all of the matrix.
+    // The picture's last bytes, and the whole matrix.
     for (kib, arguments) in [
         (kib, "render --crop --set pose.distance_m=20 --out c.png --seed 2"),
         (kib, &format!("{render} --seed 2")),
@@ -57,7 +57,7 @@ fn frames_and_panels_that_have_no_room_are_not_half_there() {
     let link = vocc_on_full_disk(&place, 4, "link --frames 1 --save frames");
     says(&link, 2, &["cannot write frames/frame-000000.png"]);
     assert!(names(&place.join("frames")).is_empty());
-    // What is seen is told all the same.
+    // The results are still reported.
     assert!(text(&link.stdout).contains("bit errors"), "{link:?}");
     let film = vocc_on_full_disk(
         &place,
@@ -113,7 +113,7 @@ fn pipes_and_standard_output_are_written_to() {
     assert_eq!(panels, text(&vocc(&["transmit", "--message", "A"]).stdout));
 }
 
-/// What bash makes of a script in a folder, where `vocc` is the program.
+/// Runs a script with bash in a folder, with `vocc` as the program.
 fn bash(place: &Path, script: &str) -> Output {
     let vocc = env!("CARGO_BIN_EXE_vocc");
     Command::new("bash")
@@ -180,7 +180,7 @@ fn nothing_that_is_read_is_overwritten() {
     }
 }
 
-/// A run that has begun to write a file.
+/// A run that has started to write a file.
 fn begun(arguments: &[&str], file: &Path) -> Child {
     let mut run = common::command(arguments);
     let mut run = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("vocc runs");

@@ -1,18 +1,18 @@
-//! Where panels are: `vocc decode` and `vocc receive` with a camera's geometry.
+//! Poses of panels: `vocc decode` and `vocc receive` with a camera's geometry.
 
 mod common;
 
 use common::{folder, json, name, refused, says, text, vocc};
 use serde_json::Value;
 
-/// OpenCV's own calibration of the scenes' camera, on frames of 640 × 480.
+/// OpenCV's calibration of the scenes' camera, from frames of 640×480.
 const OPENCV: &str = "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   \
     dt: d\n   data: [ 3636.3636363636365, 0., 319.5, 0., 3636.3636363636365, 239.5, 0., 0., 1. ]\n\
     distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n   data: [ -0.5, 0., 0., 0., 0. ]\n";
 const PANEL: [&str; 4] = ["--interval", "1", "--led-diameter", "0.03"];
 const SIZE: [&str; 4] = ["--set", "camera.width_px=640", "--set", "camera.height_px=480"];
 
-/// Whether a number of a pose is the true one, within four of its standard deviations.
+/// Whether a number of a pose is within four standard deviations of the true one.
 fn assert_is(pose: &Value, key: &str, truth: f64) {
     let unit = ["_m_s", "_deg", "_m"].into_iter().find(|unit| key.ends_with(unit)).expect("a unit");
     let stem = key.strip_suffix(unit).expect("a name");
@@ -50,7 +50,7 @@ fn a_panel_is_where_the_scene_has_it_through_a_distorting_lens() {
     let printed = text(&vocc(&told).stdout);
     assert!(printed.contains(" m off, azimuth 3.5"), "{printed}");
 
-    // What is missing is said.
+    // Missing input is named.
     let unknown = |arguments: &[&str]| {
         let told = [&["decode", &frame, "--json"][..], arguments].concat();
         let pose = json(&vocc(&told))["pose"].clone();

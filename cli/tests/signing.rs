@@ -23,7 +23,7 @@ fn film(message: &str, into: &str, more: &[&str]) -> serde_json::Value {
     json(&filmed)
 }
 
-/// What is told of each message, and of who says so: its text, the verdict and the counter.
+/// For each message, its text, the verdict about its signer and the counter.
 fn verdicts(arguments: &[&str], status: i32) -> Vec<(String, String, Option<u64>)> {
     let received = vocc(&[&["receive", "--json"], arguments].concat());
     says(&received, status, &[]);
@@ -54,7 +54,7 @@ fn a_signed_message_is_proven_once_and_a_film_of_it_shown_again_is_replayed() {
     assert_eq!(receive(&first)[1], told("hi", "replayed", 41));
     let kept = std::fs::read_to_string(&counters).expect("counters");
     assert!(kept.ends_with("= 42\n"), "{kept}");
-    // Who forgets what was seen cannot tell.
+    // Without the stored counters, a replay is not recognised.
     assert_eq!(verdicts(&[&first, "--trust", &trusted], 0)[1], told("hi", "proven", 41));
 }
 
@@ -79,7 +79,7 @@ fn only_what_is_proven_is_told_where_that_is_asked_for() {
     }
     let all = verdicts(&[&unsigned, "--trust", &trusted], 0);
     assert_eq!(all, [told("hi", "unproven", None), told("hi", "unsigned", None)]);
-    // Without --trust nothing is said of it on standard output, and the counter on standard error.
+    // Without --trust, standard output says nothing about the signature, and standard error has the counter.
     let received = vocc(&["receive", &signed]);
     says(&received, 0, &["counter 1", "--trust"]);
     assert!(!text(&received.stdout).contains("proven"));
@@ -108,7 +108,7 @@ fn a_signature_under_another_keys_name_is_forged() {
     make_key(&key, &trusted);
     make_key(&other, &path("others.toml"));
     film("hi", &film_of_it, &["--sign", &other, "--counter", "1"]);
-    // A trusted key whose name is the signer's, and which is another: the sign of its x coordinate is its last bit.
+    // A trusted key whose name equals the signer's, but which differs in the sign of its x coordinate, its last bit.
     let shown = json(&vocc(&["keys", "show", &other, "--json"]));
     let public = shown["public"].as_str().expect("a key");
     let last = u8::from_str_radix(&public[62..], 16).expect("digits") ^ 0x80;
@@ -210,7 +210,7 @@ fn files_that_hold_no_keys_are_refused_with_a_way_out_and_no_secret() {
     receive(&bad, &["is no name"]);
     write("[[key]]\nnane = 3\n");
     receive(&bad, &["holds no public keys"]);
-    // A file that has lost its end has lost what was seen.
+    // A truncated file has lost the stored counters.
     for damaged in ["[last]\nx = \"y\"\n", "", "# The greatest counter"] {
         write(damaged);
         refused(
@@ -231,7 +231,7 @@ fn files_that_hold_no_keys_are_refused_with_a_way_out_and_no_secret() {
         let secret = secret.lines().find_map(|line| line.strip_prefix("secret = \"")).expect("a secret");
         assert!(!text(&refusal.stderr).contains(&secret[..32]), "{}", text(&refusal.stderr));
     };
-    // A private key without its last quotation mark, where public ones are read.
+    // A private key without its last quotation mark in place of public keys.
     write(text_of(&key).trim_end_matches(['"', '\n']));
     refused_in_secret(&["keys", "show", &bad], &["holds no public keys"]);
     refused_in_secret(&["receive", &film_of_it, "--trust", &bad], &["holds no public keys"]);

@@ -1,4 +1,4 @@
-//! `vocc device simulate`, and all that one does with a transmitter done with it.
+//! `vocc device simulate` with all operations on a transmitter.
 
 mod common;
 
@@ -13,10 +13,10 @@ use link::fec::Code;
 use link::framing::Framer;
 use serde_json::Value;
 
-/// The firmware smooths light for seconds, and the processor may be shared.
+/// A long timeout: the firmware smooths light for seconds, and the processor may be shared.
 const SOON: Duration = Duration::from_secs(300);
 
-/// A board that runs.
+/// A running board.
 struct Simulator {
     child: Child,
     printed: BufReader<ChildStdout>,
@@ -57,7 +57,7 @@ impl Simulator {
         json(&self.vocc(&["device", "status", "--json"]))
     }
 
-    /// Waits until its status is as wanted.
+    /// Waits until the status meets a condition.
     fn wait_for(&self, what: &str, is_there: impl Fn(&Value) -> bool) {
         let begun = Instant::now();
         loop {
@@ -70,7 +70,7 @@ impl Simulator {
         }
     }
 
-    /// Ends it by the end of its input, and takes what it has printed since, and said.
+    /// Ends the board by closing its input; returns the remaining standard output, and standard error.
     fn end(mut self) -> (String, String) {
         drop(self.child.stdin.take());
         let mut printed = String::new();
@@ -107,7 +107,7 @@ fn a_table_a_calibration_and_a_message_are_tried_without_hardware() {
     says(&board.vocc(&["table", "push", name(&table)]), 0, &[]);
     says(&board.vocc(&["table", "verify", name(&table)]), 0, &[]);
     assert_eq!(text(&board.vocc(&["table", "pull"]).stdout), TABLE);
-    // L* = 2.5·1000·0.4 of the 26 000 cd/m² of the panel that it takes its own for.
+    // L* = 2.5·1000·0.4, of the default panel's 26 000 cd/m².
     board.wait_for("the table's light", |status| {
         (status["luminance_cd_m2"].as_f64().unwrap_or(0.0) - 1000.0).abs() < 1.0
     });
@@ -134,7 +134,7 @@ fn a_table_a_calibration_and_a_message_are_tried_without_hardware() {
     board.end();
 }
 
-/// A template with the luminance of the bench's panel.
+/// A template with the luminance of the default panel.
 fn measured(template: &str) -> String {
     template.replace("luminance_full_cd_m2 = 0.0", "luminance_full_cd_m2 = 26000.0")
 }
@@ -154,12 +154,12 @@ fn a_calibration_to_fill_in_is_refused_until_its_luminance_is_there() {
         assert!(text_of(&file).contains(words), "{words:?} is missing");
     }
 
-    // Nobody has measured this panel yet.
+    // This panel has no calibration yet.
     let board = Simulator::start(&[]);
     says(&board.vocc(&["device", "calibration", name(&file)]), 2, &["full luminance 0"]);
     assert_eq!(board.status()["faults"], serde_json::json!(["no_table", "no_calibration"]));
 
-    // The bench's values are those that a new board takes its own for.
+    // The template's values are the defaults of a new board.
     let before = board.vocc(&["device", "calibration", "--json"]);
     std::fs::write(&file, measured(&text(&printed.stdout))).expect("written");
     let after = board.vocc(&["device", "calibration", name(&file), "--json"]);
@@ -260,7 +260,7 @@ fn a_limit_of_the_intensity_is_kept_to_whatever_the_light_and_without_power_too(
 fn the_port_has_a_name_of_ones_own_for_as_long_as_it_is_there() {
     let place = folder("simulated-link");
     let link = place.join("tx");
-    // Of a board that was killed.
+    // A link of a board that was killed.
     std::os::unix::fs::symlink("/dev/pts/no-more", &link).expect("a link");
     let mut board = Simulator::start(&["--link", name(&link), "--json"]);
     let told: Value = serde_json::from_str(&board.port).expect("JSON");
@@ -294,7 +294,7 @@ fn a_job_in_the_background_that_has_no_input_goes_on() {
     let mut port = String::new();
     let mut printed = BufReader::new(child.stdout.take().expect("piped"));
     printed.read_line(&mut port).expect("a line");
-    // More than one computer's turn: whoever had it alone leaves it to the next.
+    // Each computer that opens the port alone leaves it usable for the next.
     for _ in 0..2 {
         std::thread::sleep(Duration::from_millis(300));
         says(&vocc(&["device", "status", "--port", port.trim()]), 0, &[]);
@@ -322,7 +322,7 @@ fn what_the_leds_show_is_what_the_message_makes() {
         bits.windows(panels.len()).any(|window| window == panels),
         "{panels:?} are not among {bits:?}"
     );
-    // Lit as the light asks for: 10 000 lx.
+    // The light that 10 000 lx require.
     let light: f64 = shown.trim().rsplit(' ').next().expect("a word").parse().expect("a number");
     assert!((0.05..1.0).contains(&light), "{light}");
 
@@ -342,7 +342,7 @@ fn what_is_sent_is_filmed_and_received() {
     let film = ["--frames", name(&frames), "--count", "200"];
     let mut board = Simulator::start(&[&small[..], &film].concat());
     says(&board.vocc(&["device", "send", "--message", "ice ahead"]), 0, &[]);
-    // It ends by itself, with the film.
+    // The board ends with the film.
     assert!(board.child.wait().expect("it ends").success());
     assert_eq!(std::fs::read_dir(&frames).expect("a folder").count(), 200);
     let received = vocc(&["receive", name(&frames)]);
@@ -350,7 +350,7 @@ fn what_is_sent_is_filmed_and_received() {
     assert!(text(&received.stdout).contains("ice ahead"), "{}", text(&received.stdout));
     refused(&[&["device", "simulate"], &film[..]].concat(), &["holds frames already"]);
 
-    // The same through a pipe, as it is shown.
+    // The same film through a pipe, while it is shown.
     let pipe = place.join("pipe");
     let made = Command::new("mkfifo").arg(&pipe).status();
     assert!(made.expect("mkfifo runs").success());
@@ -368,7 +368,7 @@ fn what_is_sent_is_filmed_and_received() {
     assert!(text(&received.stdout).contains("ice ahead"), "{}", text(&received.stdout));
 }
 
-/// The key is told from its file, never by the board; counters go on after a restart.
+/// The key is read from its file and never reported by the board; counters continue after a restart.
 #[test]
 fn a_board_with_a_key_signs_what_it_is_sent_and_is_proven() {
     let place = folder("simulated-key");
@@ -436,7 +436,7 @@ fn what_is_sent_by_a_carrier_is_filmed_and_received() {
     says(&board.vocc(&["device", "rate", "90", "--carrier-cycles", "16"]), 0, &[]);
     board.end();
 
-    // An exposure of a whole cycle sees nothing of it.
+    // An exposure of a whole cycle does not see the carrier.
     for (exposure_s, is_received) in [("0.00025", true), ("0.00069444", false)] {
         let frames = place.join(exposure_s);
         let exposure = format!("camera.exposure_max_s={exposure_s}");
@@ -466,7 +466,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     let (file, frames) = (place.join("trial.toml"), place.join("frames"));
     let board = Simulator::start(&[&bench[..], &["--frames", name(&frames)]].concat());
     says(&board.vocc(&["device", "rate", "9"]), 0, &[]);
-    // What it takes for the light goes on towards 10 000 lx for some seconds; a busy computer gives it less of its time.
+    // The measured light approaches 10 000 lx for some seconds; a busy computer gives the board less time.
     let settled = |key: &str, is_there: &dyn Fn(f64) -> bool| {
         let begun = Instant::now();
         let (mut before, mut looked_at) = (f64::INFINITY, 0);
@@ -476,7 +476,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
                 status[key].as_f64().expect("a number"),
                 status["symbols"].as_u64().expect("a number"),
             );
-            // Half a second of the board's own time.
+            // Half a second of the board's time.
             if symbol >= looked_at + 5 {
                 if (now / before - 1.0).abs() < 1e-4 && is_there(now) {
                     return now;
@@ -495,7 +495,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
         says(&board.vocc(&["device", "calibration", name(&file)]), 0, &[]);
         let duty = settled("duty", &|_| true);
         let taken = || std::fs::read_dir(&frames).expect("a folder").count();
-        // The film lags behind by some symbols; its last frame may not be written yet. Four frames take nine symbols: each phase is there.
+        // The film lags by some symbols, and its last frame may not be written yet. Four frames take nine symbols, so each phase occurs.
         let next = taken() + 5;
         let begun = Instant::now();
         while taken() < next + 5 {
@@ -525,7 +525,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     };
     holds("reflectance_95", 0.4);
     holds("luminance_full_cd_m2_95", 26_000.0);
-    // The simulated driver is clean from 100 ns on.
+    // The pulses of the simulated driver are clean from 100 ns on.
     let number = |key: &str| found[key].as_f64().expect("a number");
     assert!(number("unclean_pulse_ns") < 90.0 && number("shortest_pulse_ns") > 90.0, "{found}");
     let board = Simulator::start(&[]);

@@ -1,4 +1,4 @@
-//! `vocc receive` on frames that bear time stamps.
+//! `vocc receive` on frames with time stamps.
 
 mod common;
 
@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 use common::recording::{MESSAGE, film, run};
 use common::{command, folder, says, text};
 
-/// The frames, and the seconds at which they were taken.
+/// The frames with their times in seconds.
 type Stamps = Vec<(String, f64)>;
 
 /// Symbols a second.
 const SYMBOLS_HZ: u32 = 30;
 
-/// Hundredths of a second from one frame to the next, over and over: 2 as a rule, at times earlier or later, and at times frames are lost.
+/// Hundredths of a second from one frame to the next, repeated: usually 2, sometimes earlier or later, and sometimes frames are lost.
 const STEPS: [u32; 9] = [2, 1, 3, 2, 7, 2, 3, 4, 1];
 
-/// A film of unsteady frames of which every seventh is there twice, all numbered one by one; and the times of its frames.
+/// A film of irregular frames, every seventh of which exists twice, all numbered in sequence, and the times of its frames.
 fn irregular(name: &str) -> (PathBuf, Stamps) {
     let whole = film(&format!("{name}-whole"), MESSAGE, 160, SYMBOLS_HZ);
     let broken = folder(name);
@@ -56,7 +56,7 @@ fn frames_are_counted_by_their_times() {
     let received = receive(&film);
     assert!(text(&received.stdout).contains(MESSAGE), "{}", text(&received.stderr));
     assert!(text(&received.stderr).contains("have the time of the frame before"));
-    // By their numbers alone, they are counted wrongly.
+    // With the numbers alone, frames are counted wrongly.
     std::fs::remove_file(film.join("timestamps.csv")).expect("the file");
     assert!(!text(&receive(&film).stdout).contains(MESSAGE));
 }

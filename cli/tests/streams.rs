@@ -1,4 +1,4 @@
-//! `vocc receive` on streams: y4m, pictures of what it sees, why frames are lost.
+//! `vocc receive` on streams: y4m, pictures of its view, and reasons for lost frames.
 
 mod common;
 
@@ -9,7 +9,7 @@ use std::process::{Output, Stdio};
 use common::recording::{MESSAGE, film, filmed, pixels, run, y4m};
 use common::{command, says, text};
 
-/// Receives what a file holds, on standard input.
+/// Receives a file on standard input.
 fn receive(file: &Path, arguments: &[&str]) -> Output {
     let input = std::fs::File::open(file).expect("the file");
     run(command(&[]).args(["receive", "-"]).args(arguments).stdin(input))
@@ -27,7 +27,7 @@ fn y4m_is_received() {
     let cut = receive(&file, &[]);
     assert_eq!(cut.status.code(), Some(2));
     assert!(text(&cut.stdout).contains(MESSAGE) && text(&cut.stderr).contains("colours"));
-    // An empty line where a frame should begin is no end.
+    // An empty line in place of a frame is not the end of a stream.
     stream.push(b'\n');
     std::fs::write(&file, &stream).expect("a file");
     let damaged = receive(&file, &[]);
@@ -93,7 +93,7 @@ fn a_rate_that_nobody_tells_is_found_and_a_wrong_one_is_doubted() {
     let message = "Ice on the bridge, drive slowly, keep your distance and mind the gap";
     for rate in [45, 90, 100] {
         let folder = film(&format!("rate-{rate}"), message, 4200 / rate, rate);
-        // Where frames are missing, only the rate tells how many symbols went by.
+        // If frames are missing, only the rate gives the number of symbols in a gap.
         for lost in (3..4200 / rate).step_by(7) {
             std::fs::remove_file(folder.join(format!("frame-{lost:06}.png"))).expect("a frame");
         }
@@ -101,10 +101,10 @@ fn a_rate_that_nobody_tells_is_found_and_a_wrong_one_is_doubted() {
         let found = receive(&[]);
         let told = text(&found.stderr);
         assert_eq!(text(&found.stdout).matches(message).count(), 1, "{rate}: {told}");
-        // 100 is near enough to 90 to be read by that clock.
+        // 100 is close enough to 90 to be read with that clock.
         let is_said = told.contains("read at 45 symbols a second");
         assert_eq!(is_said, rate == 45, "{rate}: {told}");
-        // Symbols are numbered as if it had been told, once it is found.
+        // Once the rate is found, symbols have the same numbers as with a configured rate.
         let last_symbol = |arguments: &[&str]| {
             let numbered = receive(&[&["--bits", "--json"], arguments].concat());
             let lines = text(&numbered.stdout);

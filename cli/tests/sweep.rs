@@ -1,4 +1,4 @@
-//! `vocc sweep` as its users meet it: tables, shards, interruptions, scripts for Slurm, and bad input.
+//! `vocc sweep` from a user's view: tables, shards, interruptions, scripts for Slurm, and bad input.
 
 mod common;
 
@@ -21,7 +21,7 @@ pose.distance_m = 70
 ambient.illuminance_lx = [50, 500]
 ";
 
-/// A folder of one test's own, with a plan in it.
+/// A test's own folder, with a plan in it.
 struct Place(PathBuf);
 
 impl Place {
@@ -93,7 +93,7 @@ fn shards_interruptions_and_one_run_leave_the_same_bytes() {
     place.ok(&["merge", "parts", "--out", "parts/sweep.json"]);
     place.assert_same("whole/sweep.json", "parts/sweep.json");
     place.assert_same("whole/sweep.csv", "parts/sweep.csv");
-    // Doing it again changes nothing.
+    // Repetition changes nothing.
     place.ok(&["sweep", "plan.toml", "--out", "parts", "--shard", "1/3", "--resume"]);
     place.ok(&["sweep", "plan.toml", "--out", "whole", "--resume"]);
     let status = place.ok(&["sweep", "--status", "whole"]);
@@ -107,7 +107,7 @@ fn shards_interruptions_and_one_run_leave_the_same_bytes() {
 fn a_run_that_is_told_to_end_keeps_what_it_has() {
     let plan = PLAN.replace("1500", "1000000").replace("1000\n", "100000000\n");
     let place = Place::new("interrupted", &plan);
-    // Each turn is longer than the one before, so that something is finished in the end on a busy machine too.
+    // Each turn is longer than the one before, so that a busy machine also finishes something eventually.
     let mut pause = Duration::from_millis(400);
     loop {
         let mut run = place
@@ -147,7 +147,7 @@ fn status_says_what_is_there_and_what_is_not() {
     let states: Vec<&Value> = states.iter().map(|shard| &shard["state"]).collect();
     assert_eq!(states, ["done", "missing", "failed"]);
     place.refused(&["merge", "out"], &["shard-000002", "no whole results"]);
-    // A damaged shard is not gone on from; without it, it is done again.
+    // A damaged shard is not resumed; after its removal, it is computed again.
     let again = ["sweep", "plan.toml", "--out", "out", "--shard", "2/3", "--resume"];
     place.refused(&again, &["no whole results"]);
     let words = place.vocc(&["sweep", "--status", "out"]);
@@ -210,12 +210,12 @@ fn a_full_disk_loses_nothing_that_was_kept() {
     assert_eq!(half.status.code(), Some(0), "{half:?}");
     let before = place.read("kept.json");
     assert!(before.len() < 4096, "{} bytes", before.len());
-    // No file may grow beyond 4 KiB: writing more fails as it does on a full disk.
+    // No file may grow beyond 4 KiB: a write beyond that fails as on a full disk.
     let full = bash(&format!("trap '' XFSZ; ulimit -f 4; {}", evaluate("--resume")));
     let error = text(&full.stderr);
     assert_eq!(full.status.code(), Some(2), "{error}");
     assert!(error.contains("cannot write kept.json"), "{error}");
-    // What could not be kept is printed all the same.
+    // Results that could not be stored are still printed.
     assert!(text(&full.stdout).contains("frames     2048"), "{full:?}");
     assert_eq!(place.read("kept.json"), before);
     place.assert_nothing_half_written(".");
@@ -245,7 +245,7 @@ fn scripts_for_slurm_are_ordinary_ones() {
         assert!(array.lines().any(|there| there == line), "{line}: {array}");
     }
     assert!(array.contains("$SLURM_ARRAY_TASK_ID/5"), "{array}");
-    // They run without Slurm, too.
+    // The scripts also run without Slurm.
     for task in 0..5 {
         let run = Command::new("bash")
             .arg(place.0.join("jobs/array.sbatch"))
@@ -317,7 +317,7 @@ fn only_shards_that_were_begun_fail() {
     let names = names.map(|entry| entry.expect("an entry").file_name());
     let notes = names.filter(|name| name.to_string_lossy().ends_with(".failed"));
     assert_eq!(notes.count(), 0);
-    // Without noise errors cannot be reached, which the first swarm tells.
+    // Without noise, errors are unreachable, which the first swarm shows.
     let silent = "frames = 512\nrare_events = true\n[grid]\npose.distance_m = [50, 70]";
     std::fs::write(place.0.join("silent.toml"), silent).expect("a plan");
     let fails = ["sweep", "silent.toml", "--out", "silent", "--shard", "0/2"];
@@ -338,7 +338,7 @@ fn a_reader_who_leaves_ends_no_sweep_that_is_kept() {
     place.ok(&["sweep", "--status", "table"]);
     assert_eq!(unread(&["--out", "lines", "--json"]), Some(0));
     place.ok(&["sweep", "--status", "lines"]);
-    // Nobody has anything of the rest, nor wants it.
+    // The remaining results are neither stored nor read.
     assert_eq!(unread(&["--json"]), Some(0));
 }
 

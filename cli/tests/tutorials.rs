@@ -1,5 +1,5 @@
-//! The tutorials, done word for word: each block of commands in the folder that the ones before have left, and what stands in the block of
-//! text after it is printed.
+//! Executes the tutorials literally: each block of commands runs in the folder that the earlier blocks have left, and the block of text
+//! after it must be printed.
 #![cfg(unix)]
 
 mod common;
@@ -9,17 +9,17 @@ use std::process::{Command, Stdio};
 
 use common::folder;
 
-/// What is printed after each step.
+/// Printed after each step.
 const END: &str = "--- the end of a step ---";
 
-/// Commands, and what they print.
+/// Commands with their expected output.
 #[derive(Debug, Default, PartialEq)]
 struct Step {
     commands: String,
     printed: Vec<String>,
 }
 
-/// The steps of a tutorial: its ```sh blocks, each with the ```text block that comes before the next.
+/// The steps of a tutorial: its ```sh blocks, each with the ```text block before the next one, if any.
 fn steps(tutorial: &str) -> Vec<Step> {
     let mut steps: Vec<Step> = Vec::new();
     let mut block = None;
@@ -46,7 +46,7 @@ fn steps(tutorial: &str) -> Vec<Step> {
     steps
 }
 
-/// Which of the lines that should be printed is not, looked for one after the other in any order and each as a part of a line.
+/// An expected line that is missing in the output. Lines may come in any order, and as a part of a longer line.
 fn missing<'a>(printed: &str, wanted: &'a [String]) -> Option<&'a str> {
     let mut lines: Vec<&str> = printed.lines().collect();
     for wanted in wanted {
@@ -58,8 +58,8 @@ fn missing<'a>(printed: &str, wanted: &'a [String]) -> Option<&'a str> {
     None
 }
 
-/// Runs all steps in one terminal, as a reader would, with `vocc` at hand; what each has printed, and what all told on standard error.
-/// What still runs at the end is ended.
+/// Runs all steps in one shell, as a reader would, with `vocc` in its path. Returns the output of each, and the standard error of all. Ends
+/// everything that still runs.
 fn sh(place: &Path, steps: &[Step]) -> (Vec<String>, String) {
     let vocc = Path::new(env!("CARGO_BIN_EXE_vocc"));
     let beside = vocc.parent().expect("a folder").display();

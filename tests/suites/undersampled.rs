@@ -5,7 +5,7 @@ use vocc_tests::undersampled::{Change, Fate, Film, PITCH_PX, receive};
 
 const MESSAGE: &[u8] = b"Lane closed ahead";
 
-/// A usual camera before the usual carrier of 1440 Hz.
+/// A typical camera with the usual carrier of 1440 Hz.
 const USUAL: Film = Film {
     seed: 1,
     fps: 100.0,
@@ -25,7 +25,7 @@ const USUAL: Film = Film {
 /// Frames after a change of the carrier: three repeats of the message.
 const CHANGED_FRAMES: usize = 100;
 
-/// Cameras of 24 to 150 frames a second, over whose panels, of LEDs 6 to 30 px apart, the phase turns by 0.6 to 6.4 cycles.
+/// Cameras of 24 to 150 frames a second, and panels with LEDs 6 to 30 px apart, over which the phase turns by 0.6 to 6.4 cycles.
 const ROLLING_SEEDS: [u64; 8] = [8, 11, 13, 15, 17, 20, 21, 26];
 
 fn received(film: Film) -> Fate {
@@ -34,7 +34,7 @@ fn received(film: Film) -> Fate {
     fate
 }
 
-/// Of 30 cameras drawn by chance at least 28 receive the message, told nothing but their rate, and none receives another.
+/// At least 28 of 30 random cameras receive the message without any settings except the frame rate, and none receives a wrong one.
 #[test]
 fn messages_arrive_by_a_carrier() {
     let fates: Vec<Fate> = (1..=30).map(|seed| received(Film::of_camera(seed))).collect();
@@ -43,7 +43,7 @@ fn messages_arrive_by_a_carrier() {
     assert_eq!(fates.iter().map(|fate| fate.wrong).sum::<usize>(), 0);
 }
 
-/// The same of cameras that expose one line after another, before panels near and far.
+/// Cameras with a rolling shutter, and panels near and far, receive the message, too.
 #[test]
 fn messages_arrive_line_by_line() {
     let films = ROLLING_SEEDS.map(Film::of_rolling_camera);
@@ -68,8 +68,7 @@ fn still_panels_have_no_carrier() {
     }
 }
 
-/// A carrier that begins on a panel that was still, ends, or jumps: the message arrives about as soon as in the slowest film that begins
-/// with it.
+/// A carrier that begins on a still panel, ends or jumps: the message arrives about as soon as in the slowest film that begins with it.
 #[test]
 fn a_carrier_that_changes_in_mid_film_is_learnt_anew() {
     const CHANGES: [(&str, Change, u32); 5] = [
@@ -137,7 +136,7 @@ fn a_carrier_that_changes_in_mid_film_is_learnt_anew() {
     println!("{latest} frames after a change at the latest");
 }
 
-/// The same line by line.
+/// The same changes with a rolling shutter.
 #[test]
 fn a_carrier_that_changes_is_learnt_anew_line_by_line() {
     let jumps = [3, 7, 10, 12].map(|seed| (seed, 100, Film::of_rolling_camera(seed).cycles, 0.25));
@@ -154,19 +153,19 @@ fn a_carrier_that_changes_is_learnt_anew_line_by_line() {
     }
 }
 
-/// Contrast near 0, a phase that is parked, a carrier within 0.1 Hz of a multiple of the frames, exposures of whole cycles: there may be no
-/// message, but none is wrong.
+/// Contrast near 0, a constant phase, a carrier within 0.1 Hz of a multiple of the frame rate, exposures of whole cycles: a message may be
+/// missing, but none is wrong.
 #[test]
 fn blind_cameras_receive_nothing_wrong() {
     let hz = USUAL.symbol_rate_hz * f64::from(USUAL.cycles);
-    // A carrier that is a whole multiple of the frames: the phase stays what it is.
+    // The carrier is a multiple of the frame rate, so that the phase is constant.
     let parked = |phase| Film {
         fps: 120.0,
         clock_ppm: 0.0,
         phase,
         ..USUAL
     };
-    // A quarter of a cycle is 1/64 of a symbol: there the contrast is 0.
+    // The contrast is 0 at this phase; a quarter of a cycle is 1/64 of a symbol.
     let blind = (0.25 - (USUAL.exposure_s / 2.0 + 0.5 / 120.0) * hz).rem_euclid(1.0) / f64::from(USUAL.cycles);
     let cases = [
         ("parked at full contrast", parked(blind + 0.25 / 16.0), true),

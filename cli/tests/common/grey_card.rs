@@ -1,6 +1,6 @@
-//! A panel at 5 m before a wall that is as grey as a card, so that any part of it is one.
+//! A panel at 5 m in front of a wall as grey as a grey card, so that any part of the wall is a card.
 
-/// What makes a scene so; the camera exposes for On LEDs at full duty.
+/// The settings of such a scene; the camera exposes for On LEDs at full duty.
 pub const SCENE: [&str; 5] = [
     "camera.width_px=640",
     "camera.height_px=480",
@@ -9,5 +9,5 @@ pub const SCENE: [&str; 5] = [
     "ambient.background_reflectance=0.18",
 ];
 
-/// Where the panel and the card then are.
+/// The corners of the panel and of the card in this scene.
 pub const PLACES: [&str; 4] = ["--corners", "167,87,473,87,473,393,167,393", "--card", "20,100,100,200"];

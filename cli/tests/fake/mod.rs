@@ -1,4 +1,4 @@
-//! A transmitter without a board: the firmware's own service, with a memory in RAM.
+//! A transmitter without a board: the firmware's own service with its memory in RAM.
 
 use fixed::types::I32F32;
 use link::intensity::IntensityLimit;
@@ -12,13 +12,13 @@ use tx_firmware::service::{ANSWER_MAX, Identity, Service};
 use tx_firmware::store::{Memory, StoreError};
 use tx_firmware::transmitter::Transmitter;
 
-/// What the transmitter must not forget.
+/// The transmitter's persistent memory.
 #[derive(Default)]
 pub struct FakeMemory {
     pub table: Option<L2aTable>,
     pub timing: Option<SymbolTiming>,
     pub limit: Option<IntensityLimit>,
-    /// Why no more can be written to it.
+    /// Why it can no longer be written to, if so.
     pub fault: Option<StoreError>,
 }
 
@@ -60,7 +60,7 @@ pub struct Fake {
 }
 
 impl Fake {
-    /// The table that it begins with.
+    /// The initial table.
     pub fn first_table() -> L2aTable {
         L2aTable::new(&[1.0], &[1.0], &[2.0]).expect("a table")
     }
@@ -83,7 +83,7 @@ impl Fake {
         }
     }
 
-    /// What comes back for these bytes.
+    /// The answer to these bytes.
     pub fn exchange(&mut self, bytes: &[u8]) -> Vec<u8> {
         let mut answer = [0; ANSWER_MAX];
         let mut all = Vec::new();

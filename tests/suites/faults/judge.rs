@@ -18,14 +18,14 @@ const NOTES: [&str; 2] = [".failed", ".rounds"];
 const LEARNT: &str = "camera.toml";
 /// Files of one frame after another, complete at any number of frames: an interrupted command has fewer.
 const TABLE: &str = "pictures/truth.csv";
-/// Folders of frames: where the last file is, all are.
+/// Folders of frames: if the last file exists, all do.
 const ARRAYS: &str = "arrays/";
 const PICTURES: &str = "pictures/";
 const LAST: &str = "frames.json";
 const RECORDING: &str = "received.mcap";
 /// The first and last bytes of a complete recording.
 const MCAP: &[u8] = b"\x89MCAP0\r\n";
-/// Kinds of a recording's first and last record, and of the one that ends its data.
+/// The kinds of a recording's first and last record, and of the record that ends its data.
 const HEADER: u8 = 0x01;
 const FOOTER: u8 = 0x02;
 const DATA_END: u8 = 0x0f;
@@ -235,8 +235,7 @@ impl Reference {
     }
 }
 
-/// Checks that folders of frames which say that they are complete are, and that arrays are all there or none, unless the program was cut
-/// off.
+/// Checks that folders of frames are complete if they claim to be, and that either all arrays exist or none, unless the program was killed.
 fn sets_are_whole(written: &Files, left: &Files, is_cut: bool) -> Result<(), String> {
     for folder in [ARRAYS, PICTURES] {
         let is_told = left.contains_key(&format!("{folder}{LAST}"));
@@ -250,7 +249,7 @@ fn sets_are_whole(written: &Files, left: &Files, is_cut: bool) -> Result<(), Str
     Ok(())
 }
 
-/// Whether a file is what a command leaves if it is interrupted after fewer frames.
+/// Whether a file is the result of a command that was interrupted after fewer frames.
 fn is_beginning(name: &str, left: &Files, whole: &[u8]) -> bool {
     let bytes = &left[name];
     match name {
@@ -266,7 +265,7 @@ fn is_beginning(name: &str, left: &Files, whole: &[u8]) -> bool {
     }
 }
 
-/// Whether a recording is complete: records from its first magic bytes to its last ones, and those at the ends.
+/// Whether a recording is complete: it has records from its first magic bytes to the last, including the first and the last record.
 fn is_recording(bytes: &[u8]) -> bool {
     let inner = bytes.strip_prefix(MCAP).and_then(|bytes| bytes.strip_suffix(MCAP));
     let Some(mut rest) = inner else { return false };
@@ -291,7 +290,7 @@ fn keys(toml: &[u8]) -> (Vec<&[u8]>, bool) {
     (keys.collect(), toml.ends_with(b"\n"))
 }
 
-/// Tests the judge itself: what is broken does not pass.
+/// Tests the judge itself: it passes no broken file.
 pub fn passes_nothing_broken() {
     let files = |names: &[&str]| names.iter().map(|name| (String::from(*name), b"a\n".to_vec())).collect::<Files>();
     let written = files(&["arrays/frames.json", "arrays/frames.npy", "arrays/truth.npy"]);
