@@ -1,7 +1,7 @@
-//! NumPy's files: an array alone (NPY, version 1.0), or several that grow side by side in a folder or in one archive (NPZ).
+//! Writes NumPy's files: a single array (NPY, version 1.0), or several arrays that grow in parallel, in a folder or in one archive (NPZ).
 //!
-//! An archive is a ZIP file of uncompressed NPY files. Because all shapes are known from the start, each array has its place in it, and is
-//! written there as it grows.
+//! An archive is a ZIP file of uncompressed NPY files. All shapes are known from the start, so each array has a fixed place in the archive
+//! and is written there as it grows.
 
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -12,14 +12,14 @@ use crate::files::{self, Growing};
 
 /// The first bytes of an NPY file.
 const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
-/// NumPy wants the numbers to begin at a multiple of 64; no header here is longer.
+/// NumPy requires the numbers to begin at a multiple of 64; no header here is longer.
 const HEADER: usize = 128;
 
-/// A number that NumPy files hold.
+/// A number type of NumPy files.
 pub trait Number: Copy {
-    /// What NumPy calls it.
+    /// NumPy's name of the type.
     const NAME: &str;
-    /// Its bytes, the lowest first.
+    /// The bytes in little-endian order.
     fn bytes(self) -> impl AsRef<[u8]>;
 }
 
@@ -51,7 +51,7 @@ pub fn write_matrix<T: Number>(path: &Path, values: &[T], width: usize, height: 
 fn header(kind: &str, shape: &[u64]) -> [u8; HEADER] {
     let sides = shape.iter().map(|side| format!("{side},"));
     let sides = sides.collect::<Vec<_>>().join(" ");
-    // A tuple of one has a comma at its end, as in Python.
+    // A tuple of one element ends with a comma, as in Python.
     let sides = if shape.len() > 1 { sides.trim_end_matches(',') } else { &sides };
     let about = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({sides}), }}");
     let mut header = [b' '; HEADER];
@@ -63,12 +63,12 @@ fn header(kind: &str, shape: &[u64]) -> [u8; HEADER] {
     header
 }
 
-/// An array that is going to be written.
+/// An array to be written.
 #[derive(Clone, Debug)]
 pub struct Array {
-    /// Its name, without an ending.
+    /// The array's name, without a suffix.
     pub name: &'static str,
-    /// What NumPy calls its numbers: `|u1`, `|b1` or `<f4`.
+    /// NumPy's name of the number type: `|u1`, `|b1` or `<f4`.
     pub kind: &'static str,
     /// Its shape.
     pub shape: Vec<u64>,
@@ -87,7 +87,7 @@ impl Array {
     }
 }
 
-/// Arrays that grow side by side; once closed, they are kept together.
+/// Arrays that grow in parallel; on closing, all are kept together.
 pub enum Arrays {
     /// A file each.
     Folder(Vec<(PathBuf, Growing)>),
@@ -105,16 +105,16 @@ pub struct Archive {
 /// An array in an archive.
 struct Entry {
     name: String,
-    /// Where its header in the archive begins.
+    /// The offset of its header in the archive.
     at: u64,
     /// Bytes of its file.
     size: u64,
-    /// Those that are written.
+    /// Bytes written so far.
     written: u64,
     checksum: crc32fast::Hasher,
 }
 
-/// The most bytes of an archive: more take another kind of ZIP file, which not every program reads.
+/// Maximum size of an archive in bytes: larger ones need another kind of ZIP file, which not every program reads.
 pub const ARCHIVE_MAX: u64 = u32::MAX as u64;
 /// Bytes before an array in an archive, without its name.
 const LOCAL: u64 = 30;
@@ -132,10 +132,10 @@ pub fn archive_size(arrays: &[Array]) -> u64 {
 }
 
 impl Arrays {
-    /// Begins a file for each array in a folder, whose names are free.
+    /// Creates a file for each array in a folder, in which the names must be free.
     ///
     /// # Errors
-    /// When a file cannot be written.
+    /// If a file cannot be written.
     pub fn in_folder(folder: &Path, arrays: &[Array]) -> anyhow::Result<Self> {
         let begun = arrays.iter().map(|array| {
             let path = folder.join(array.file());
@@ -147,10 +147,10 @@ impl Arrays {
         begun.collect::<anyhow::Result<_>>().map(Self::Folder)
     }
 
-    /// Begins one file for all arrays.
+    /// Creates one file for all arrays.
     ///
     /// # Errors
-    /// When it cannot be written, or would be larger than [`ARCHIVE_MAX`].
+    /// If it cannot be written, or would be larger than [`ARCHIVE_MAX`].
     pub fn in_archive(path: &Path, arrays: &[Array]) -> anyhow::Result<Self> {
         ensure!(
             archive_size(arrays) <= ARCHIVE_MAX,
@@ -179,10 +179,10 @@ impl Arrays {
         Ok(Self::Archive(archive))
     }
 
-    /// Writes on at the array of this place.
+    /// Appends to the array with this index.
     ///
     /// # Errors
-    /// When not every byte can be written.
+    /// If not every byte can be written.
     pub fn append(&mut self, place: usize, bytes: &[u8]) -> anyhow::Result<()> {
         match self {
             Self::Folder(files) => {
@@ -193,10 +193,10 @@ impl Arrays {
         }
     }
 
-    /// The files, complete, with their places, for [`files::keep_new`].
+    /// The complete files with their paths, for [`files::keep_new`].
     ///
     /// # Errors
-    /// When bytes are missing, or the last ones cannot be written.
+    /// If bytes are missing, or if the last ones cannot be written.
     pub fn close(self) -> anyhow::Result<Vec<(PathBuf, Growing)>> {
         match self {
             Self::Folder(files) => Ok(files),
@@ -206,7 +206,7 @@ impl Arrays {
 }
 
 impl Entry {
-    /// Where its array begins in the archive.
+    /// The offset of the array in the archive.
     fn begin(&self) -> u64 {
         self.at + LOCAL + self.name.len() as u64
     }
@@ -240,7 +240,7 @@ impl Archive {
         written.with_context(|| format!("cannot write {}", self.path.display()))
     }
 
-    /// Writes what stands before each array, and the list at the end.
+    /// Writes the header of each array, and the list at the end.
     fn close(mut self) -> anyhow::Result<(PathBuf, Growing)> {
         let mut list = Vec::new();
         let mut end = 0;
@@ -252,7 +252,7 @@ impl Archive {
             let (about, name) = (entry.about(), entry.name.clone().into_bytes());
             list.extend(b"PK\x01\x02\x14\x00");
             list.extend(&about);
-            // No remark, first disk, no attributes.
+            // No comment, first disk, no attributes.
             list.extend([0; 10]);
             list.extend((entry.at as u32).to_le_bytes());
             list.extend(&name);

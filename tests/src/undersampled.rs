@@ -1,8 +1,8 @@
 //! Films of a panel that shows its bits as the phase of a carrier, drawn without the simulator.
 //!
-//! An LED that is 1 is On while cos(2π·f·t) is positive, one that is 0 while it is not; the carrier's cycles and the symbols begin together.
-//! Each line of the sensor sees the light of its own exposure, integrated exactly. The picture is that of [`crate::shake`], by a
-//! camera that is still.
+//! An LED of bit 1 is On while cos(2π·f·t) is positive, an LED of bit 0 while it is not; cycles of the carrier and symbols begin together.
+//! Each line of the sensor receives the light of its own exposure, integrated exactly. The picture is that of [`crate::shake`], from a
+//! camera at rest.
 
 use crate::sensor::{Sensor, gauss};
 use crate::shake::{self, Drawing, Shake};
@@ -14,28 +14,28 @@ use rand_chacha::ChaCha8Rng;
 use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
 use rx_pipeline::frame::Frame;
 
-/// Pixels along a side of a frame around an 8×8 panel of this pitch (px).
+/// Pixels along a side of a frame around an 8×8 panel with this pitch (px).
 fn side_px(pitch_px: f64) -> usize {
     (8.0 * pitch_px + 84.0) as usize
 }
-/// Distance of neighbouring LEDs where nothing else is said (px).
+/// Default distance of neighbouring LEDs (px).
 pub const PITCH_PX: f64 = 5.5;
-/// Lines of usual rolling shutters.
+/// Numbers of lines of usual rolling shutters.
 const USUAL_LINES: [f64; 3] = [720.0, 1080.0, 1080.0];
-/// Normal deviates that the noise is taken from, from another place for each line of a frame.
+/// Normal deviates for the noise; each line of a frame starts at another of them.
 const DEVIATES: usize = 1 << 16;
-/// How finely stamps are written (s).
+/// Resolution of stamps (s).
 const STAMP_S: f64 = 1e-5;
 
-/// Rates of usual cameras (frames a second).
+/// Frame rates of usual cameras.
 const USUAL_FPS: [f64; 16] = [
     24.0, 25.0, 29.97, 30.0, 40.0, 48.0, 50.0, 59.94, 60.0, 75.0, 100.0, 119.88, 120.0, 144.0, 200.0, 240.0,
 ];
-/// Symbols a second of usual transmitters.
+/// Symbol rates of usual transmitters (Hz).
 const USUAL_RATES_HZ: [f64; 12] = [100.0, 90.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30.0, 27.0, 25.0, 24.0, 20.0];
-/// A panel read farther from its place is read another line's (pitches).
+/// Distance from its place beyond which a panel was read on another line (pitches).
 const LINE_OFF: f64 = 0.6;
-/// Frames that are looked at after a message has come, for a wrong one.
+/// Number of frames after a message in which a wrong one is looked for.
 const AFTERWARDS: usize = 40;
 
 /// A film of a panel with a carrier.
@@ -49,41 +49,41 @@ pub struct Film {
     pub exposure_s: f64,
     /// Symbols a second by the transmitter's clock.
     pub symbol_rate_hz: f64,
-    /// Cycles of the carrier in a symbol; 0 where the panel is still for as long.
+    /// Cycles of the carrier in a symbol; 0 for a still panel.
     pub cycles: u32,
-    /// By how many parts in a million the transmitter's clock is fast.
+    /// Deviation of the transmitter's clock, in parts per million; positive is fast.
     pub clock_ppm: f64,
-    /// The part of a symbol that has passed when the film begins.
+    /// The elapsed part of a symbol at the start of the film.
     pub phase: f64,
-    /// The standard deviation of the times at which frames are taken, which their stamps tell (s).
+    /// Standard deviation of the frames' times, which their stamps include (s).
     pub jitter_s: f64,
-    /// By how much each line is exposed later than the one above (s).
+    /// Delay of each line's exposure after the one above (s).
     pub line_delay_s: f64,
     /// Distance of neighbouring LEDs (px).
     pub pitch_px: f64,
-    /// What encodes and blurs the light.
+    /// The encoding and the blur.
     pub sensor: Sensor,
-    /// Frames.
+    /// Number of frames.
     pub frames: usize,
     /// The film's first part, if it differs.
     pub change: Option<Change>,
 }
 
-/// A film's first part, before the message begins: beacons, by another carrier or by the same at another phase.
+/// A film's first part, before the message begins: beacons with another carrier, or with the same carrier at another phase.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Change {
-    /// Frames of the first part.
+    /// Number of frames in the first part.
     pub frames: usize,
-    /// Cycles of its carrier in a symbol; 0 where the panel is still.
+    /// Cycles of its carrier in a symbol; 0 for a still panel.
     pub cycles: u32,
-    /// By how much the carrier is later than in the second part (cycles).
+    /// Delay of the carrier relative to the second part (cycles).
     pub late: f64,
 }
 
 impl Film {
-    /// The film of a camera drawn from that seed: 24 to 240 frames a second, usual rates or any; carriers of about 450, 1260 or 1440 Hz; up
-    /// to 1.44 cycles exposed, but for those of which an exposure sees less than a fifth of the contrast; clocks that are 500 ppm off;
-    /// stamps that jitter, in a quarter of them.
+    /// The film of a camera drawn from that seed: 24 to 240 frames a second, with usual rates or any; carriers of about 450, 1260 or 1440
+    /// Hz; exposures of up to 1.44 cycles, except those that see less than a fifth of the contrast; clocks with an error of 500 ppm; in a
+    /// quarter of them, stamps with jitter.
     pub fn of_camera(seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let fps = match random.random_bool(0.6) {
@@ -125,9 +125,9 @@ impl Film {
         }
     }
 
-    /// The film of another camera drawn from that seed: in three of four, lines are exposed one after another, 720 or 1080 of them within 20
-    /// to 95 % of the time between frames, read from above or from below; LEDs 6 to 30 px apart; curves of γ 1.8 to 2.6, 2 000 to 16 000
-    /// electrons at white; stamps that jitter, in one of eight.
+    /// The film of another camera drawn from that seed. In three of four, lines are exposed one after another: 720 or 1080 of them within
+    /// 20 to 95 % of the frame period, from above or from below. LEDs are 6 to 30 px apart; curves have γ 1.8 to 2.6, with 2 000 to 16 000
+    /// electrons at white; in one of eight, stamps have jitter.
     pub fn of_rolling_camera(seed: u64) -> Self {
         let camera = Self::of_camera(seed ^ 0x0011_11e5);
         let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0x05c4_ee45);
@@ -158,7 +158,7 @@ impl Film {
         }
     }
 
-    /// The carrier (Hz).
+    /// The frequency of the carrier (Hz).
     pub fn carrier_hz(&self) -> f64 {
         self.rate_hz() * f64::from(self.cycles)
     }
@@ -167,13 +167,13 @@ impl Film {
         self.symbol_rate_hz * (1.0 + 1e-6 * self.clock_ppm)
     }
 
-    /// Symbols of the first part.
+    /// Number of symbols in the first part.
     fn symbols_before(&self) -> usize {
         let frames = self.change.map_or(0, |change| change.frames);
         (frames as f64 / self.fps * self.rate_hz()).round() as usize
     }
 
-    /// The cycles of a symbol, and by how much they are late.
+    /// The carrier's cycles in a symbol, and their delay.
     fn carrier_of(&self, symbol: usize) -> (u32, f64) {
         match self.change {
             Some(change) if symbol < self.symbols_before() => (change.cycles, change.late),
@@ -182,20 +182,20 @@ impl Film {
     }
 }
 
-/// What became of a film.
+/// The result of a film.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fate {
-    /// The frame with which the message came.
+    /// The frame that completed the message.
     pub delivered: Option<usize>,
-    /// Messages that nobody sent.
+    /// Number of wrong messages.
     pub wrong: usize,
-    /// Frames that were read.
+    /// Number of frames that were read.
     pub read: usize,
-    /// Those of them that were read a line beside the panel's place, or farther off.
+    /// Number of frames that were read at least one line beside the panel's place.
     pub beside: usize,
-    /// Readings that are the panel shown, that are its complement, and those of other symbols or of bits that are wrong.
+    /// Numbers of readings that equal the panel, that equal its complement, and that have wrong bits or show other symbols.
     pub panels: [usize; 3],
-    /// What the receiver says where no message came.
+    /// The receiver's advice if no message arrived.
     pub advice: Vec<String>,
 }
 
@@ -203,11 +203,11 @@ pub struct Fate {
 pub struct FilmDrawing {
     film: Film,
     side: usize,
-    /// Where the panel's middle is (px).
+    /// The position of the panel's middle (px).
     centre_px: [f64; 2],
     symbols: Vec<u64>,
     off: Vec<f32>,
-    /// The light that each LED adds when it is On: its first pixel, and the length of its lines.
+    /// For each LED, its first pixel, the length of its lines, and the light that it adds when On.
     leds: Vec<([usize; 2], usize, Vec<f32>)>,
     deviates: Vec<f64>,
     random: ChaCha8Rng,
@@ -235,7 +235,7 @@ impl FilmDrawing {
         let side = (0.8 * film.pitch_px + 14.0) as usize;
         let mut leds = vec![([0; 2], side, Vec::new()); LEDS];
         for class in 0..16 {
-            // LEDs four pitches apart do not touch each other.
+            // LEDs four pitches apart do not overlap.
             let of_class = |led: usize| (led % 4, led / 8 % 4) == (class % 4, class / 4);
             let bits = (0..LEDS).filter(|&led| of_class(led)).fold(0, |bits, led| bits | 1u64 << led);
             let lit = crop(drawing.still_light(bits));
@@ -271,14 +271,14 @@ impl FilmDrawing {
         }
     }
 
-    /// When frame `number` is taken (s).
+    /// The time of frame `number` (s).
     fn time_s(&mut self, number: usize) -> f64 {
         let jitter = self.film.jitter_s * gauss(&mut self.random);
         let limit = 0.4 / self.film.fps;
         (number as f64 + 0.5) / self.film.fps + jitter.clamp(-limit, limit)
     }
 
-    /// The share of an exposure from `start_s` on for which each LED is On.
+    /// For each LED, the share of an exposure from `start_s` on for which it is On.
     fn shares(&self, start_s: f64) -> [f32; LEDS] {
         let Film { exposure_s, phase, .. } = self.film;
         // In symbols.
@@ -302,15 +302,15 @@ impl FilmDrawing {
         shares.map(|share| (share / (to - from)) as f32)
     }
 
-    /// Takes frame `number`: its stamp, its pixels, and the symbol in the middle of its exposure.
+    /// Draws frame `number`: its stamp, its pixels, and the symbol in the middle of its exposure.
     pub fn take(&mut self, number: usize) -> (Stamp, Vec<u8>, u64) {
         let (stamp, grey, start_s) = self.expose(number, Self::shares);
         let middle = (start_s + 0.5 * self.film.exposure_s) * self.film.rate_hz() + self.film.phase;
         (stamp, grey, self.symbols[middle as usize])
     }
 
-    /// Takes frame `number` of LEDs that are On for these shares of an exposure from a time on (s): its stamp, its pixels, and when it
-    /// began.
+    /// Draws frame `number` with LEDs that are On for these shares of an exposure that begins at a time (s). Returns its stamp, its pixels,
+    /// and its start.
     fn expose(&mut self, number: usize, shares_from: impl Fn(&Self, f64) -> [f32; LEDS]) -> (Stamp, Vec<u8>, f64) {
         let start_s = self.time_s(number);
         let told_s = (start_s / STAMP_S).round() * STAMP_S;
@@ -354,21 +354,20 @@ impl FilmDrawing {
     }
 }
 
-/// ∫ of 1 where cos(2πx) is positive and 0 elsewhere, from 0 to x.
+/// ∫ from 0 to x of a function that is 1 if cos(2πx) is positive and 0 otherwise.
 fn positive_cosine(x: f64) -> f64 {
     let (cycle, part) = (x.floor(), x - x.floor());
     0.5 * cycle + part.min(0.25) + (part - 0.75).max(0.0)
 }
 
-/// Receives a film, told the frames a second and nothing else; `tell` is told of each frame.
+/// Receives a film with only the frame rate configured; `tell` is called for each frame.
 pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, u64, &reception::PanelReport)) -> Fate {
     let mut drawn = FilmDrawing::new(film, message);
     let centre_px = drawn.centre_px;
     receive_taken(film, message, centre_px, |number| drawn.take(number), tell)
 }
 
-/// Receives a film of LEDs that are On for shares of each exposure, from a time on (s), which somebody else knows; what the film's
-/// transmitter would show does not count.
+/// Receives a film of LEDs whose shares of each exposure, from a time on (s), the caller provides instead of the film's transmitter.
 pub fn receive_light(film: Film, message: &[u8], shares_from: impl Fn(f64) -> [f32; LEDS]) -> Fate {
     let mut drawn = FilmDrawing::new(film, message);
     let drawn_at = drawn.centre_px;

@@ -1,17 +1,17 @@
-//! Ways to read what the paper says, or leaves out, of how a frame is made and measured.
+//! Readings of the paper's statements, and of its gaps, about how a frame is made and measured.
 
-/// How an LED's disc comes onto whole pixels.
+/// The drawing of an LED's disc on whole pixels.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Disc {
-    /// Each pixel holds the share of it that the disc covers.
+    /// Each pixel has the share of it that the disc covers.
     Area,
-    /// A pixel belongs to the disc if its centre does.
+    /// A pixel belongs to the disc if its centre is inside.
     Point,
-    /// The same, the LED's centre first rounded to a pixel.
+    /// Like `Point`, but the LED's centre is first rounded to a pixel.
     Rounded,
 }
 
-/// Where in the chain the blur stands.
+/// The position of the blur in the chain.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Order {
     /// Light is blurred, encoded by gamma, clipped at 255 (section 4.2).
@@ -24,25 +24,25 @@ pub enum Order {
     GammaClipBlur,
 }
 
-/// How wide the blur is.
+/// The width of the blur.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Blur {
-    /// So many pixels at every distance.
+    /// The same number of pixels at every distance.
     Pixels(f64),
-    /// So many pixels at 50 m, growing with the panel's image.
+    /// This number of pixels at 50 m, growing with the panel's image.
     WithImage(f64),
-    /// So many pixels, the kernel cut to this many pixels on either side and scaled to sum 1.
+    /// This number of pixels, with a kernel cut to that many pixels on either side and scaled to sum 1.
     Cut(f64, usize),
 }
 
-/// What is divided into 8 × 8 equal cells.
+/// The area that is divided into 8 × 8 equal cells.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Cells {
     /// 8 × 8 pitches, each cell centred on its LED.
     Pitches,
-    /// The square that just holds the discs.
+    /// The smallest square that contains the discs.
     Discs,
-    /// 8 × 8 pitches and half a pitch more all round.
+    /// 8 × 8 pitches with a border of half a pitch.
     Border,
 }
 
@@ -57,10 +57,10 @@ pub struct Interpretation {
     /// Whether gradients stop at a cell's border.
     pub gradient_within_cell: bool,
     pub focal_mm: f64,
-    /// On light over Off light is 1 + this · r.
+    /// On light over Off light is 1 + `contrast` · r.
     pub contrast: f64,
     pub gamma: f64,
-    /// Linear value of what is behind the LEDs.
+    /// Linear value of the background behind the LEDs.
     pub background: f64,
     /// Whether the panel's sub-pixel phase is drawn for each frame.
     pub random_phase: bool,
@@ -81,7 +81,7 @@ const PLAIN: Interpretation = Interpretation {
 };
 
 impl Interpretation {
-    /// Whether nothing is read otherwise than by the simulator.
+    /// Whether the reading is entirely the simulator's.
     pub fn is_plain(&self) -> bool {
         self.name == PLAIN.name
     }

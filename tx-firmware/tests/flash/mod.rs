@@ -1,4 +1,4 @@
-// A NOR flash memory in RAM, whose power can be cut at any word and any erase.
+// A NOR flash memory in RAM, whose power can be cut at any written word and any erase.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
@@ -10,41 +10,41 @@ pub const ERASE: usize = 4096;
 /// Words of `WRITE` bytes, erase units of [`ERASE`].
 #[derive(Clone)]
 pub struct Flash<const WRITE: usize> {
-    /// What it holds; an erased byte is 0xff.
+    /// The contents; an erased byte is 0xff.
     pub bytes: Vec<u8>,
-    /// How long the power lasts.
+    /// The remaining life of the power.
     pub power: Power,
-    /// Words written and units erased.
+    /// Number of words written and units erased.
     pub operations: u64,
-    /// Units erased.
+    /// Number of units erased.
     pub erased: u64,
-    /// How much of a torn word or unit has changed.
+    /// The changed part of a torn word or unit.
     pub tear: Tear,
 }
 
-/// How much of a torn word or unit has changed.
+/// The changed part of a torn word or unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tear {
-    /// None of its bits, all, or some: a number decides which.
+    /// No bit, all or some of them: a number decides which.
     Bits(u64),
-    /// Bytes from its beginning.
+    /// The first bytes.
     #[allow(dead_code, reason = "not every test cuts the power")]
     Bytes(usize),
 }
 
-/// How long the power lasts.
+/// The remaining life of the power.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Power {
-    /// For ever.
+    /// The power stays on.
     Stays,
-    /// For this many more words or units; it fails during the next one.
+    /// The power lasts for this many more words or units, and fails during the next one.
     #[allow(dead_code, reason = "not every test cuts the power")]
     For(u64),
-    /// It is gone.
+    /// The power is off.
     Gone,
 }
 
-/// The power is gone, or the memory is used wrongly.
+/// The power is off, or the memory is used wrongly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Failure(NorFlashErrorKind);
 
@@ -66,7 +66,7 @@ impl<const WRITE: usize> Flash<WRITE> {
         }
     }
 
-    /// The same memory, switched on again.
+    /// The memory after the power has been restored.
     #[allow(dead_code, reason = "not every test cuts the power")]
     pub fn restarted(&self) -> Self {
         Self {
@@ -75,7 +75,7 @@ impl<const WRITE: usize> Flash<WRITE> {
         }
     }
 
-    /// One operation on the unit or word from `from` on, which would make its bytes `to`: whole or torn.
+    /// An operation on the unit or word from `from` on, which sets its bytes to `to`, completely or torn.
     fn operate(&mut self, from: usize, to: &[u8]) -> Result<(), Failure> {
         let torn = self.power == Power::For(0);
         self.operations += 1;
@@ -113,7 +113,7 @@ impl<const WRITE: usize> Flash<WRITE> {
 }
 
 impl Tear {
-    /// Which bits of a byte have changed.
+    /// The changed bits of a byte.
     fn mask(self, index: usize) -> u8 {
         match self {
             Self::Bytes(bytes) if index < bytes => 0xff,
@@ -127,7 +127,7 @@ impl Tear {
     }
 }
 
-/// A number as good as drawn.
+/// A pseudorandom number.
 pub fn mixed(seed: u64) -> u64 {
     let mixed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9)
@@ -169,7 +169,7 @@ impl<const WRITE: usize> NorFlash for Flash<WRITE> {
         self.check(offset, offset + bytes.len() as u32, WRITE)?;
         for (index, word) in bytes.chunks(WRITE).enumerate() {
             let from = offset as usize + index * WRITE;
-            // Programming clears bits and sets none.
+            // Programming clears bits but sets none.
             let new: Vec<u8> = word.iter().zip(&self.bytes[from..]).map(|(new, old)| new & old).collect();
             self.operate(from, &new)?;
         }

@@ -1,4 +1,4 @@
-//! `vocc device test`: whether a board and its panel are built right, by eye or by a camera's pictures.
+//! `vocc device test`: checks a board and its panel, by eye or by a camera's pictures.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -20,19 +20,19 @@ use crate::stop::stop;
 
 mod pictures;
 
-/// Within which the light sensor is read in both ranges a few times.
+/// Time in which the light sensor is read in both ranges a few times.
 const SENSOR_TIME: Duration = Duration::from_millis(1200);
-/// How long a test panel outlives the time until the next one: a request may have to be repeated.
+/// Time that a test panel lasts beyond the next one's start, because a request may have to be repeated.
 const GRACE: Duration = Duration::from_secs(3);
-/// For which a board may hold its panel at rest after a write to its flash: it prepares 410 ms of panels first.
+/// Time for which a board may hold its panel after a write to its flash, because it prepares 410 ms of panels first.
 const STORE_TIME: Duration = Duration::from_millis(500);
-/// Symbols of a test panel, at least: its duty acts at once, and its LEDs up to five symbols later.
+/// Minimum number of symbols of a test panel: its duty takes effect at once, and its LEDs up to five symbols later.
 const SYMBOLS_MIN: f64 = 10.0;
-/// Between two looks at whether to stop.
+/// Interval between checks for a stop.
 const NAP: Duration = Duration::from_millis(20);
-/// How much the light may differ between the sensor's ranges, for it may change meanwhile.
+/// Maximum ratio of the light between the sensor's ranges, because it may change between the readings.
 const RANGES_RATIO_MAX: f64 = 2.0;
-/// The least reading of one range while the other has too much light: half of the lesser of their limits, 60 000 lx.
+/// Minimum reading of one range while the other is saturated: half of the lower of their limits, 60 000 lx.
 const SATURATED_LX_MIN: f64 = 60_000.0 / RANGES_RATIO_MAX;
 
 /// Arguments of `vocc device test`.
@@ -76,7 +76,7 @@ impl From<Kit> for bring_up::Kit {
     }
 }
 
-/// Tests a board, or tells what pictures of the test show.
+/// Tests a board, or diagnoses it from pictures of the test.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     if let Some(source) = &arguments.frames {
         return pictures::run(source, arguments.kit.into(), arguments.pixels, shared);
@@ -87,7 +87,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         .context("name the port with --port, or pictures with --frames")?;
     let mut client = port.greet_transmitter()?;
     let rate = rate::in_use(&mut client).map_err(|error| match error {
-        // It is older than test panels, too.
+        // Firmware without symbol rates has no test panels, either.
         DeviceError::NoSymbolRate => DeviceError::NoTest,
         error => error,
     });
@@ -102,13 +102,13 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         .with_context(|| port.name());
     }
     let tested = test_board(&mut client, symbol_rate_hz, arguments, port, shared);
-    // At once, also after Ctrl-C and errors; without an answer, soon.
+    // Ends the test at once, also after Ctrl-C and errors; without an answer, the test panel ends soon.
     let ended = test(&mut client, PanelFrame::default(), u8::MAX, Duration::ZERO).with_context(|| port.name());
     let verdict = tested?;
     ended.map(|()| verdict)
 }
 
-/// Tests a board, and may leave a test panel on.
+/// Tests a board. May leave a test panel on.
 fn test_board(
     client: &mut Connection,
     symbol_rate_hz: f64,
@@ -123,7 +123,7 @@ fn test_board(
     }
     let status = super::status(client, port)?;
     let store = check_store(client, symbol_rate_hz, &status).with_context(|| port.name())?;
-    // Otherwise the first test panels would be shown only after those that the board prepared before it wrote.
+    // Otherwise the first test panels would be shown only after the panels that the board prepared before its write.
     wait(STORE_TIME, stop);
     let report = Report {
         sensor,
@@ -155,7 +155,7 @@ fn test_board(
     Ok(if is_done { Verdict::Yes } else { Verdict::No })
 }
 
-/// The findings before the walk.
+/// The results before the walk.
 struct Report {
     sensor: [SensorReading; 2],
     sensor_fault: Option<String>,
@@ -238,7 +238,7 @@ const fn name(part: Part) -> &'static str {
     }
 }
 
-/// The light sensor's fault, if it has one.
+/// The light sensor's fault, if any.
 fn sensor_fault(sensor: [SensorReading; 2], status: &Status, kit: Kit) -> Option<String> {
     const WIRES: &str = "look at SDA (GPIO 4, pin 6), SCL (GPIO 5, pin 7), their pull-ups, and its supply, 3V3 (pin 36)";
     let is_absent = |reading: &SensorReading| matches!(reading, SensorReading::None | SensorReading::Missing);
@@ -281,7 +281,7 @@ fn read_sensor(client: &mut Connection, stop: Stop) -> Result<[SensorReading; 2]
     })
 }
 
-/// The store's fault, if it has one: it is given the symbol rate in use to keep.
+/// The store's fault, if any: the board is asked to store the symbol rate in use.
 fn check_store(client: &mut Connection, symbol_rate_hz: f64, status: &Status) -> Result<Option<String>, DeviceError> {
     let millihertz = (symbol_rate_hz * 1e3).round() as u32;
     let written = client.ask(&Request::WriteSymbolRate { millihertz }, |answer| match answer {
@@ -319,7 +319,7 @@ fn wait(time: Duration, stop: Stop) {
     }
 }
 
-/// Shows one test panel after another.
+/// Shows successive test panels.
 struct Walk<'a> {
     client: &'a mut Connection,
     stop: Stop,
@@ -328,7 +328,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Shows the steps, and says what to see; returns how many were shown.
+    /// Shows the steps and says what to look for; returns the number of steps shown.
     fn show(self, steps: &[Step]) -> anyhow::Result<usize> {
         let mut shown = 0;
         let mut part = None;
@@ -368,7 +368,7 @@ const fn what_to_see(part: Part) -> &'static str {
     }
 }
 
-/// Which row, column or LED the last of these steps lights.
+/// The row, column or LED that the last of these steps lights.
 fn place(steps: &[Step]) -> Option<String> {
     let part = steps.last()?.part;
     let number = steps.iter().filter(|step| step.part == part).count() - 1;
@@ -413,7 +413,7 @@ mod tests {
             ([lux(1000), lux(1900)], no_faults, Kit::Road, right),
             ([lux(1000), lux(2100)], no_faults, Kit::Road, Some("a factor of 2.1")),
             ([lux(2100), lux(1000)], no_faults, Kit::Desk, Some("a factor of 2.1")),
-            // Of less than 1 lx a ratio says nothing.
+            // Below 1 lx a ratio is meaningless.
             ([lux(0), lux(1)], no_faults, Kit::Road, right),
             ([Saturated, Saturated], no_faults, Kit::Road, right),
             ([Saturated, lux(90_000)], no_faults, Kit::Road, right),

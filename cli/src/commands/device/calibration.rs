@@ -1,4 +1,4 @@
-//! `vocc device calibration`: what was measured of a transmitter's panel.
+//! `vocc device calibration`: the measured properties of a transmitter's panel.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use crate::files;
 use crate::options::{Port, Shared};
 use crate::output::{self, Verdict, line};
 
-/// The values in numbers that people read; `tx_firmware::calibration` knows their ranges.
+/// The values as numbers in usual units; `tx_firmware::calibration` has their ranges.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Values {
@@ -28,15 +28,15 @@ struct Values {
     interval: f64,
     sensor_gain: f64,
     low_current_share: f64,
-    /// The most luminous intensity of the panel, cd; only with the diameter of an LED.
+    /// Maximum luminous intensity of the panel, cd; only with the diameter of an LED.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_cd: Option<f64>,
-    /// The diameter of an LED, m; without a limit the panel only says how large it is.
+    /// The diameter of an LED, m; without a limit, the panel only announces its size.
     #[serde(skip_serializing_if = "Option::is_none")]
     led_diameter_m: Option<f64>,
 }
 
-/// The bench's panel but for its luminance, on which dimming and limit depend most: as it is, a transmitter refuses it.
+/// The bench's panel without its luminance, on which dimming and limit depend most: a transmitter rejects it unchanged.
 const UNMEASURED: Measured = Measured {
     luminance_full_cd_m2: U32F32::ZERO,
     ..BENCH
@@ -47,7 +47,7 @@ pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<
     let wanted = file.map(read).transpose()?;
     let mut client = port.greet_transmitter()?;
     if let Some((measured, limit)) = wanted {
-        // First what makes the panel darker.
+        // The change that makes the panel darker comes first.
         limit::set(&mut client, limit).with_context(|| port.name())?;
         let request = Request::WriteCalibration(measured);
         client
@@ -70,7 +70,7 @@ pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<
     Ok(Verdict::Yes)
 }
 
-/// Prints a file to fill in, or writes it where no file is yet.
+/// Prints a file to fill in, or writes it if there is none.
 pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict> {
     match file {
         None if shared.json => output::json(&Values::of(&UNMEASURED))?,
@@ -91,7 +91,7 @@ pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict>
     Ok(Verdict::Yes)
 }
 
-/// A file of these values that says what each of them is.
+/// A file of these values, with an explanation of each.
 pub fn filled_in(measured: &Measured) -> String {
     let Values {
         luminance_full_cd_m2,
@@ -193,7 +193,7 @@ impl Values {
         }
     }
 
-    /// The values in fixed point, or the name of the first that has no place there.
+    /// The values in fixed point, or the name of the first one that is out of range.
     fn measured(&self) -> Result<Measured, &'static str> {
         Ok(Measured {
             luminance_full_cd_m2: fixed(self.luminance_full_cd_m2).ok_or("luminance_full_cd_m2")?,
@@ -207,12 +207,12 @@ impl Values {
     }
 }
 
-/// The nearest number of a type, if it has room for it.
+/// The nearest number of a type, if it is in range.
 fn fixed<T: Fixed>(value: f64) -> Option<T> {
     value.is_finite().then(|| T::checked_from_num(value))?
 }
 
-/// The shortest decimal fraction that is rounded to this number.
+/// The shortest decimal fraction that rounds to this number.
 fn decimal(number: impl Fixed) -> f64 {
     number.to_string().parse().unwrap_or(f64::NAN)
 }

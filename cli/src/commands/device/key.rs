@@ -30,7 +30,7 @@ pub struct Arguments {
     erase: bool,
 }
 
-/// Tells which key signs, after changing it if that is asked for.
+/// Changes the key if requested, and prints the present one.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let key = arguments.key.as_deref().map(OwnKey::read).transpose()?;
     let counter = key.as_ref().map(|_| counter_or_seconds(arguments.counter)).transpose()?;
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(Verdict::Yes)
 }
 
-/// The error, with what it leaves open after a change that may be half done.
+/// The error, with the possible states after a change that may be incomplete.
 fn half_done(error: DeviceError, request: &Request<'_>) -> anyhow::Error {
     const OPEN: &str = "the old key or the new may be in use, and copies of the old one may remain: give the command again";
     match (request, error) {
@@ -67,7 +67,7 @@ fn half_done(error: DeviceError, request: &Request<'_>) -> anyhow::Error {
     }
 }
 
-/// The key in use and its next counter; none where there is no key, it cannot be read, or the firmware signs no messages.
+/// The key in use and its next counter; none if there is no key, if it cannot be read, or if the firmware cannot sign.
 pub fn in_use(client: &mut Connection) -> Result<Option<(KeyId, u32)>, DeviceError> {
     match ask(client, &Request::ReadKey) {
         Err(DeviceError::NoKey | DeviceError::Refused(Refusal::NoSigning | Refusal::Store)) => Ok(None),

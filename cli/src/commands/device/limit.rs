@@ -1,4 +1,4 @@
-//! The limit of a transmitter's luminous intensity, which comes with its calibration.
+//! The limit of a transmitter's luminous intensity, which is set together with its calibration.
 
 use link::intensity::IntensityLimit;
 use link::serial::{Answer, Refusal, Request};
@@ -6,7 +6,7 @@ use link::serial::{Answer, Refusal, Request};
 use crate::device::DeviceError;
 use crate::options::Connection;
 
-/// The limit in use; none where there is none, or the firmware is too old to have one.
+/// The limit in use; none if there is none, or if the firmware does not know limits.
 pub fn in_use(client: &mut Connection) -> Result<Option<IntensityLimit>, DeviceError> {
     match ask(client, &Request::ReadIntensityLimit) {
         Err(DeviceError::NoIntensityLimit) => Ok(None),
@@ -14,12 +14,12 @@ pub fn in_use(client: &mut Connection) -> Result<Option<IntensityLimit>, DeviceE
     }
 }
 
-/// Sets a limit, or takes the one there is back.
+/// Sets or removes the limit.
 pub fn set(client: &mut Connection, limit: Option<IntensityLimit>) -> Result<(), DeviceError> {
     let [most_mcd, led_diameter_um] = IntensityLimit::numbers(limit);
     let request = Request::WriteIntensityLimit { most_mcd, led_diameter_um };
     match ask(client, &request) {
-        // What has none need not take it back.
+        // Firmware without limits has none to remove.
         Err(DeviceError::NoIntensityLimit) if limit.is_none() => Ok(()),
         outcome => outcome.map(drop),
     }

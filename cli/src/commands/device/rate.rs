@@ -1,4 +1,4 @@
-//! `vocc device rate`: how many symbols a second a transmitter shows, and by which carrier, or how many a receiver expects.
+//! `vocc device rate`: the symbol rate and the carrier of a transmitter, or the rate that a receiver expects.
 
 use anyhow::{Context, ensure};
 use link::serial::{self, Refusal, Request};
@@ -43,16 +43,16 @@ impl Wanted {
     }
 }
 
-/// What a board shows or expects.
+/// The rate of a board.
 #[derive(Clone, Copy)]
 pub struct Told {
     /// Symbols a second.
     pub symbol_rate_hz: f64,
-    /// Cycles of the carrier a symbol, 0 for none; not known of receivers and of transmitters that are older than carriers.
+    /// Cycles of the carrier per symbol, 0 for none; unknown for receivers, and for transmitters that do not know carriers.
     pub carrier_cycles: Option<u16>,
 }
 
-/// Tells the rate, after changing it if another one is wanted.
+/// Changes the rate if requested, and prints the present one.
 pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verdict> {
     let hz = wanted.hz()?;
     let client = port.greet()?;
@@ -142,7 +142,7 @@ fn tell(client: &mut Connection, rate: Option<SymbolRate>, waveform: Option<Wave
     Ok(ask_carrier(client, &request)?)
 }
 
-/// What a transmitter shows.
+/// The rate and carrier of a transmitter.
 pub fn in_use(client: &mut Connection) -> Result<Told, DeviceError> {
     match ask_carrier(client, &Request::ReadCarrier) {
         Err(DeviceError::NoCarrier) => Ok(Told {
@@ -172,7 +172,7 @@ fn ask_rate(client: &mut Connection, request: &Request<'_>) -> Result<f64, Devic
     told.map_err(|error| if_unknown(error, DeviceError::NoSymbolRate))
 }
 
-/// What it means that a transmitter does not know the request.
+/// Replaces the error of an unknown request by its meaning.
 fn if_unknown(error: DeviceError, meaning: DeviceError) -> DeviceError {
     match error {
         DeviceError::Refused(Refusal::Unknown) => meaning,

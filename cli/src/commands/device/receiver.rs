@@ -1,4 +1,4 @@
-//! `vocc device` with a receiver that stands alone.
+//! `vocc device` with a standalone receiver.
 
 use std::io::{Read, Write};
 use std::path::PathBuf;
@@ -29,7 +29,7 @@ pub struct Snapshot {
     out: PathBuf,
 }
 
-/// A message, as a computer keeps it.
+/// A message received from the board.
 struct Message {
     count: u32,
     bytes: Vec<u8>,
@@ -38,7 +38,7 @@ struct Message {
     corrected_bits: u32,
 }
 
-/// A picture, whole.
+/// A whole picture.
 struct Picture {
     frame: u64,
     size: [u16; 2],
@@ -47,7 +47,7 @@ struct Picture {
     grey: Vec<u8>,
 }
 
-/// Prints how the receiver is, how its camera is set, its last message and what it reads.
+/// Prints the receiver's state, its camera's settings, its last message and its reading.
 pub fn status(client: Connection, port: &Port, shared: &Shared) -> anyhow::Result<Verdict> {
     let name = port.name();
     let client = &mut client.receiver().with_context(|| name.clone())?;
@@ -83,7 +83,7 @@ pub fn status(client: Connection, port: &Port, shared: &Shared) -> anyhow::Resul
     Ok(Verdict::Yes)
 }
 
-/// The symbols a second that the receiver expects, after telling it others if `wanted`.
+/// The symbol rate that the receiver expects, after setting it if `wanted`.
 pub fn rate(client: Connection, port: &Port, wanted: Option<f64>) -> anyhow::Result<f64> {
     let name = port.name();
     set_rate(&mut client.receiver().with_context(|| name.clone())?, &name, wanted)
@@ -104,7 +104,7 @@ fn set_rate<P: Read + Write>(client: &mut Client<P>, port: &str, wanted: Option<
     Ok(f64::from(asked_status(client, port)?.symbol_millihertz) / 1e3)
 }
 
-/// Writes what the camera sees.
+/// Writes the camera's picture.
 pub fn snapshot(arguments: &Snapshot, shared: &Shared) -> anyhow::Result<Verdict> {
     let Snapshot { port, out } = arguments;
     let mut client = port.greet_receiver()?;
@@ -136,7 +136,7 @@ pub fn snapshot(arguments: &Snapshot, shared: &Shared) -> anyhow::Result<Verdict
     Ok(Verdict::Yes)
 }
 
-/// A picture, part by part; anew where another one has taken its place.
+/// Fetches a picture in parts; restarts if another one has replaced it.
 fn fetch<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Picture> {
     const ATTEMPTS: usize = 4;
     for _ in 0..ATTEMPTS {
@@ -220,7 +220,7 @@ fn text(bytes: &[u8]) -> String {
     }
 }
 
-/// A line for a watch.
+/// A status line for `watch`.
 fn short(status: &Status) -> String {
     let counters = &status.counters;
     format!(

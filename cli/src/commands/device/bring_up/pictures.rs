@@ -1,4 +1,4 @@
-//! What a camera's view of the test panels says.
+//! Diagnoses a board from a camera's view of the test panels.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ use crate::output::{self, Verdict, line};
 use crate::progress::Progress;
 use crate::stop::{Input, stop};
 
-/// Reads the frames twice, first to see where the panel is, and tells what is wrong with it.
+/// Reads the frames twice: first to locate the panel, then to diagnose it.
 pub fn run(source: &Path, kit: Kit, pixels: PixelArguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let name = source.display().to_string();
     ensure!(
@@ -91,7 +91,7 @@ fn each_frame(source: &Path, pixels: PixelArguments, mut take: impl FnMut(&[u8],
             match stream.next_frame() {
                 Ok(Some(grey)) => take(grey, width)?,
                 Ok(None) => break,
-                // A request to stop cut off its end.
+                // A request to stop has truncated the input.
                 Err(_) if stop.is_asked() => return Ok(()),
                 Err(error) => return Err(error.into()),
             }

@@ -1,4 +1,4 @@
-//! What a receiver read in its last frame.
+//! The reading of a receiver's last frame.
 
 use std::io::{Read, Write};
 
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::ask;
 use crate::device::Client;
 
-/// What the panel was last read as; nothing while none is seen.
+/// The last reading of the panel; none while none is seen.
 pub fn asked_reading<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Option<WireReading>> {
     ask(client, port, &Request::Reading, |answer| match answer {
         Answer::Reading(reading) => Some(reading),
@@ -17,7 +17,7 @@ pub fn asked_reading<P: Read + Write>(client: &mut Client<P>, port: &str) -> any
     })
 }
 
-/// For scripts: the soft values are ln(P(On)/P(Off)), LED by LED in the order of the bits.
+/// The reading for scripts: soft values are ln(P(On)/P(Off)), LED by LED in the order of the bits.
 pub fn reading_as_json(reading: Option<&WireReading>) -> Value {
     reading.map_or(Value::Null, |reading| {
         let soft = reading.soft.as_flattened().iter();
@@ -34,7 +34,7 @@ pub fn reading_as_json(reading: Option<&WireReading>) -> Value {
     })
 }
 
-/// A line for a watch.
+/// The reading in one line, for `watch`.
 pub fn reading_in_short(reading: &WireReading) -> String {
     let range = match reading.range_m() {
         Some(range_m) => format!("{range_m:.2} m"),

@@ -1,4 +1,4 @@
-//! A conversation with the application that is flashed, without a board.
+//! A session with the flashed application, without a board.
 
 use super::*;
 use crate::device::DeviceError;
@@ -61,7 +61,7 @@ impl Machine for Board {
     }
 }
 
-/// Its port: what is written is served at once, and before each answer a frame comes.
+/// The application's port: requests are served at once, and a frame arrives before each answer.
 struct Line {
     board: Board,
     application: Application<&'static mut IntegerReceiver<Vec<u8>>>,
@@ -152,7 +152,7 @@ fn status_and_message_are_told() {
     assert_eq!(message_as_json(&message), Value::Null);
 }
 
-/// All parts of a picture are of one frame, though frames come in between.
+/// All parts of a picture belong to one frame, although frames arrive in between.
 #[test]
 fn a_picture_comes_whole_and_of_one_frame() {
     let picture = fetch(&mut client(), "p").unwrap();
@@ -162,7 +162,7 @@ fn a_picture_comes_whole_and_of_one_frame() {
     assert!(picture.grey.iter().enumerate().all(|(i, &grey)| grey == even(i)));
 }
 
-/// No panel is seen here; another one is told with what it takes to go on from it.
+/// No panel is seen here. Any other reading is printed with its soft values and its range, in pitches or, if the pitch is known, in metres.
 #[test]
 fn readings_are_told() {
     assert_eq!(asked_reading(&mut client(), "p").unwrap(), None);
@@ -206,7 +206,7 @@ fn text_is_shown_as_it_is_and_other_bytes_are_escaped() {
     assert_eq!(text(b"a\nb\xff"), "a\\nb\\xff");
 }
 
-/// A receiver tells its rate and takes another one; one that its camera is too slow for is refused, and so is what is no rate.
+/// A receiver reports its rate and accepts another one. It rejects a rate that is too high for its camera, and an invalid one.
 #[test]
 fn a_rate_is_told_set_and_refused() {
     let mut client = client();

@@ -1,4 +1,4 @@
-//! `vocc device watch` with a receiver: a line at each interval, and each message once, as it comes.
+//! `vocc device watch` with a receiver: a line at each interval, and each message once, as it arrives.
 
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
@@ -16,12 +16,12 @@ use crate::options::{Connection, Shared};
 use crate::output::{self, Verdict, line};
 use crate::stop::stop;
 
-/// From one look for messages to the next: sooner than another one can be complete.
+/// Interval between checks for messages: shorter than the time in which another one can be completed.
 const POLL: Duration = Duration::from_millis(250);
-/// From one look at whether to stop to the next.
+/// Interval between checks for a stop.
 const NAP: Duration = Duration::from_millis(50);
 
-/// Prints a line about the receiver at each interval, and each message once, as it comes. A message that it had before is not told.
+/// Prints a line about the receiver at each interval, and each message once, as it arrives. Earlier messages are not printed.
 pub fn watch(client: Connection, arguments: &Watch, shared: &Shared) -> anyhow::Result<Verdict> {
     let Watch { port, count, readings, .. } = arguments;
     let (stop, name) = (stop(), port.name());
@@ -57,7 +57,7 @@ pub fn watch(client: Connection, arguments: &Watch, shared: &Shared) -> anyhow::
     Ok(Verdict::Yes)
 }
 
-/// Waits until messages are to be looked for; whether that is before `due`, and nobody wants to stop.
+/// Waits until the next check for messages; returns whether that is before `due` and no stop was requested.
 fn pause(stop: &Stop, due: Instant) -> bool {
     let until = due.min(Instant::now() + POLL);
     while !stop.is_asked() {
@@ -78,7 +78,7 @@ fn tell(item: &Item) -> anyhow::Result<()> {
     line(&format!("message {}: {}", message.count, text(&message.bytes)))
 }
 
-/// The reading is printed at each interval if it was asked for, as none while no panel is seen.
+/// If the reading was requested, it is printed at each interval, as none while no panel is seen.
 fn tell_json(status: &Status, item: Option<&Item>, reading: Option<&Option<WireReading>>) -> anyhow::Result<()> {
     let mut values = as_json(status);
     if let Some(reading) = reading {
@@ -92,21 +92,21 @@ fn tell_json(status: &Status, item: Option<&Item>, reading: Option<&Option<WireR
     output::json(&values)
 }
 
-/// A message that has not been told.
+/// A new message.
 pub(super) struct Item {
     pub message: Message,
     /// Messages between the last printed one and this one, which the receiver no longer keeps.
     pub missed: u32,
 }
 
-/// Which messages have been told, by their numbers.
+/// Keeps track of printed messages, by their numbers.
 pub(super) struct News {
     count: u32,
     uptime_ms: u64,
 }
 
 impl News {
-    /// Of a receiver whose messages until now are old.
+    /// The state for a receiver whose present messages are old.
     pub fn since(status: &Status) -> Self {
         Self {
             count: status.counters.messages,
@@ -114,17 +114,17 @@ impl News {
         }
     }
 
-    /// The message that has not been told, if there is one.
+    /// The new message, if there is one.
     pub fn fetch<P: Read + Write>(&mut self, client: &mut Client<P>, port: &str, status: &Status) -> anyhow::Result<Option<Item>> {
         if status.uptime_ms < self.uptime_ms {
-            // It has started anew, and counts from 1.
+            // The receiver has restarted and counts from 1.
             self.count = 0;
         }
         self.uptime_ms = status.uptime_ms;
         if [0, self.count].contains(&status.counters.messages) {
             return Ok(None);
         }
-        // By the time of this answer there may be another one still.
+        // Another message may have arrived by the time of this answer.
         let message = asked_message(client, port)?;
         let missed = message.count.saturating_sub(self.count).saturating_sub(1);
         self.count = message.count;

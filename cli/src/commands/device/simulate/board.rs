@@ -15,7 +15,7 @@ use super::flash::{FLASH_BYTES, Flash};
 use super::leds::Leds;
 use super::light_sensor::LightSensor;
 
-/// Between two readings of the light.
+/// Interval between readings of the light.
 const SENSOR_PERIOD: Duration = Duration::from_millis(100);
 
 const IDENTITY: Identity = Identity {
@@ -23,34 +23,34 @@ const IDENTITY: Identity = Identity {
     board: "simulated",
 };
 
-/// What the LEDs show from a moment on.
+/// The LEDs' state from a time on.
 #[derive(Clone, Copy, Debug)]
 pub struct Symbol {
-    /// When it began, from the start.
+    /// The time since the start.
     pub at: Duration,
     /// Which LEDs are On.
     pub panel: PanelFrame,
-    /// The part of its full light that an On LED gives.
+    /// The light of an On LED, relative to full light.
     pub light: f64,
-    /// How it is shown.
+    /// The symbol timing.
     pub timing: SymbolTiming,
 }
 
-/// A transmitter that runs.
+/// A running transmitter.
 pub struct Board {
     transmitter: Transmitter<Leds>,
     service: Service,
     store: Store<Flash>,
-    /// When it started.
+    /// The time of the start.
     began: Duration,
-    /// When the next symbol begins.
+    /// The time of the next symbol.
     next_symbol: Duration,
-    /// Readings since it started.
+    /// Number of readings since the start.
     readings: u32,
 }
 
 impl Board {
-    /// Starts with what the flash remembers, or without it as a board that is new.
+    /// Starts with the contents of the flash, or as a new board if it is empty.
     pub fn start(flash: Flash, began: Duration) -> anyhow::Result<Self> {
         let mut store = Store::new(flash, 0..FLASH_BYTES as u32)?;
         let typical = Calibration::new(BENCH).context("the bench's panel")?;
@@ -74,12 +74,12 @@ impl Board {
         })
     }
 
-    /// The same board after its power went and came back, instead of the next symbol.
+    /// The board after a power cut in place of the next symbol.
     pub fn restarted(self) -> anyhow::Result<Self> {
         Self::start(self.store.release(), self.next_symbol)
     }
 
-    /// What comes back for these bytes.
+    /// The answer to these bytes.
     pub fn exchange(&mut self, bytes: &[u8]) -> Vec<u8> {
         let mut room = [0; ANSWER_MAX];
         let mut answers = Vec::new();
@@ -91,7 +91,7 @@ impl Board {
         answers
     }
 
-    /// Goes on until `now`, and returns the next symbol that begins before it, or none where there is none.
+    /// Runs until `now`. Returns the next symbol that begins before, if any.
     pub fn advance(&mut self, now: Duration, sensor: &mut LightSensor) -> Option<Symbol> {
         let at = self.next_symbol;
         loop {

@@ -1,4 +1,4 @@
-//! Faults of a board's wires, planted to see whether a test names them.
+//! Faults of a board's wires, for tests of the diagnosis.
 
 use link::orientation::Orientation;
 use link::panel::{LEDS, PanelFrame, SIDE};
@@ -12,7 +12,7 @@ pub enum Fault {
     Swap([usize; 2]),
     /// An LED is never lit.
     Dead(usize),
-    /// An LED is lit all the time.
+    /// An LED is always lit.
     Stuck(usize),
     /// No LED of a row is lit.
     DeadRow(usize),
@@ -47,7 +47,7 @@ impl std::str::FromStr for Fault {
 }
 
 impl Fault {
-    /// What the LEDs show with it.
+    /// The LEDs' state with this fault.
     pub fn plant(self, mut symbol: Symbol) -> Symbol {
         let bits = symbol.panel.bits();
         let lit = match self {
@@ -58,7 +58,7 @@ impl Fault {
             Self::Dead(led) => bits & !(1 << led),
             Self::Stuck(led) => bits | 1 << led,
             Self::DeadRow(row) => bits & !(0xff << (SIDE * row)),
-            // The next panel's bits come first, and test panels are shown again and again.
+            // The next panel's bits come first, and test panels repeat.
             Self::Late(by) => bits.rotate_left(by as u32),
             Self::Mirror => symbol.panel.seen(Orientation::new(0, true)).bits(),
             Self::Enable => {

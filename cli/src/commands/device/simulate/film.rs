@@ -1,4 +1,4 @@
-//! What a camera sees of the simulated board.
+//! A camera's frames of the simulated board.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -22,16 +22,16 @@ use crate::files::Pipe;
 use crate::outputs;
 use crate::pictures;
 
-/// Where the frames go.
+/// The destination of the frames.
 pub enum Reel {
-    /// Into a folder, each a picture, as `vocc link --save` writes them.
+    /// A folder with a picture for each frame, as `vocc link --save` writes them.
     Folder {
         /// The folder.
         path: PathBuf,
-        /// Held as long as it is written to.
+        /// The lock on the folder while it is written to.
         _held: Option<File>,
     },
-    /// Into a y4m film, or a pipe for one.
+    /// A y4m film, or a pipe for one.
     Film(BufWriter<Pipe>),
 }
 
@@ -63,14 +63,14 @@ pub struct Camera {
     renderer: Renderer,
     canvas: Canvas<f32>,
     grey: Vec<u8>,
-    /// The symbols that frames to come may see; the first is number `first`.
+    /// The symbols for future frames; the first has number `first`.
     symbols: VecDeque<Symbol>,
     first: u64,
     frame: u64,
 }
 
 impl Camera {
-    /// A camera that begins with the board. The scene's panel is driven by the board, and its light is what the scene says.
+    /// A camera that starts with the board. The board drives the scene's panel, and the scene determines the light.
     pub fn new(scene: &Scene, reel: Reel, seed: u64) -> anyhow::Result<Self> {
         let mut scene = scene.clone();
         scene.link.symbol_rate_hz = SymbolRate::DEFAULT.hz();
@@ -99,12 +99,12 @@ impl Camera {
         Ok(camera)
     }
 
-    /// Frames that were taken.
+    /// Number of frames taken.
     pub fn frames(&self) -> u64 {
         self.frame
     }
 
-    /// Other light, from the next frame on; the camera's exposure follows it at once.
+    /// Sets the light from the next frame on; the camera's exposure follows it at once.
     pub fn set_light(&mut self, illuminance_lx: f64) -> anyhow::Result<()> {
         self.scene.ambient.illuminance_lx = illuminance_lx;
         self.look_again()
@@ -121,7 +121,7 @@ impl Camera {
         Ok(())
     }
 
-    /// Sees the carrier by which the board shows its symbols, or none.
+    /// Adapts to the carrier of the board's symbols, or to none.
     fn look_for_carrier(&mut self, timing: SymbolTiming) -> anyhow::Result<()> {
         let carrier = Some(timing).filter(|timing| !timing.waveform().is_still());
         let cycles = carrier.map(|timing| timing.waveform().cycles());
@@ -134,7 +134,7 @@ impl Camera {
         self.look_again()
     }
 
-    /// Takes the next symbol, and the frames, at most `most` in all, that see no later one.
+    /// Adds the next symbol, and takes the frames, at most `most` in all, that show no later one.
     pub fn see(&mut self, symbol: Symbol, most: u64) -> anyhow::Result<()> {
         self.symbols.push_back(symbol);
         while self.frame < most {
@@ -160,12 +160,11 @@ impl Camera {
         Ok(())
     }
 
-    /// When the next frame is exposed, in the symbols that the board shows at its own rate; none as long as not all of them are known that
-    /// the exposure may see.
+    /// The time of the next frame, in symbols at the board's own rate; none until all symbols that the exposure may show are known.
     fn moment(&mut self) -> Option<Moment> {
         let moment = self.renderer.moment(self.seed, self.frame);
         let link = &self.scene.link;
-        // By the board's clock.
+        // In the board's clock.
         let start_s = moment.start_s * moment.transmitter_rate + link.phase / SymbolRate::DEFAULT.hz();
         let begins_by = |symbol: &Symbol| symbol.at.as_secs_f64() <= start_s + 1e-9;
         while self.symbols.get(1).is_some_and(begins_by) {

@@ -1,4 +1,4 @@
-//! The flash memory of the simulated board: the last 64 KiB of a Pico's, in a file or forgotten at the end.
+//! The flash memory of the simulated board: the last 64 KiB of a Pico's, in a file, or only in RAM.
 
 use std::fs::File;
 use std::io::Read;
@@ -12,7 +12,7 @@ use crate::files;
 use crate::output;
 use crate::outputs;
 
-/// As many as a Pico keeps for its store.
+/// The size of a Pico's store.
 pub const FLASH_BYTES: usize = 64 * 1024;
 const ERASE_BYTES: usize = 4096;
 const ERASED: u8 = 0xff;
@@ -24,16 +24,16 @@ pub struct Flash {
     file: Option<LockedFile>,
 }
 
-/// The file that the bytes are in.
+/// The file of the contents.
 #[derive(Debug)]
 struct LockedFile {
     path: PathBuf,
-    /// Held, so that no other board has it.
+    /// The lock that keeps other boards out.
     _lock: Option<File>,
 }
 
 impl Flash {
-    /// An erased memory that is forgotten.
+    /// An erased memory in RAM.
     pub fn forgetful() -> Self {
         Self {
             bytes: vec![ERASED; FLASH_BYTES],
@@ -41,10 +41,10 @@ impl Flash {
         }
     }
 
-    /// The memory in a file, which is made where there is none.
+    /// The memory in a file, which is created if it does not exist.
     ///
     /// # Errors
-    /// When the file is no such memory, cannot be read and written, or is another board's.
+    /// If the file is no such memory, cannot be read and written, or is used by another board.
     pub fn in_file(path: &Path) -> anyhow::Result<Self> {
         let is_file = files::check(path)?;
         ensure!(
@@ -56,14 +56,14 @@ impl Flash {
         if path.exists() {
             flash.bytes = read(path)?;
         } else {
-            // It may come to hold a private key.
+            // The file may later contain a private key.
             files::write_secret(path, &flash.bytes).with_context(|| format!("cannot write {}", path.display()))?;
         }
         flash.file = Some(LockedFile::open(path)?);
         Ok(flash)
     }
 
-    /// Makes the bytes from `offset` on others, here and in the file, or nowhere.
+    /// Changes the bytes from `offset` on, both here and in the file, or in neither.
     fn change(&mut self, offset: usize, to: &[u8]) -> Result<(), Failure> {
         let place = offset..offset + to.len();
         let before = self.bytes[place.clone()].to_vec();
@@ -80,7 +80,7 @@ impl Flash {
     }
 }
 
-/// The bytes of a file that a board has kept.
+/// The bytes in a board's file.
 fn read(path: &Path) -> anyhow::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
@@ -138,7 +138,7 @@ impl NorFlashError for Failure {
     }
 }
 
-/// The place from `from` to `to` in whole units.
+/// The range from `from` to `to`, which must consist of whole units.
 fn place(from: u32, to: u32, unit: usize) -> Result<std::ops::Range<usize>, Failure> {
     let (from, to) = (from as usize, to as usize);
     if from > to || to > FLASH_BYTES {
@@ -150,7 +150,7 @@ fn place(from: u32, to: u32, unit: usize) -> Result<std::ops::Range<usize>, Fail
     }
 }
 
-/// The address behind `length` bytes.
+/// The address after `length` bytes.
 fn end(offset: u32, length: usize) -> u32 {
     offset.saturating_add(length.try_into().unwrap_or(u32::MAX))
 }
@@ -184,7 +184,7 @@ impl NorFlash for Flash {
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Failure> {
         let place = place(offset, end(offset, bytes.len()), Self::WRITE_SIZE)?;
-        // Programming clears bits and sets none.
+        // Programming clears bits but sets none.
         let old = &self.bytes[place.clone()];
         let cleared: Vec<u8> = old.iter().zip(bytes).map(|(old, new)| old & new).collect();
         self.change(place.start, &cleared)
@@ -210,7 +210,7 @@ mod tests {
         let second = Flash::in_file(&path).expect_err("held").to_string();
         assert!(second.contains("another board"), "{second}");
         first.save_table(&L2aTable::shipped()).expect("saved");
-        // The file was replaced, and is held still.
+        // The file was replaced, and is still locked.
         assert!(Flash::in_file(&path).is_err());
         drop(first);
         let mut again = store(Flash::in_file(&path).expect("there"));

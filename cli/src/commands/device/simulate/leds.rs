@@ -1,4 +1,4 @@
-//! The LEDs of the simulated board: the pulses that a Pico's timer can make, on the panel of the bench.
+//! The LEDs of the simulated board: the pulses of a Pico's timer, on the bench's panel.
 
 use std::convert::Infallible;
 
@@ -9,10 +9,10 @@ use tx_firmware::dimming::Duty;
 use tx_firmware::drive::{Drive, Pulses};
 use tx_firmware::matrix::LedMatrix;
 
-/// Of a Pico's timer.
+/// The clock of a Pico's timer.
 const CLOCK_HZ: u32 = 125_000_000;
 
-/// LEDs that pulse.
+/// Pulsed LEDs.
 #[derive(Debug)]
 pub struct Leds {
     drive: Drive,
@@ -20,7 +20,7 @@ pub struct Leds {
 }
 
 impl Leds {
-    /// Dark ones, to be driven as those of a calibration.
+    /// Dark LEDs, driven according to a calibration.
     pub fn new(calibration: &Measured) -> Self {
         Self {
             drive: Drive::new(calibration, CLOCK_HZ),
@@ -28,8 +28,8 @@ impl Leds {
         }
     }
 
-    /// The part of its full light that an On LED gives, whatever the calibration takes it for. Pulses shorter than the driver's shortest
-    /// clean one lose light in proportion to what they lack.
+    /// The light of an On LED relative to full light, independent of the calibration. A pulse that is shorter than the driver's shortest
+    /// clean one loses light in proportion to the missing time.
     pub fn light(&self) -> f64 {
         let pulse_ns = f64::from(self.pulses.lit) * 1e9 / f64::from(CLOCK_HZ);
         let whole = (pulse_ns / f64::from(BENCH.shortest_pulse_ns)).min(1.0);

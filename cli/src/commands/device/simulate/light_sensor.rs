@@ -1,19 +1,19 @@
-//! The light on the simulated board, and the sensor that looks at it.
+//! The light on the simulated board, and its light sensor.
 
 use fixed::types::I32F32;
 use tx_firmware::light_watch::LightSample;
 
-/// What an OPT3001 can read at most, lx.
+/// Maximum reading of an OPT3001, in lx.
 const SATURATED_LX: f64 = 83_865.6;
 
-/// How the sensor does.
+/// The state of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
-    /// It measures.
+    /// It works.
     Works,
     /// Nothing answers on the bus.
     Missing,
-    /// It always answers with the same register.
+    /// It always returns the same register.
     Stuck,
 }
 
@@ -22,15 +22,15 @@ pub enum Health {
 pub struct LightSensor {
     /// The light, lx.
     pub illuminance_lx: f64,
-    /// How it does.
+    /// The state.
     pub health: Health,
-    /// What it read last.
+    /// The last reading.
     last: LightSample,
     conversions: u16,
 }
 
 impl LightSensor {
-    /// One that works.
+    /// A working sensor.
     pub fn new(illuminance_lx: f64) -> Self {
         Self {
             illuminance_lx,
@@ -40,11 +40,11 @@ impl LightSensor {
         }
     }
 
-    /// What it reads, in either range.
+    /// The reading in either range.
     pub fn read(&mut self) -> LightSample {
         match self.health {
             Health::Works => {
-                // No two conversions of a living sensor are alike.
+                // No two conversions of a working sensor are equal.
                 self.conversions = self.conversions.wrapping_add(1);
                 self.last = if self.illuminance_lx > SATURATED_LX {
                     LightSample::Saturated

@@ -1,8 +1,8 @@
 //! `vocc device simulate`: a serial port with a transmitter behind it, without hardware.
 //!
 //! The transmitter is the firmware's: [`board`] gives it a clock, [`flash`] a memory, [`light_sensor`] light, [`leds`] a panel and
-//! [`terminal`] a port. [`orders`] are what a user tells it meanwhile, [`fault`] has what may be wrong with its wires; [`symbol_log`] and
-//! [`film`] record what it shows.
+//! [`terminal`] a port. [`orders`] has the user's commands while it runs, [`fault`] the faults of its wires; [`symbol_log`] and [`film`]
+//! record its symbols.
 
 mod board;
 mod fault;
@@ -33,9 +33,9 @@ use orders::{Input, Order, Orders};
 use symbol_log::SymbolLog;
 use terminal::{Link, Terminal};
 
-/// The most that the board's clock goes on at once, so that the port is answered while frames are drawn.
+/// Maximum step of the board's clock, so that the port is served while frames are drawn.
 const STEP: Duration = Duration::from_millis(20);
-/// How long the port is listened to at once.
+/// Maximum time for listening to the port at once.
 const PATIENCE: Duration = Duration::from_millis(4);
 
 /// Arguments of `vocc device simulate`.
@@ -72,7 +72,7 @@ pub struct Arguments {
     count: Option<u64>,
 }
 
-/// Time as the board has it: real time, but for what the computer could not keep up with.
+/// The board's time: real time, without the time that the computer could not keep up with.
 struct Clock {
     began: Instant,
     now: Duration,
@@ -86,7 +86,7 @@ impl Clock {
         }
     }
 
-    /// The time, at most a [`STEP`] after the one before.
+    /// The present time, at most a [`STEP`] after the last one.
     fn next(&mut self) -> Duration {
         let real = self.began.elapsed();
         let now = real.min(self.now + STEP);
@@ -96,7 +96,7 @@ impl Clock {
     }
 }
 
-/// Serves until a signal, the film's last frame or, where those are not counted, the end of standard input.
+/// Serves until a signal, the film's last frame or, if the film has no limit, the end of standard input.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let mut scene = shared.scene(&arguments.scene)?;
     if let Some(lux) = arguments.light_lx {
@@ -176,7 +176,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(Verdict::Yes)
 }
 
-/// Tells the port's name, and on a terminal what can be done now.
+/// Prints the port's name and, on a terminal, the possible next steps.
 fn announce(arguments: &Arguments, terminal: &Terminal, shared: &Shared) -> anyhow::Result<()> {
     let port = terminal.name();
     if shared.json {

@@ -14,32 +14,32 @@ use sim::scene::ILLUMINANCE_LX;
 
 use super::light_sensor::Health;
 
-/// Between two looks at a terminal that is another program's for now.
+/// Interval between checks of a terminal that another program is using.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
-/// More than this is no line.
+/// Maximum length of a line in bytes.
 const LINE_MAX: usize = 1024;
-/// Lines that wait for the board.
+/// Maximum number of lines that wait for the board.
 const LINES_MAX: usize = 64;
 
-/// What can be told.
+/// A command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Order {
-    /// There is so much light from now on, lx.
+    /// Sets the light, in lx.
     Light(f64),
-    /// The light sensor does so from now on.
+    /// Sets the state of the light sensor.
     Sensor(Health),
-    /// The power goes and comes back.
+    /// Cuts and restores the power.
     Restart,
 }
 
-/// What has come on standard input.
+/// The state of standard input.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Input {
     /// A line.
     Line(String),
     /// Nothing yet.
     Nothing,
-    /// Its end.
+    /// The end of the input.
     End,
 }
 
@@ -61,7 +61,7 @@ impl std::str::FromStr for Order {
     }
 }
 
-/// An illuminance that there may be.
+/// Parses an illuminance within the allowed range.
 pub fn illuminance(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(lux) if ILLUMINANCE_LX.contains(&lux) => Ok(lux),
@@ -77,12 +77,12 @@ pub fn illuminance(text: &str) -> Result<f64, String> {
 pub struct Orders(Receiver<String>);
 
 impl Orders {
-    /// Begins to listen.
+    /// Starts to listen.
     ///
     /// # Errors
-    /// When there is no room for another thread.
+    /// If no thread can be started.
     pub fn listen() -> std::io::Result<Self> {
-        // A sender that is faster than the board waits.
+        // A sender that is faster than the board has to wait.
         let (sender, lines) = sync_channel(LINES_MAX);
         std::thread::Builder::new().spawn(move || {
             let mut read = Vec::new();
@@ -106,7 +106,7 @@ impl Orders {
         Ok(Self(lines))
     }
 
-    /// What has come since.
+    /// The input since the last call.
     pub fn next(&self) -> Input {
         match self.0.try_recv() {
             Ok(line) => Input::Line(line),
@@ -120,10 +120,11 @@ fn text(line: &[u8]) -> String {
     String::from_utf8_lossy(line).trim().to_owned()
 }
 
-/// The next bytes; none at the end.
+/// The next bytes; none at the end of the input.
 fn wait_and_read(bytes: &mut [u8]) -> std::io::Result<usize> {
     loop {
-        // A shell gives its background jobs nothing to read, which is no end, or its own terminal, which stops them when they do.
+        // A shell gives its background jobs /dev/null, which must not count as the end, or its own terminal, which stops jobs that read
+        // from it.
         while is_nothing() || is_of_others() {
             std::thread::sleep(LOOK_EVERY);
         }
@@ -148,7 +149,7 @@ fn is_nothing() -> bool {
     }
 }
 
-/// Whether it is a terminal that another program reads from.
+/// Whether standard input is a terminal that another program reads from.
 fn is_of_others() -> bool {
     isatty(stdin()) && tcgetpgrp(stdin()).is_ok_and(|group| group != getpgrp())
 }

@@ -1,4 +1,4 @@
-//! A serial port without hardware: a pseudo-terminal, of which the board has one end.
+//! A serial port without hardware: a pseudo-terminal with the board at one end.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Write};
@@ -13,7 +13,7 @@ use rustix::termios::{OptionalActions, ioctl_tiocnxcl, tcgetattr, tcsetattr};
 /// The board's end.
 pub struct Terminal {
     board: File,
-    /// The computer's end, open here too: else the board would hear of nothing but a line that hangs while no computer is there.
+    /// The computer's end. It is also open here, because otherwise the board would see a hangup while no computer has it open.
     computer: File,
     name: String,
 }
@@ -33,7 +33,7 @@ impl Terminal {
         let mut line = tcgetattr(&computer)?;
         line.make_raw();
         tcsetattr(&computer, OptionalActions::Now, &line)?;
-        // Nobody may be there to take an answer, and nobody is waited for.
+        // Writes must not block if nobody reads the answers.
         rustix::io::ioctl_fionbio(&board, true)?;
         Ok(Self {
             board: board.into(),
@@ -42,12 +42,12 @@ impl Terminal {
         })
     }
 
-    /// Its name, for --port.
+    /// The port's name, for --port.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What has come, after some patience nothing.
+    /// The received bytes; none if there are none within `patience`.
     pub fn read<'a>(&mut self, patience: Duration, bytes: &'a mut [u8]) -> anyhow::Result<&'a [u8]> {
         let patience = Timespec::try_from(patience)?;
         let mut waited = [PollFd::new(&self.board, PollFlags::IN)];
@@ -57,7 +57,7 @@ impl Terminal {
         }
         match self.board.read(bytes) {
             Ok(length) => {
-                // A program with exclusive access may be gone by now, and others would be refused from then on.
+                // A program with exclusive access may have ended; without this, others would be rejected from then on.
                 ioctl_tiocnxcl(&self.computer)?;
                 Ok(&bytes[..length])
             }
@@ -66,23 +66,23 @@ impl Terminal {
         }
     }
 
-    /// Says something; what finds no room is lost, as on a wire.
+    /// Sends bytes; those that do not fit into the buffer are lost, as on a wire.
     pub fn write(&mut self, bytes: &[u8]) {
         let _ = self.board.write_all(bytes);
     }
 }
 
-/// A name of the user's for the port, removed at the end.
+/// The user's name for the port, removed at the end.
 pub struct Link {
     path: PathBuf,
     to: PathBuf,
 }
 
 impl Link {
-    /// Makes `path` a link to the port `to`. One that an ended board has left there is replaced.
+    /// Makes `path` a link to the port `to`. Replaces a link that an ended board has left.
     ///
     /// # Errors
-    /// When something else is there.
+    /// If something else exists at `path`.
     pub fn new(path: &Path, to: &str) -> anyhow::Result<Self> {
         if path.is_symlink() && !path.exists() {
             std::fs::remove_file(path).with_context(|| format!("cannot replace the link {}", path.display()))?;

@@ -1,17 +1,17 @@
-//! Each message is told once, before a receiver that is made up: what it has changes from one status to the next.
+//! Each message is printed once, with a simulated receiver whose messages change from one status to the next.
 
 use super::super::watch::News;
 use super::*;
 use link::serial::{FrameReader, Hello, Kind, encode, wire_length};
 use rx_pipeline::standalone::{ANSWER_MAX, Counters, PART_MAX, REQUEST_MAX};
 
-/// How long it has run, s, and the messages that it has had since.
+/// Its running time in s, and its messages since the start.
 type Moment = (u64, &'static [&'static str]);
 
 struct Scripted {
     moments: VecDeque<Moment>,
     now: Moment,
-    /// What comes between a status and the message that is asked for next.
+    /// The state between a status and the request for the message that follows.
     between: Option<Moment>,
     reader: FrameReader<REQUEST_MAX>,
     output: VecDeque<u8>,
@@ -93,7 +93,7 @@ impl Read for Scripted {
     }
 }
 
-/// What is told at each moment: a message's text, and how many before it were missed.
+/// The output at each moment: a message's text, and the number of missed messages before it.
 fn told(moments: &[Moment], between: Option<Moment>) -> Vec<Option<(String, u32)>> {
     let port = Scripted {
         moments: moments.iter().copied().collect(),
@@ -135,7 +135,7 @@ fn each_message_is_told_once_as_it_comes() {
     assert_eq!(told(moments, None), expected);
 }
 
-/// What was there before the watch began is not new.
+/// Messages from before the watch began are not new.
 #[test]
 fn earlier_messages_are_not_told() {
     let moments: &[Moment] = &[(10, &["old"]), (11, &["old"]), (12, &["old", "new"])];
@@ -146,13 +146,13 @@ fn earlier_messages_are_not_told() {
 fn messages_that_were_too_fast_are_counted() {
     let moments: &[Moment] = &[(10, &["a"]), (11, &["a", "b", "c", "d"])];
     assert_eq!(told(moments, None), [None, new("d", 2)]);
-    // One more comes between the two answers: it is told, and not told again.
+    // Another message arrives between the two answers: it is printed once.
     let moments: &[Moment] = &[(10, &[]), (11, &["a"]), (12, &["a", "b"])];
     let expected = [None, new("b", 1), None];
     assert_eq!(told(moments, Some((11, &["a", "b"]))), expected);
 }
 
-/// A receiver that starts anew counts from 1 again.
+/// A receiver that restarts counts from 1 again.
 #[test]
 fn messages_after_a_restart_are_new() {
     let moments: &[Moment] = &[(10, &["a", "b"]), (1, &[]), (2, &["b"]), (3, &["b"])];
