@@ -1,14 +1,13 @@
-//! Which code for which length: measures every code over whole links and prints markdown tables.
+//! Compares the codes by message length: measures every code over whole links and prints markdown tables.
 //!
 //! `cargo run --release -p vocc-link --example code_choice [TRIALS [SEED [bsc|awgn P]]]`
 //!
-//! 200 trials (of messages of more than 128 bytes fewer, in proportion), seed 1, and all channels by default. On two processors the default
-//! takes a quarter of an hour, `1000 1 bsc 0.02` two minutes.
+//! By default, 200 trials, seed 1 and all channels; messages of more than 128 bytes have proportionally fewer trials. On two processors the
+//! default takes a quarter of an hour, and `1000 1 bsc 0.02` takes two minutes.
 //!
-//! Each cell: the mean number of panels until the message is delivered, and in brackets how many per cent of
-//! messages one repeat alone did not deliver. `–` where half of the messages or more did not come in 10
-//! repeats. Both include sync, headers and everything: it is the real framer, a channel, and the real
-//! deframer.
+//! Each cell has the mean number of panels until the message is delivered and, in brackets, the percentage of messages that one repeat did
+//! not deliver. It is `–` if at least half of the messages did not arrive in 10 repeats. Both numbers include sync, headers and everything
+//! else: the example runs the real framer, a channel, and the real deframer.
 
 #[allow(dead_code)]
 #[path = "../tests/channel/mod.rs"]
@@ -37,7 +36,7 @@ struct Measured {
     failed_in_one_repeat: f64,
 }
 
-/// The panels until one random message is delivered, if it is within [`REPEATS_MAX`] repeats.
+/// The number of panels until one random message is delivered, if it arrives within [`REPEATS_MAX`] repeats.
 fn panels_to_delivery(code: Code, length: usize, channel: Channel, noise: &mut Noise) -> Result<Option<u32>, FramingError> {
     let message = noise.bytes(length);
     let mut framer = Framer::new(&message, code, false)?;

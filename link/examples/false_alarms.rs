@@ -1,4 +1,4 @@
-//! What a receiver makes of panels that are no transmission at all: counts its events over random panels.
+//! Counts the events of a receiver over random panels, which are no transmission.
 //!
 //! `cargo run --release -p vocc-link --example false_alarms [PANELS [SEED]]` (default: 10 000 000 and 1)
 

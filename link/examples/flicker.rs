@@ -1,4 +1,4 @@
-//! How evenly the panel shines: prints a markdown table for messages of several lengths.
+//! Measures the evenness of the panel's light: prints a markdown table for messages of several lengths.
 //!
 //! `cargo run --release -p vocc-link --example flicker`
 

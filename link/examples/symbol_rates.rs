@@ -1,4 +1,4 @@
-//! Which symbol rate a camera follows: the table of `docs/hardware/reference.md`.
+//! The symbol rates that a camera can follow: the table of `docs/hardware/reference.md`.
 
 use link::symbol_rate::{SymbolRate, SymbolRateError};
 

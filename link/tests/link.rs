@@ -25,7 +25,7 @@ fn any_message() -> impl Strategy<Value = Vec<u8>> {
     ]
 }
 
-/// A receiver that keeps what it was told.
+/// A receiver that records its events.
 struct Listener {
     deframer: Box<Deframer>,
     index: u32,
@@ -351,7 +351,7 @@ fn a_lost_sync_or_header_panel_does_not_cost_the_segment() {
             }
         }
         assert_eq!(listener.messages, [&message[..]], "panel {lost} lost");
-        // A lost header panel may be made good by the header's own code: parity alone is half of it.
+        // The header's own code may recover a lost header panel: its parity is half of the header.
         assert!(listener.expected_headers > 0, "panel {lost} lost");
     }
 }
@@ -416,7 +416,7 @@ fn a_message_that_contradicts_its_crc_is_dropped_and_not_delivered() {
     let mut listener = Listener::new();
     let first = Framer::new(&[1; 16], Code::Tc128, false).unwrap();
     let second = Framer::new(&[2; 16], Code::Tc128, false).unwrap();
-    // Headers of the first message over payloads of the second.
+    // Headers of the first message with payloads of the second.
     let (mut headers, mut payloads) = (first.clone(), second);
     for number in 0..headers.panels_per_repeat() {
         let (header, payload) = (headers.next_panel(), payloads.next_panel());
@@ -443,8 +443,8 @@ fn random_panels_deliver_nothing() {
     );
 }
 
-/// Transmissions so badly read that they can hardly be decoded, one panel in ten replaced by another: what comes through
-/// is what was sent, or nothing.
+/// Transmissions with so many errors that they can hardly be decoded, in which one panel in ten is replaced by another: the receiver
+/// delivers the sent message or nothing.
 #[test]
 fn damaged_panels_deliver_nothing_that_was_not_sent() {
     let mut noise = Noise::new(11);
@@ -483,7 +483,7 @@ fn headers_are_expected_for_a_while_and_no_longer_after_the_transmitter_fell_sil
     assert_eq!(missed.count(), 8);
 }
 
-/// The panels of sync and a header of these first 7 bytes, as this crate's version would show them.
+/// The panels of sync and of a header with these first 7 bytes, in this crate's version.
 fn foreign_header(first_bytes: [u8; 7]) -> [PanelFrame; 3] {
     let crc = crc::Crc::<u8>::new(&crc::CRC_8_AUTOSAR).checksum(&first_bytes);
     let mut bytes = [crc; 8];

@@ -1,4 +1,4 @@
-//! Signed messages that are forged, bent or shown again: none is proven.
+//! Signed messages that are forged, altered or replayed: none is proven.
 
 use link::fec::Code;
 use link::framing::{Deframer, Event, Framer, KeyId, Rejection, Signature, SignedFramer};
@@ -9,7 +9,7 @@ use link::signing::{PublicKey, SecretKey, TrustedKey, Verdict, verdict};
 /// Certainty of clean readings.
 const CLEAN: i8 = 24;
 
-/// Numbers that are the same in each run.
+/// Pseudorandom numbers that are the same in each run.
 struct Numbers(u64);
 
 impl Numbers {
@@ -32,7 +32,7 @@ fn key(seed: u8) -> SecretKey {
     SecretKey::from_seed([seed; 32]).expect("a key")
 }
 
-/// A message and its signature, bent in one of the ways that an attacker has who holds no key.
+/// A message and its signature, altered as an attacker without the key can alter them.
 fn bend(numbers: &mut Numbers, message: &mut Vec<u8>, signature: &mut Signature, other: &(Vec<u8>, Signature)) {
     let flip = |bytes: &mut [u8], numbers: &mut Numbers| {
         let bit = numbers.below(8 * bytes.len());
@@ -43,13 +43,13 @@ fn bend(numbers: &mut Numbers, message: &mut Vec<u8>, signature: &mut Signature,
         1 => signature.counter ^= 1 << numbers.below(32),
         2 => flip(&mut signature.key.0, numbers),
         3 => flip(&mut signature.proof, numbers),
-        // Cut off, or gone on with zeros, which a checksum alone may not see.
+        // Cut off, or extended with zeros, which a checksum alone may not detect.
         4 if message.len() > 1 => message.truncate(message.len() - 1),
         4 | 5 => message.push(0),
         6 => signature.proof = other.1.proof,
         7 => *signature = other.1,
         8 => message.clone_from(&other.0),
-        // Another key's, under the name of the trusted one.
+        // Signed with another key, under the name of the trusted one.
         _ => {
             let forged = key(99).sign(message, signature.counter);
             signature.proof = forged.proof;
@@ -98,7 +98,7 @@ fn what_is_shown_again_is_replayed_over_ten_thousand_messages_and_restarts() {
     let mut trusted = [TrustedKey::new(key.public(), None)];
     let (mut filmed, mut counter, mut replays) = (Vec::new(), 0, 0);
     for number in 0..10_000_u32 {
-        // A transmitter that restarts leaves counters out, and never uses one twice.
+        // A transmitter that restarts skips counters, but never uses one twice.
         counter += 1 + if numbers.below(50) == 0 { 256 } else { 0 };
         let message = number.to_le_bytes();
         let signature = key.sign(&message, counter);
@@ -106,7 +106,7 @@ fn what_is_shown_again_is_replayed_over_ten_thousand_messages_and_restarts() {
         assert_eq!(verdict(&mut trusted, &message, &signature), Verdict::Proven { signer, counter });
         filmed.push((message, signature));
         if numbers.below(20) == 0 {
-            // The receiver restarts with what it has kept.
+            // The receiver restarts with its stored state.
             trusted = trusted.map(|trusted| TrustedKey::new(trusted.key(), trusted.last()));
         }
         if numbers.below(4) == 0 {
@@ -123,13 +123,13 @@ fn what_is_shown_again_is_replayed_over_ten_thousand_messages_and_restarts() {
     assert!(replays > 2000, "{replays}");
 }
 
-/// What a receiver brings of panels: messages, and signatures with their messages.
+/// The receiver's results: messages, and signatures with their messages.
 #[derive(Default)]
 struct Brought {
     messages: Vec<Vec<u8>>,
     signed: Vec<(Vec<u8>, Signature)>,
     unsigned: u32,
-    /// At which panel the first message and the first signature came.
+    /// The panels at which the first message and the first signature were complete.
     first: [Option<u32>; 2],
 }
 
@@ -172,7 +172,7 @@ fn a_signature_is_told_once_for_messages_of_any_length() {
         assert_eq!(brought.messages, [&message[..]]);
         assert_eq!(brought.signed, [(message.clone(), key(3).sign(&message, 5))]);
         assert_eq!(brought.unsigned, 0);
-        // The words arrive first, as soon as without a signature.
+        // The text arrives first, as soon as without a signature.
         let repeat = Framer::new(&message, Code::for_length(length), false).unwrap().panels_per_repeat();
         assert_eq!(brought.first, [Some(repeat - 1), Some(round - 1)]);
     }
@@ -229,7 +229,7 @@ fn a_signature_that_no_single_reading_shows_is_summed_from_its_repeats() {
     let mut signed = 0;
     for index in 0..12 * round {
         let panel = framer.next_panel();
-        // Sync and header are clean, and of the signature's payload many LEDs are read wrongly.
+        // Sync and header are without errors, but many LEDs of the signature's payload are read wrongly.
         let is_bent = index % round >= message_panels + 3;
         let mask = if is_bent {
             numbers.next() & numbers.next() & numbers.next()
@@ -252,7 +252,7 @@ fn a_header_of_a_signature_that_is_not_readable_is_recognised() {
     let round = framer.panels_per_repeat();
     let message_panels = Framer::new(&[7; 48], Code::for_length(48), false).unwrap().panels_per_repeat();
     let mut panels: Vec<_> = (0..2 * round).map(|_| clean(framer.next_panel())).collect();
-    // The first one's payload is lost, the second one's sync panel is.
+    // The first one's payload and the second one's sync panel are lost.
     (message_panels + 3..round).for_each(|panel| panels[panel as usize] = SoftPanel::ERASED);
     panels[(round + message_panels) as usize] = SoftPanel::ERASED;
     let brought = receive(panels);
@@ -270,7 +270,7 @@ fn panels_of_one_message_before_the_signature_of_another_prove_nothing() {
     let spliced = one[..message_panels].iter().chain(&other[message_panels..]).copied();
     let brought = receive(spliced);
     assert_eq!((brought.messages.len(), brought.signed.len()), (1, 0));
-    // With the header of the one and the payload of the other.
+    // The header of one with the payload of the other.
     let spliced = one[..message_panels + 3].iter().chain(&other[message_panels + 3..]).copied();
     for (message, signature) in receive(spliced).signed {
         assert!(matches!(verdict(&mut trusted, &message, &signature), Verdict::Forged { .. }));

@@ -1,4 +1,4 @@
-//! How long each stage takes: `cargo bench -p vocc-rx-pipeline`.
+//! Times each stage: `cargo bench -p vocc-rx-pipeline`.
 
 use divan::{Bencher, black_box};
 use link::camera::Camera;
@@ -94,7 +94,7 @@ fn detect(bencher: Bencher, detector: &str) {
     bencher.bench_local(|| detector.detect(black_box(&features)));
 }
 
-/// A frame of a followed panel to bits, by its pixels: every frame shows other bits.
+/// Reads a followed panel by its pixels; every frame shows other bits.
 #[divan::bench(args = [&POSES[0], &POSES[1]])]
 fn read_by_likelihood(bencher: Bencher, pose: &Pose) {
     let corners = pose.corners();
@@ -112,7 +112,7 @@ fn read_by_likelihood(bencher: Bencher, pose: &Pose) {
     bencher.bench_local(read);
 }
 
-/// The same by features and k-means.
+/// Reads the same panels by features and k-means.
 #[divan::bench(args = [&POSES[0], &POSES[1]])]
 fn read_by_kmeans(bencher: Bencher, pose: &Pose) {
     let corners = pose.corners();
@@ -127,7 +127,7 @@ fn read_by_kmeans(bencher: Bencher, pose: &Pose) {
     });
 }
 
-/// Panels of random bits, each pixel off by up to two grey levels.
+/// Panels of random bits, with noise of up to two grey levels per pixel.
 fn noisy_frames(corners: &Corners) -> Vec<(u64, Vec<u8>)> {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut word = || {

@@ -1,4 +1,4 @@
-//! What no camera should send: the receiver finds nothing in it, panics at none of it, and delivers nothing.
+//! Invalid frames: the receiver finds nothing in them, does not panic, and delivers nothing.
 
 use link::framing::Event;
 use properties::prelude::*;
@@ -15,7 +15,7 @@ fn receiver() -> Owned {
     Receiver::new(ReceiverSettings::default(), Box::default(), search).expect("the default settings")
 }
 
-/// Hands frames on; how many were read, and how many messages came.
+/// Processes frames; returns the numbers of readings and of messages.
 fn receive(receiver: &mut Owned, frames: impl IntoIterator<Item = Picture>) -> (usize, usize) {
     let (mut read, mut delivered) = (0, 0);
     for (number, picture) in (0..).zip(frames) {
@@ -43,7 +43,7 @@ impl Picture {
         }
     }
 
-    /// A plain picture with `columns` × `rows` spots, those lit that `lit` says.
+    /// A plain picture with `columns` × `rows` spots; `lit` says which are lit.
     fn spots(
         width: usize,
         height: usize,
@@ -68,7 +68,7 @@ impl Picture {
     }
 }
 
-/// A bit that looks random.
+/// A pseudorandom bit.
 fn random(seed: u64) -> bool {
     let mixed = (seed + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let mixed = (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);

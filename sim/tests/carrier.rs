@@ -1,4 +1,4 @@
-//! A carrier in rendered frames: what an exposure sees of it, line by line, and that without one nothing changes.
+//! A carrier in rendered frames: the light of an exposure, line by line. Without a carrier nothing changes.
 
 use link::panel::{LEDS, PanelFrame};
 use link::waveform::Waveform;
@@ -32,7 +32,7 @@ fn a_frame_is_the_mean_of_its_moments() {
         // A change of symbols falls into the second frame's exposures.
         let times = ["link.phase=0.1", "camera.frame_rate_hz=100", readout];
         let whole = renderer(&[&times[..], &["link.carrier_cycles=16"]].concat());
-        // The same panel as it stands in one moment after another.
+        // The mean of still panels at successive moments.
         let still = renderer(&[&times[..], &["effects.symbol_change=off"]].concat());
         let camera = &whole.view().scene.camera;
         let row_s = camera.readout_s / (camera.height_px - 1) as f64;

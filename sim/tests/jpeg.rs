@@ -1,17 +1,17 @@
-//! JPEG files of every kind: each is read as what it shows, or refused with what is wrong.
+//! JPEG files of every kind: each is decoded correctly, or rejected with the reason.
 //!
-//! They show [`shown`] and are made by libjpeg-turbo's cjpeg at quality 95; `extended`, `refused-12-bit` and `refused-lossless` are
-//! `444.jpg` with another frame header, `cmyk` is Pillow's. What cameras add to them and leave out, the tests do themselves.
+//! They show [`shown`] and were made by libjpeg-turbo's cjpeg at quality 95. `extended`, `refused-12-bit` and `refused-lossless` are
+//! `444.jpg` with another frame header; `cmyk` is Pillow's. The tests themselves add and remove the parts that cameras add and omit.
 
 use std::path::{Path, PathBuf};
 
 use image::{DynamicImage, Rgb, RgbImage};
 use sim::input::{self, PictureError};
 
-/// How far a grey level may be off: what the compression of a smooth picture does, and that its colours are those of up to 4 × 2 pixels.
+/// Maximum error of a grey level, from the compression of a smooth picture and from colours that up to 4 × 2 pixels share.
 const OFF_GREY: u8 = 8;
 
-/// A picture that is smooth in all colours and has no whole number of blocks.
+/// A picture that is smooth in all colours and does not consist of whole blocks.
 fn shown() -> DynamicImage {
     let colour = |x: u32, y: u32| [40 + 3 * x, 60 + 4 * y, 200 - 2 * x - 2 * y].map(|part| part as u8);
     RgbImage::from_fn(50, 35, |x, y| Rgb(colour(x, y))).into()
@@ -50,13 +50,13 @@ fn what_is_not_read_is_refused_with_a_way_out() {
     }
 }
 
-/// The files that are read, with their names.
+/// The names of the files that are decoded.
 fn whole() -> Vec<(String, Vec<u8>)> {
     let read = |path: PathBuf| (path.display().to_string(), std::fs::read(&path).expect("a file"));
     files(false).into_iter().map(read).collect()
 }
 
-/// The bytes of a film as telephones append it: nearly any pair of bytes is in it, the start of a scan among them.
+/// The bytes of a film as telephones append it: it contains nearly any pair of bytes, including the start of a scan.
 fn film() -> Vec<u8> {
     let mut film = b"\0\0\0\x18ftypmp42\0\0\0\0isommp42".to_vec();
     for k in 0..20_000u32 {

@@ -1,4 +1,4 @@
-//! Drawn grey levels against their law: whole distribution, tails and moments.
+//! Compares drawn grey levels with their exact law: the whole distribution, tails and moments.
 
 use sim::camera::curve::Curve;
 use sim::camera::exposure::Exposure;
@@ -9,7 +9,7 @@ use sim::scene::Scene;
 const SEED: u64 = 5;
 const DRAWS: usize = 1 << 19;
 
-/// Cameras from ISO 100 to 32 000 lx, without read noise and with much, with many electrons and with few.
+/// Cameras from ISO 100 to 32 000, without and with much read noise, with many and with few electrons.
 const CAMERAS: [[&str; 3]; 8] = [
     ["ambient.illuminance_lx=20000", "camera.read_noise_e=3", ""],
     ["ambient.illuminance_lx=4000", "camera.read_noise_e=0", ""],
@@ -38,8 +38,8 @@ fn count(grey: &[u8]) -> [f64; 256] {
     counts
 }
 
-/// Pearson's χ² of counts in bins against their expectations, over its own mean, in standard deviations. Neighbouring levels
-/// share a bin until it expects 10, so that the tails are bins of their own.
+/// Pearson's χ² of counts in bins, relative to its own mean, in standard deviations. Neighbouring levels share a bin until it expects 10
+/// counts, so that the tails are bins of their own.
 fn chi_square(counts: &[f64; 256], law: &[f64; 256], draws: f64) -> f64 {
     let (mut sum, mut bins, mut seen, mut expected) = (0.0, 0.0, 0.0, 0.0);
     let total: f64 = law.iter().sum();
@@ -48,7 +48,7 @@ fn chi_square(counts: &[f64; 256], law: &[f64; 256], draws: f64) -> f64 {
         seen += count;
         expected += p * draws;
         ahead -= p * draws;
-        // What is left at the upper end joins the last bin.
+        // The rest at the upper end joins the last bin.
         if expected >= 10.0 && (ahead >= 10.0 || ahead <= 0.0) {
             sum += (seen - expected) * (seen - expected) / expected;
             bins += 1.0;
@@ -84,12 +84,12 @@ fn moments(law: &[f64; 256]) -> [(f64, f64); 3] {
 fn check(name: &str, grey: &[u8], law: &[f64; 256]) {
     let (counts, draws) = (count(grey), grey.len() as f64);
     let chi = chi_square(&counts, law, draws);
-    // A χ² of many bins is nearly normal, of few it has a longer tail.
+    // With many bins χ² is nearly normal; with few it has a longer tail.
     assert!(chi < 8.0, "{name}: χ² is {chi} standard deviations beyond its mean (seed {SEED})");
     let drawn = moments(&counts.map(|count| count / draws));
     for (moment, (drawn, exact)) in ["mean", "variance", "skewness"].iter().zip(drawn.into_iter().zip(moments(law))) {
         let error = (exact.1 / draws).sqrt();
-        // The sampler's own error comes on top: a thousandth of the variance.
+        // The sampler's own error is added: a thousandth of the variance.
         let own = if *moment == "mean" { 0.0 } else { 1e-3 * exact.0.abs() };
         assert!(
             (drawn.0 - exact.0).abs() <= 5.5 * error + own + 1e-9,

@@ -61,7 +61,7 @@ fn a_dark_led_hides_a_bright_one() {
     let [dark, lit] = [0, ALL_ON].map(|far| draw(&scene, &renderer, &[0, far]));
     // The far panel's LEDs show between the near ones ...
     assert!(greatest(&dark, &lit) > 0.5, "{}", greatest(&dark, &lit));
-    // ... and not in the middle of one, 4 standard deviations of the blur away from its rim.
+    // ... but not in the middle of one, 4 standard deviations of the blur away from its rim.
     let region = dark.region();
     let [x, y] = near_led(&renderer);
     let pixel = (y - region.y) * region.width + x - region.x;
@@ -76,7 +76,7 @@ fn near_led(renderer: &Renderer) -> [usize; 2] {
     [at(left, right), at(top, bottom)].map(|place| place.round() as usize)
 }
 
-/// A row of panels at 50 m, so many pixels apart, every other one with a board.
+/// A row of panels at 50 m with this distance in pixels, every other one with a board.
 fn row_of(panels: usize, apart_px: f64) -> Scene {
     let mut scene = paper(&["camera.width_px=640", "camera.height_px=480"]);
     let focal_px = scene.camera.focal_px();
@@ -127,7 +127,7 @@ fn as_many_lie_one_behind_the_other_as_meet_and_not_all_there_are() {
         let renderer = Renderer::new(&row_of(6, apart_px), Level::Fast).expect("a visible scene");
         renderer.view().layers
     };
-    // A panel's LEDs span 31 px, and 40 px are left on either side of them.
+    // A panel's LEDs span 31 px, with 40 px on either side of them.
     assert_eq!([114.0, 80.0, 20.0].map(layers), [1, 3, 6]);
 }
 
@@ -157,7 +157,7 @@ fn a_moving_panel_is_the_mean_of_its_moments_with_its_board() {
     let scene = paper(&settings);
     let renderer = Renderer::new(&scene, Level::Reference).expect("a visible scene");
     let moving = draw(&scene, &renderer, &[0x0f0f_3333_5555_8001]);
-    // A step for each quarter pixel of the way of 2.2 px.
+    // One step per quarter pixel of the motion of 2.2 px.
     let (steps, exposure_s) = (9, renderer.view().exposure.time_s);
     let mut mean = vec![0.0; moving.values().len()];
     for step in 0..steps {

@@ -1,9 +1,9 @@
-//! PNG files with what only describes them.
+//! PNG files with descriptive chunks.
 
 use image::{DynamicImage, GrayImage};
 use sim::input;
 
-/// A chunk: its checksum is made here, since the decoder looks at it.
+/// A chunk with its checksum, which the decoder verifies.
 fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
     let mut chunk = [&(data.len() as u32).to_be_bytes()[..], kind, data].concat();
     let crc = chunk[4..].iter().fold(!0u32, |crc, &byte| {
@@ -15,7 +15,7 @@ fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
     chunk
 }
 
-/// A picture, and its file with chunks behind its header.
+/// A picture, and its file with chunks after its header.
 fn with(chunks: &[u8]) -> (DynamicImage, Vec<u8>) {
     let shown = DynamicImage::from(GrayImage::from_fn(7, 5, |x, y| image::Luma([(30 * x + y) as u8])));
     let mut png = std::io::Cursor::new(Vec::new());
@@ -28,7 +28,7 @@ fn with(chunks: &[u8]) -> (DynamicImage, Vec<u8>) {
 
 #[test]
 fn chunks_that_change_no_pixel_are_passed_over() {
-    // No zlib stream, and no checksum: a decoder that unpacks them refuses the picture.
+    // Neither a zlib stream nor a valid checksum: a decoder that unpacks such chunks rejects the picture.
     let profile = [chunk(b"iCCP", b"profile\0\0no stream"), chunk(b"zTXt", b"text\0\0no stream")].concat();
     let mut damaged = chunk(b"gAMA", &45_455u32.to_be_bytes());
     *damaged.last_mut().expect("a checksum") ^= 1;
@@ -36,7 +36,7 @@ fn chunks_that_change_no_pixel_are_passed_over() {
     assert_eq!(input::picture_of(&png).expect("a picture").image, shown);
 }
 
-/// A zlib stream (RFC 1950, 1951) of zeros: one literal, and then copies of 258 bytes from one byte before, by the fixed codes.
+/// A zlib stream (RFC 1950, 1951) of zeros: one literal, then copies of 258 bytes at a distance of one byte, with the fixed codes.
 fn zeros(count: usize) -> Vec<u8> {
     let bits = |word: &'static str| word.bytes().map(|bit| bit == b'1');
     // The last block, of fixed codes; the literal 0.
@@ -56,7 +56,7 @@ fn zeros(count: usize) -> Vec<u8> {
     stream
 }
 
-/// The most memory that this process has had, in bytes.
+/// The peak memory of this process, in bytes.
 #[cfg(target_os = "linux")]
 fn peak() -> usize {
     let status = std::fs::read_to_string("/proc/self/status").expect("Linux");

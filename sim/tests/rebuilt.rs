@@ -1,4 +1,4 @@
-//! A renderer rebuilt for panels that have moved draws what a new one does, without the work that is done.
+//! A renderer that is rebuilt for moved panels draws the same as a new one, without repeating finished work.
 
 use std::path::PathBuf;
 

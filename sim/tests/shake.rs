@@ -1,4 +1,4 @@
-//! A camera that vibrates: what is drawn is what a camera turned by hand sees.
+//! The frames of a vibrating camera equal those of a camera that is rotated by hand.
 
 use glam::{DMat3, DVec2, DVec3, EulerRot};
 use image::{GrayImage, Luma};
@@ -18,7 +18,7 @@ fn scene(settings: &[&str]) -> Scene {
     Scene::load("paper", &settings.collect::<Vec<_>>()).expect("a valid scene")
 }
 
-/// The pose of what stood in another before the camera was turned.
+/// The pose, after a rotation of the camera, of a panel that had another pose before.
 fn turned(pose: &Pose, turn: DMat3) -> Pose {
     let rotation = turn
         * DMat3::from_rotation_z(pose.roll_deg.to_radians())
@@ -74,7 +74,7 @@ fn a_frame_is_the_mean_of_what_the_camera_sees_on_its_way() {
         last = DVec2::from_array(renderer.corner_leds_px(0)[0]);
         first = if step == 0 { last } else { first };
     }
-    // Steps of a quarter pixel under a blur of 1.5 px err by (1/4)²/24/1.5² of an LED's light at most.
+    // The error of quarter-pixel steps under a blur of 1.5 px is at most (1/4)²/24/1.5² of an LED's light.
     assert!((last - first).length() > 2.0, "there is too little to see");
     let most = renderer.plan().range.peak * (0.25f64 / 1.5).powi(2) / 24.0;
     for (drawn, mean) in canvas.values().iter().zip(mean) {
@@ -164,7 +164,7 @@ fn a_photograph_moves_with_the_panels() {
         let (mut sum, mut weight) = (DVec2::ZERO, 0.0);
         for (k, &value) in canvas.values().iter().enumerate() {
             let at = DVec2::new((k % 640) as f64, (k / 640) as f64);
-            // The light above that around it.
+            // The light above its surroundings.
             let light = f64::from(value - canvas.values()[0]);
             if (at - expected).length() < 12.0 {
                 sum += at * light;
@@ -192,7 +192,7 @@ fn a_camera_that_stands_still_is_that_of_the_preset() {
 struct HalfCar {
     body_kg: f64,
     body_kg_m2: f64,
-    /// From the centre of gravity to the front axle and to the rear one.
+    /// Distances from the centre of gravity to the front and to the rear axle.
     to_axle_m: [f64; 2],
     axle_kg: f64,
     spring_n_m: f64,
@@ -200,7 +200,7 @@ struct HalfCar {
     tyre_n_m: f64,
 }
 
-/// Of usual size: 1.1 and 1.3 Hz on its springs, damped by 0.3, its wheels hop at 11 Hz.
+/// A car of usual size: 1.1 and 1.3 Hz on its springs, with a damping of 0.3 and a wheel hop at 11 Hz.
 const CAR: HalfCar = HalfCar {
     body_kg: 1200.0,
     body_kg_m2: 1800.0,
@@ -212,11 +212,11 @@ const CAR: HalfCar = HalfCar {
 };
 
 impl HalfCar {
-    /// The body's pitch for a unit of the road's height at a frequency, squared: the rear axle meets it a wheelbase later.
+    /// The squared pitch of the body per unit of the road's height at a frequency: the rear axle follows at the distance of a wheelbase.
     fn pitch_rad_m(&self, hz: f64, speed_m_s: f64) -> f64 {
         let omega = std::f64::consts::TAU * hz;
         let [a, b] = self.to_axle_m;
-        // Complex numbers as 2 × 2 blocks, unknowns: bounce, pitch, front axle, rear axle.
+        // Complex numbers as 2 × 2 blocks; the unknowns are bounce, pitch, front axle and rear axle.
         let mut rows = [[[0.0; 2]; 5]; 4];
         let (spring, tyre) = ([self.spring_n_m, self.damper_n_s_m * omega], [self.tyre_n_m, 0.0]);
         let add = |rows: &mut [[[f64; 2]; 5]; 4], row: usize, column: usize, value: [f64; 2], factor: f64| {
@@ -227,7 +227,7 @@ impl HalfCar {
         add(&mut rows, 1, 1, [-self.body_kg_m2 * omega * omega, 0.0], 1.0);
         let late = omega * (a + b) / speed_m_s;
         for (axle, (arm, road)) in [(2, (-a, [1.0, 0.0])), (3, (b, [late.cos(), -late.sin()]))] {
-            // The spring's ends: the body at its arm, and the axle.
+            // The ends of the spring: the body at its arm, and the axle.
             let ends = [(0, 1.0), (1, arm), (axle, -1.0)];
             for (row, of_row) in ends {
                 for (column, of_column) in ends {
@@ -241,7 +241,7 @@ impl HalfCar {
         pitch[0] * pitch[0] + pitch[1] * pitch[1]
     }
 
-    /// Root mean square of its pitch on a road of that unevenness at 0.1 cycles a metre, in degrees.
+    /// Root mean square of its pitch on a road with that unevenness at 0.1 cycles a metre, in degrees.
     fn pitch_rms_deg(&self, unevenness_m3: f64, speed_m_s: f64) -> f64 {
         const STEPS: i32 = 2000;
         let (lowest, highest) = (0.5f64, 40.0f64);
@@ -258,7 +258,7 @@ fn product([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     [a * c - b * d, a * d + b * c]
 }
 
-/// By Gauss and Jordan; the body's rows are never small where it is asked.
+/// Gauss–Jordan elimination; the body's rows are never small at the frequencies used here.
 fn solved(mut rows: [[[f64; 2]; 5]; 4]) -> [[f64; 2]; 4] {
     for pivot in 0..4 {
         let [re, im] = rows[pivot][pivot];

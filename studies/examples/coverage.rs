@@ -1,8 +1,9 @@
-//! How often 95 % intervals hold the truth: those of figure 22, where interval, L2A, reflectance, phase and bits are drawn with each frame.
+//! Measures how often 95 % intervals contain the true rate, for figure 22, in which interval, L2A, reflectance, phase and bits are drawn
+//! for each frame.
 //!
-//! `cargo run --release -p vocc-studies --example coverage -- [FRAMES [SEEDS [DISTANCE_M [TRUTH_FRAMES]]]]`, by default 4000, 50, 70 and
-//! 1 000 000. The truth is the rate in the last number of frames, of another seed. Prints each seed's rate and interval that misses it,
-//! then the count. Between 90 and 99 % of the seeds are to hold it; where there are few errors, more.
+//! `cargo run --release -p vocc-studies --example coverage -- [FRAMES [SEEDS [DISTANCE_M [TRUTH_FRAMES]]]]`, by default 4000, 50, 70 and 1
+//! 000 000. The true rate is that of TRUTH_FRAMES frames with another seed. Prints the rate and the interval of each seed whose interval
+//! misses it, then the count. Between 90 and 99 % of the seeds should contain it, or more if errors are few.
 
 use sim::scene::Scene;
 use studies::reproduction::{Dimming, Extent, Finding, Findings, PAPERS_DETECTOR, Study, Task};

@@ -1,16 +1,15 @@
-//! Bit error rates of the detectors beside each other, and beside the genie.
+//! Bit error rates of the detectors and the genie.
 //!
-//! `cargo run --release -p vocc-studies --example detector_errors -- GRID [FRAMES [SEED]]`, where GRID is `noisy`, `distance`,
-//! `l2a` or `iso` (200 and 1 unless told). The genie decides for the likeliest panel, so that its wrong panels are a bound, in the
-//! mean over all frames, and its wrong bits are none. Every frame has random bits, a random sub-pixel phase and a reflectance of
-//! 0.3 to 0.5.
+//! `cargo run --release -p vocc-studies --example detector_errors -- GRID [FRAMES [SEED]]`, where GRID is `noisy`, `distance`, `l2a` or
+//! `iso` (by default 200 frames and seed 1). The genie decides for the likeliest panel, so its wrong panels are a bound on average over all
+//! frames, but its wrong bits are not. Every frame has random bits, a random sub-pixel phase and a reflectance of 0.3 to 0.5.
 
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::{Evaluator, Settings};
 use studies::statistics::FrameErrors;
 use studies::work_precision::scene_in_clear_air;
 
-/// Distance in m, interval, ISO, L2A.
+/// Distance in m, interval, ISO and L2A.
 type Point = (f64, f64, f64, f64);
 
 const DETECTORS: [(&str, DetectorChoice); 5] = [
@@ -21,7 +20,8 @@ const DETECTORS: [(&str, DetectorChoice); 5] = [
     ("genie", DetectorChoice::Genie),
 ];
 
-/// Those whose errors are counted out: the genie's panels are a bound, whose chance has to be seen beside that of the best receiver.
+/// The detectors whose wrong bits and panels are printed with intervals: the genie's panels are a bound, whose uncertainty must be seen
+/// next to the best receiver's.
 const COUNTED: [&str; 2] = ["ml", "genie"];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// How many bits and panels were read wrongly, with the intervals of their rates in percent.
+/// Numbers of wrong bits and panels, with the intervals of their rates in percent.
 fn counts(errors: &FrameErrors) -> String {
     let percent = |[low, high]: [f64; 2]| format!("{:.2} to {:.2}", 100.0 * low, 100.0 * high);
     format!(

@@ -1,10 +1,10 @@
-//! What cameras deliver that read their lines out one after another: in how many of its runs, by readout, exposure and symbol rate.
+//! Delivery by cameras that read their lines one after another: the number of successful runs by readout, exposure and symbol rate.
 //!
 //! `cargo run --release -p vocc-studies --example line_by_line -- SCENE DISTANCES_M READOUTS_MS EXPOSURES_MS RATES [RUNS [BYTES [SECONDS [at-once]]]]`
 //!
-//! For instance `phone 12,50 0,10,20 0.1,1,10 5,15,27 20 48 3`; `-` stands for what the scene has. Each run has another phase. Exposures
-//! are set by the aperture, as by a grey filter, and where it would be wider than f/1.4 by the ISO. With `at-once` the receiver is told that
-//! all lines are exposed at once, and does not look for a share by row.
+//! For example `phone 12,50 0,10,20 0.1,1,10 5,15,27 20 48 3`; `-` stands for the scene's own value. Each run has another phase. The
+//! aperture sets the exposure, like a grey filter; if it would have to be wider than f/1.4, the ISO does. With `at-once` the receiver is
+//! configured for a global shutter and does not search for a share per row.
 
 use link::fec::Code;
 use sim::accuracy::Level;
@@ -86,7 +86,7 @@ fn scene(preset: &str, settings: [&str; 4], seed: u64) -> Result<Scene, Box<dyn 
     })
 }
 
-/// The frame in which the message was whole, and the bit errors until then.
+/// The frame that completed the message, and the bit errors until then.
 fn run(
     scene: &Scene,
     seed: u64,

@@ -1,8 +1,8 @@
-//! What a link delivers: how many of its runs, and at which net rate, over symbol rates and codes.
+//! The performance of a link: the number of delivered runs and the net rate, over symbol rates and codes.
 //!
-//! `cargo run --release -p vocc-studies --example net_rate -- SCENE RATES CODES [RUNS [BYTES [corners]] ]`, for instance
-//! `day 50,90,100 TM1280,TM1536 20 1024`. With `corners` the receiver is told where the panel is. A run films at most three
-//! repeats of the message; its net rate is that from its first frame to that in which the message was whole.
+//! `cargo run --release -p vocc-studies --example net_rate -- SCENE RATES CODES [RUNS [BYTES [corners]] ]`, for example `day 50,90,100
+//! TM1280,TM1536 20 1024`. With `corners` the receiver knows the panel's place. A run films at most three repeats of the message; its net
+//! rate is measured from its first frame to the one that completed the message.
 
 use link::fec::Code;
 use sim::scene::Scene;

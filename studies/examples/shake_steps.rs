@@ -1,4 +1,4 @@
-//! How far a vibrating camera moves the panel's image from frame to frame, for the table in `docs/physics.md`.
+//! The motion of the panel's image from frame to frame with a vibrating camera, for the table in `docs/physics.md`.
 
 use std::error::Error;
 
@@ -34,7 +34,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Root mean squares, in px: of the panel's distance from its place at rest, of its step from frame to frame, and of its way in an exposure.
+/// Root mean squares, in px: of the panel's distance from its place at rest, of its step from frame to frame, and of its motion during an
+/// exposure.
 fn rms_px(renderer: &Renderer) -> [f64; 3] {
     let exposure_s = renderer.view().exposure.time_s;
     let (mut squares, mut count) = ([0.0; 3], 0.0);

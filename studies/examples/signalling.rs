@@ -1,8 +1,8 @@
-//! What gets through to cameras: the best symbol rate and its net rate, over frame rate, readout and exposure.
+//! The best symbol rate for cameras and its net rate, over frame rate, readout and exposure.
 //!
-//! `cargo run --release -p vocc-studies --example signalling -- SCENE FRAMES_HZ READOUTS_MS EXPOSURES_MS [RUNS [BYTES]]`, for instance
-//! `phone 25,30,60 0,10,20 1,10 8 48`. Readouts longer than the time between frames are left out. The last column is the net rate over
-//! that of the first readout given, which should be 0: a camera that exposes all lines at once.
+//! `cargo run --release -p vocc-studies --example signalling -- SCENE FRAMES_HZ READOUTS_MS EXPOSURES_MS [RUNS [BYTES]]`, for example
+//! `phone 25,30,60 0,10,20 1,10 8 48`. Readouts longer than the frame period are omitted. The last column is the net rate relative to the
+//! first readout, which should be 0: a global shutter.
 
 use sim::scene::Scene;
 use studies::signalling::{Search, exposed_for};

@@ -1,5 +1,5 @@
-//! Frames a second of render + features at 50 m and interval 1, on one thread, against the straightforward renderer and the
-//! fully supersampled one. The last lines are ratios of all of them, timed by turns.
+//! Frames a second of rendering and features at 50 m and interval 1, on one thread, compared with the straightforward renderer and the
+//! fully supersampled one. The last lines are the ratios of all of them, timed alternately.
 //!
 //! `cargo bench -p vocc-tests --bench frames`
 
@@ -46,7 +46,7 @@ fn render_and_features(bencher: Bencher, level: Level) {
     bencher.bench_local(|| black_box(frame()));
 }
 
-/// The same with detection and statistics.
+/// The same frame with detection and statistics.
 #[divan::bench]
 fn evaluate(bencher: Bencher) {
     let evaluator = Evaluator::new(&scene(), settings(Level::Fast)).expect("a visible scene");
@@ -58,7 +58,7 @@ fn evaluate(bencher: Bencher) {
     });
 }
 
-/// Render and read out alone.
+/// Rendering and readout alone.
 #[divan::bench(args = [Level::Fast, Level::Fine])]
 fn render_only(bencher: Bencher, level: Level) {
     let renderer = Renderer::new(&scene(), level).expect("a visible scene");
@@ -77,14 +77,14 @@ fn render_only(bencher: Bencher, level: Level) {
     });
 }
 
-/// The same frames by a renderer that others are measured against.
+/// The same frames by a baseline renderer.
 #[divan::bench(args = BASELINES)]
 fn baseline_render_and_features(bencher: Bencher, baseline: &Baseline) {
     let mut frame = baseline_frame(baseline.render);
     bencher.bench_local(|| black_box(frame()));
 }
 
-/// A renderer of a [`Panel`], blur, gamma and side in px.
+/// A renderer: a function of a [`Panel`], blur, gamma and side in px.
 #[derive(Clone, Copy)]
 struct Baseline {
     name: &'static str,
@@ -112,12 +112,12 @@ const BASELINES: [Baseline; 3] = [
     },
 ];
 
-/// On a raster eight times finer.
+/// The same on a raster eight times finer.
 fn supersampled_by_8(panel: &Panel, sigma_px: f64, gamma: f64, side: usize) -> Vec<u8> {
     supersampled::render(panel, sigma_px, gamma, side, 8)
 }
 
-/// Renders the panel with its surroundings at a new sub-pixel phase and measures the features.
+/// Renders the panel with its surroundings at another sub-pixel phase and measures the features.
 fn baseline_frame(render: fn(&Panel, f64, f64, usize) -> Vec<u8>) -> impl FnMut() -> f32 {
     let pitch_px = 0.06 * 25e-3 / 6.875e-6 / 50.0;
     let side = (8.0 * pitch_px) as usize + 16;
@@ -144,7 +144,7 @@ fn baseline_frame(render: fn(&Panel, f64, f64, usize) -> Vec<u8>) -> impl FnMut(
     }
 }
 
-/// Render, read out, cell map at a new sub-pixel phase, AGR and GRI: one frame of the Monte Carlo.
+/// Rendering, readout, cell map at another sub-pixel phase, AGR and GRI: one frame of the Monte Carlo.
 fn evaluator_frame(level: Level) -> impl FnMut() -> f32 {
     let evaluator = Evaluator::new(&scene(), settings(level)).expect("a visible scene");
     let mut workspace = evaluator.workspace();
@@ -156,12 +156,11 @@ fn evaluator_frame(level: Level) -> impl FnMut() -> f32 {
     }
 }
 
-/// A name, how many frames its turn has, and one frame.
+/// A name, the number of frames per turn, and one frame.
 type Contender = (&'static str, usize, Box<dyn FnMut() -> f32>);
 
-/// Times all by turns and prints medians over the turns with their quartiles. The fastest frame of a turn counts: it is one in
-/// which nothing else had the processor. A frame of many milliseconds, like the supersampled one, has it alone only on an idle
-/// machine.
+/// Times all in turn and prints medians over the turns with their quartiles. The fastest frame of a turn counts, because nothing else used
+/// the processor during it. A frame of many milliseconds, like the supersampled one, has the processor for itself only on an idle machine.
 fn print_ratios() {
     let mut contenders: [Contender; 5] = [
         ("straightforward", 10, Box::new(baseline_frame(straightforward::render))),
@@ -189,7 +188,7 @@ fn print_ratios() {
     }
 }
 
-/// How often every contender has its turn.
+/// Number of turns.
 const TURNS: usize = 41;
 
 /// The median with the quartiles about it.

@@ -1,4 +1,4 @@
-//! Whole noisy frames of 1920 × 1080 pixels on one thread, against a Poisson and a normal number drawn for each pixel.
+//! Times whole noisy frames of 1920 × 1080 pixels on one thread, compared with a Poisson and a normal number for each pixel.
 //!
 //! `cargo bench -p vocc-tests --bench noise`
 
@@ -27,7 +27,7 @@ fn main() {
     divan::main();
 }
 
-/// A preset, `night` or `day`, as it is, with a photograph of all grey levels behind, or with a lens that darkens.
+/// A preset, `night` or `day`: unchanged, with a photograph of all grey levels behind, or with a vignetting lens.
 #[derive(Clone, Copy, Debug)]
 enum Behind {
     Plain,
@@ -66,7 +66,7 @@ fn photograph() -> PathBuf {
     path
 }
 
-/// A whole frame: the panel drawn, all of it read out.
+/// A whole frame: drawing the panel and reading out all pixels.
 #[divan::bench(args = CASES)]
 fn whole_frame(bencher: Bencher, case: (&str, Behind)) {
     let renderer = Renderer::new(&scene(case), Level::Fast).expect("a visible scene");
@@ -81,7 +81,7 @@ fn whole_frame(bencher: Bencher, case: (&str, Behind)) {
     });
 }
 
-/// The baseline: the linear image of the same frame, and a Poisson and a normal number for each of its pixels.
+/// The baseline: the linear image of the same frame, with a Poisson and a normal number for each pixel.
 #[divan::bench(args = CASES, sample_count = 10)]
 fn number_by_number(bencher: Bencher, case: (&str, Behind)) {
     let scene = scene(case);
@@ -106,7 +106,7 @@ fn number_by_number(bencher: Bencher, case: (&str, Behind)) {
     });
 }
 
-/// The limit: the random bits that a frame takes, 2 bytes a pixel over a plain background, 4 over a picture.
+/// The limit: the random bits of a frame, 2 bytes a pixel over a plain background, 4 over a picture.
 #[divan::bench(args = [2, 4])]
 fn random_bits_alone(bencher: Bencher, bytes_a_pixel: usize) {
     let mut bytes = [0; 1024];
@@ -126,7 +126,7 @@ fn noise(preset: &str) -> Noise {
     Noise::new(&scene, &Exposure::of(&scene), Curve::of(&scene.camera))
 }
 
-/// A frame's pixels of one value.
+/// A frame with equal pixels.
 #[divan::bench(args = ["night", "day"])]
 fn pixels_of_one_value(bencher: Bencher, preset: &str) {
     let flat = FlatNoise::new(&noise(preset), 1.0);
@@ -136,7 +136,7 @@ fn pixels_of_one_value(bencher: Bencher, preset: &str) {
         .bench_local(|| flat.fill(&mut grey, &mut random));
 }
 
-/// A frame's pixels of any values.
+/// A frame with arbitrary pixels.
 #[divan::bench(args = ["night", "day"])]
 fn pixels_of_any_value(bencher: Bencher, preset: &str) {
     let pixels = PixelNoise::new(&noise(preset));
@@ -147,7 +147,7 @@ fn pixels_of_any_value(bencher: Bencher, preset: &str) {
         .bench_local(|| pixels.read(&linear, &mut random, &mut grey));
 }
 
-/// What a renderer pays once for its tables.
+/// The cost of a renderer's tables, once per renderer.
 #[divan::bench(args = ["night", "day"])]
 fn tables(bencher: Bencher, preset: &str) {
     let noise = noise(preset);

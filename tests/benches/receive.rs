@@ -1,4 +1,4 @@
-//! Cold search in full-HD frames and a followed frame: `cargo bench -p vocc-tests --bench receive`.
+//! Times a cold search in full-HD frames and a followed frame: `cargo bench -p vocc-tests --bench receive`.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ fn main() {
 const SIZE: [usize; 2] = [1920, 1080];
 const PIXELS: usize = 160 * 160;
 
-/// Panels before photographs: dusk at 46 m, day at 35 m, night at 49 m.
+/// Panels in front of photographs: dusk at 46 m, day at 35 m, night at 49 m.
 const SEEDS: [u64; 3] = [1, 9, 19];
 
 fn sighting(seed: u64) -> RandomScene {
@@ -33,7 +33,7 @@ fn frames(sighting: &RandomScene) -> Vec<Frame<'_>> {
     sighting.frames.iter().map(|pixels| frame(pixels.as_slice())).collect()
 }
 
-/// A noisy frame before clutter with the one before it: nothing is known of the panel.
+/// A noisy frame with clutter and the frame before it, while nothing is known of the panel.
 #[divan::bench(args = SEEDS, max_time = 3)]
 fn cold_locate(bencher: Bencher, seed: u64) {
     let sighting = sighting(seed);
@@ -43,7 +43,7 @@ fn cold_locate(bencher: Bencher, seed: u64) {
     bencher.bench_local(|| locator.locate_among(black_box(&frames[1]), &frames[..1], &[], Effort::Share(1), &mut memory, &mut ()));
 }
 
-/// The same in a single frame, which also has to look at what the clutter offers.
+/// The same search in a single frame, which also has to examine the clutter's candidates.
 #[divan::bench(args = SEEDS, max_time = 3)]
 fn cold_locate_single_frame(bencher: Bencher, seed: u64) {
     let sighting = sighting(seed);
@@ -53,19 +53,19 @@ fn cold_locate_single_frame(bencher: Bencher, seed: u64) {
     bencher.bench_local(|| locator.locate_among(black_box(&frames[1]), &[], &[], Effort::Share(1), &mut memory, &mut ()));
 }
 
-/// A frame of a panel that is followed, all in: track, cells, features, k-means, symbols and framing.
+/// A whole frame of a followed panel: track, cells, features, k-means, symbols and framing.
 #[divan::bench(args = SEEDS, max_time = 3)]
 fn followed_frame_k_means(bencher: Bencher, seed: u64) {
     followed_frame(bencher, seed, Detector::default().into());
 }
 
-/// The same with maximum likelihood.
+/// The same frame with maximum likelihood.
 #[divan::bench(args = SEEDS, max_time = 3)]
 fn followed_frame_maximum_likelihood(bencher: Bencher, seed: u64) {
     followed_frame(bencher, seed, Method::default());
 }
 
-/// The same by k-means of near panels, at so many metres: from one that fills the picture on.
+/// The same frame with k-means for near panels at this distance in metres; the first one fills the picture.
 #[divan::bench(args = [2.0, 4.0, 8.0, 16.0, 32.0], max_time = 3)]
 fn followed_frame_near(bencher: Bencher, distance_m: f64) {
     let pose = format!("pose.distance_m={distance_m}");

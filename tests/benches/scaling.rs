@@ -1,9 +1,9 @@
-//! What a frame of the Monte Carlo costs: over distance and interval, over frames, and what each effect adds.
+//! The cost of a frame of the Monte Carlo over distance, interval and number of frames, and the additional cost of each effect.
 //!
 //! `cargo bench -p vocc-tests --bench scaling`
 //!
-//! Each figure is the least of several rounds in which all settings take turns, so that what else the machine does meets them all; the
-//! tables hold ratios to the setting that they name.
+//! Each figure is the minimum of several rounds in which all settings take turns, so that other work of the machine affects all of them.
+//! The tables have ratios to the setting that they name.
 
 use std::time::Instant;
 
@@ -14,10 +14,10 @@ use studies::monte_carlo::{Evaluator, Settings, Workspace};
 const DISTANCES_M: [f64; 5] = [30.0, 40.0, 50.0, 60.0, 70.0];
 const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
 const ROUNDS: usize = 200;
-/// So few that a batch is over before the machine's other work takes its turn.
+/// So few frames that a batch ends before other work of the machine gets its turn.
 const FRAMES: u64 = 20;
 
-/// One effect at a time, as a scene at 50 m asks for it.
+/// One effect at a time, in a scene at 50 m that activates it.
 const EFFECTS: [(&str, &[&str]); 15] = [
     ("none but the blur", &[]),
     ("no blur either", &["effects.blur=\"off\""]),
@@ -142,18 +142,18 @@ fn frames() {
     }
 }
 
-/// Floating-point operations of a frame at d = 50 m, i = 1, by what the loops do for each value.
+/// Floating-point operations of a frame at d = 50 m, i = 1, counted from the loops' operations per value.
 fn operations(pixels: f64, width: f64) -> f64 {
-    // Two terms; eight columns add up to each of eight rows of LEDs, which are spread over 16 pixel rows each.
+    // Two terms; eight columns add to each of eight rows of LEDs, which spread over 16 pixel rows each.
     let draw = 2.0 * 8.0 * (8.0 + 16.0) * width * 2.0;
-    // Two polynomials of degree 7 and 6, and splitting and joining the exponent.
+    // Two polynomials of degree 7 and 6, and splitting and joining of the exponent.
     let encode = pixels * (2.0 * 13.0 + 8.0);
-    // The vector to the LED and its inverse length by three of Newton's steps; the gradient along it.
+    // The vector to the LED, its inverse length by three Newton steps, and the gradient along it.
     let measure = pixels * (4.0 + 3.0 * 4.0 + 2.0 + 7.0);
     draw + encode + measure
 }
 
-/// What the processor's arithmetic alone would take: multiplications and additions on values that stay in registers.
+/// The time of the arithmetic alone: multiplications and additions on values in registers.
 fn least_s_an_operation() -> f64 {
     const VALUES: usize = 128;
     const TURNS: usize = 20_000;

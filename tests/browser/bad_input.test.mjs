@@ -1,4 +1,4 @@
-// Bad input is a sentence on the page, and the page goes on.
+// Bad input leads to a sentence on the page, and the page continues to work.
 
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
@@ -8,7 +8,7 @@ import { film, open, textOf, workshop } from "./browser.mjs";
 
 const SAYS = "#alert, #receive-state, #receive-advice, #pictures tbody";
 
-/** Waits for a sentence in any of the places where the page says what is wrong. */
+/** Waits for a sentence in any of the places for error messages. */
 async function says(page, pattern) {
   await page.waitForFunction(
     ([places, source]) => [...document.querySelectorAll(places)].some((place) => new RegExp(source).test(place.textContent)),

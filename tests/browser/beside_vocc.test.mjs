@@ -1,4 +1,4 @@
-// The page draws and reads as the program does, to the bit.
+// The page draws and reads the same as the program, to the bit.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -6,7 +6,7 @@ import path from "node:path";
 import test from "node:test";
 import { ask, open, vocc, workshop } from "./browser.mjs";
 
-/** A preset, what is set apart from it, and how it is drawn. */
+/** A preset, its overrides, and the level of drawing. */
 const SCENES = [
   ["paper", [], "fast"],
   ["day", ["pose.distance_m=30", "pose.yaw_deg=12"], "fine"],
@@ -15,7 +15,7 @@ const SCENES = [
   ["fog", [], "reference"],
 ];
 
-/** In the page: its own picture of a frame beside that of a file, and what it reads in the file. */
+/** In the page: its own picture of a frame, that of a file, and the reading of the file. */
 async function both([frame, file]) {
   const ours = await window.vocc.ask({ do: "picture", frame });
   const theirs = await window.vocc.ask({ do: "decode" }, Uint8Array.from(atob(file), (letter) => letter.charCodeAt(0)));
@@ -42,7 +42,7 @@ for (const [name, set, level] of SCENES) {
       const decoded = JSON.parse(vocc("decode", file, "--json"));
       assert.equal(seen.read.found, decoded.found);
       assert.equal(seen.read.bits, decoded.bits);
-      // Both are the same number of 32 bits.
+      // Both are the same 32-bit number.
       assert.equal(Math.fround(seen.read.confidence), Math.fround(decoded.confidence));
       found += Number(decoded.found);
     }

@@ -1,4 +1,4 @@
-// The page in Chromium, and the program beside it.
+// The page in Chromium, and the program for comparison.
 
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
@@ -10,10 +10,10 @@ import { chromium } from "playwright-core";
 
 const { VOCC, VOCC_PAGE, CHROMIUM } = process.env;
 
-/** Longer than anything takes on a busy computer. */
+/** A timeout that even a busy computer does not reach. */
 export const PATIENCE_MS = 300_000;
 
-/** The browsers that run, by their flags. */
+/** The running browsers, by their flags. */
 const browsers = new Map();
 after(async () => {
   for (const browser of browsers.values()) await (await browser).close();
@@ -25,17 +25,17 @@ function launched(flags) {
   return browsers.get(name);
 }
 
-/** Where pictures of the page are left. */
+/** The folder for screenshots of the page. */
 export const shots = path.dirname(VOCC_PAGE);
 
-/** A folder of its own for what a test makes. */
+/** A test's own folder for its files. */
 export function workshop(t) {
   const folder = mkdtempSync(path.join(tmpdir(), "vocc-page-"));
   t.after(() => rmSync(folder, { recursive: true }));
   return folder;
 }
 
-/** What `vocc` says; a status of 1 is an answer, too. */
+/** The output of `vocc`; status 1 is a valid result. */
 export function vocc(...words) {
   try {
     return execFileSync(VOCC, words, { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
@@ -45,7 +45,7 @@ export function vocc(...words) {
   }
 }
 
-/** Films `vocc link` with these words and makes a film of it, as cameras give it. */
+/** Films `vocc link` with these arguments and encodes a film as cameras do. */
 export function film(folder, fps, words, name = "film.y4m") {
   const frames = path.join(folder, `frames-${name}`);
   vocc("link", ...words, "--save", frames);
@@ -56,7 +56,7 @@ export function film(folder, fps, words, name = "film.y4m") {
 }
 
 /**
- * Opens the page. It ends with the test, and the test fails where the page has asked for anything, or has complained.
+ * Opens the page. It closes with the test. The test fails if the page has requested anything or reported an error.
  * @param {{address?: string, flags?: string[], context?: object}} how
  */
 export async function open(t, { address = "", flags = [], context = {} } = {}) {
@@ -80,7 +80,7 @@ export async function open(t, { address = "", flags = [], context = {} } = {}) {
   return page;
 }
 
-/** Asks the page's simulator; the bytes of the answer come as an array. */
+/** Sends a request to the page's simulator; the bytes of the answer come as an array. */
 export async function ask(page, request, bytes) {
   return page.evaluate(async ([request, bytes]) => {
     const given = bytes && new Uint8Array(bytes);
@@ -89,7 +89,7 @@ export async function ask(page, request, bytes) {
   }, [request, bytes && Array.from(bytes)]);
 }
 
-/** The text of an element, once it fits. */
+/** The text of an element, once it matches. */
 export async function textOf(page, selector, pattern) {
   const element = page.locator(selector);
   await page.waitForFunction(

@@ -1,4 +1,4 @@
-// Each mode does what it says.
+// Each mode works as described.
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
@@ -38,7 +38,7 @@ test("explore: each camera films the scene, with as many symbols a frame", async
   await textOf(page, "#numbers", /30 frames\/s.*27 a second/);
   await page.waitForFunction(() => location.hash.includes("scene=night") && location.hash.includes("camera.focal_length_mm=3.04"));
   assert.match(await page.inputValue("#command"), /render night .*--set camera\.frame_rate_hz=30 /);
-  // Whoever opens that address sees which camera it is.
+  // Another page with this address has the same camera.
   const another = await open(t, { address: new URL(page.url()).hash });
   await another.waitForFunction(() => document.querySelector("#camera").value === "phone");
   assert.equal(await another.textContent("#other-keys"), "");
@@ -133,7 +133,7 @@ test("receive: the webcam films a panel, and the text appears", async (t) => {
   await page.click("#webcam");
   await textOf(page, "#texts", new RegExp(TEXT));
   assert.equal(await page.inputValue("#command"), "vocc receive recording.mp4 --fps 30 --symbol-rate 27");
-  // Who goes elsewhere is not filmed any longer.
+  // Leaving the mode stops the camera.
   await page.evaluate(() => {
     const open = navigator.mediaDevices.getUserMedia.bind(navigator.mediaDevices);
     navigator.mediaDevices.getUserMedia = async (wanted) => (window.filming = await open(wanted));

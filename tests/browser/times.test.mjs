@@ -1,4 +1,4 @@
-// How fast the page is, beside the program: only where it is asked for (tests/tools/page --times).
+// Compares the page's speed with the program's, only on request (tests/tools/page --times).
 
 import test from "node:test";
 import { execFileSync } from "node:child_process";
@@ -11,7 +11,7 @@ const TURNS = 5;
 
 const median = (values) => values.toSorted((a, b) => a - b)[Math.floor(values.length / 2)];
 
-/** Frames a second that are shown while each picture of the screen moves a slider. */
+/** Frames a second that are shown while a slider moves with each picture of the screen. */
 async function whileMoving(page) {
   return page.evaluate(() => new Promise((done) => {
     const slider = document.querySelector("#sliders input[type=range]");
@@ -32,13 +32,13 @@ async function whileMoving(page) {
   }));
 }
 
-/** Milliseconds for so many frames by the program, on one thread. */
+/** Milliseconds for this many frames with the program, on one thread. */
 function native(frames, detector) {
   const words = ["evaluate", "day", "--frames", frames, "--detector", detector, "--threads", 1, "--json"].map(String);
   return 1000 * JSON.parse(execFileSync(VOCC, words, { encoding: "utf8" })).seconds;
 }
 
-/** The same by the page. */
+/** Milliseconds for the same frames with the page. */
 async function browser(page, frames, detector) {
   await ask(page, { do: "count", scene: { name: "day", set: [] }, detector });
   return (await ask(page, { do: "count_on", frames })).answer.ms;

@@ -1,15 +1,15 @@
-//! Channels between a framer and a deframer, for tests and examples: seeded, and the same on every machine.
+//! Channels between a framer and a deframer, for tests and examples: seeded, and identical on every machine.
 
 use link::framing::Framer;
 use link::panel::{LLR_STEP, Llr, PanelFrame, SoftPanel};
 use link::scramble::split_mix64;
 
-/// What happens to each LED.
+/// The channel's effect on each LED.
 #[derive(Clone, Copy, Debug)]
 pub enum Channel {
-    /// Hard decisions: each LED is read wrongly with this probability; all readings are equally sure.
+    /// Hard decisions: each LED is read wrongly with this probability, and all readings are equally certain.
     Bsc(f64),
-    /// Soft decisions in white Gaussian noise, so strong that hard ones would be wrong with this probability.
+    /// Soft decisions in white Gaussian noise for which hard decisions would be wrong with this probability.
     Awgn(f64),
 }
 
@@ -43,7 +43,7 @@ fn quantised(llr: f64) -> Llr {
     (llr / f64::from(LLR_STEP)).round().clamp(-127.0, 127.0) as Llr
 }
 
-/// The noise beside levels of ±1 of which a fraction `p` falls on the wrong side of 0: Q(1/σ) = p.
+/// The standard deviation of the noise on levels of ±1 of which a fraction `p` is on the wrong side of 0: Q(1/σ) = p.
 fn sigma_of(p: f64) -> f64 {
     let (mut low, mut high) = (0.01, 100.0);
     for _ in 0..60 {
@@ -67,7 +67,7 @@ impl Noise {
         split_mix64(self.0)
     }
 
-    /// Uniform in 0 to 1, 1 left out.
+    /// Uniform in 0 to 1, without 1.
     pub fn uniform(&mut self) -> f64 {
         (self.word() >> 11) as f64 / (1_u64 << 53) as f64
     }

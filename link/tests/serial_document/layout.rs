@@ -1,4 +1,4 @@
-//! The layout of the messages, once as their types give it and once as the document shows it: line by line the same words.
+//! The layout of the messages, from their types and from the document: both must have the same words line by line.
 
 use std::slice::SliceIndex;
 
@@ -7,12 +7,12 @@ use postcard_schema::Schema;
 use postcard_schema::schema::{DataModelType as Type, DataModelVariant as Variant, NamedType, NamedValue, NamedVariant};
 use pulldown_cmark::{Event, Parser, Tag, TagEnd};
 
-/// Messages that every program of this version knows, from 0 on. Others were added later.
+/// The number of messages that every program of this version knows, from 0 on. Others were added later.
 const REQUESTS: usize = 12;
 const ANSWERS: usize = 8;
 const REFUSALS: usize = 11;
 
-/// The layout by the types: each message that every program knows, then what messages are made of.
+/// The layout from the types: each message that every program knows, then the parts of messages.
 pub fn by_the_types() -> Vec<String> {
     [
         message::<Request<'_>>("request", ..REQUESTS),
@@ -29,7 +29,7 @@ pub fn by_the_types() -> Vec<String> {
     .concat()
 }
 
-/// The layout of the messages that were added later, by the types.
+/// The layout of the later messages, from the types.
 pub fn added_by_the_types() -> Vec<String> {
     [
         message::<Request<'_>>("request", REQUESTS..),
@@ -40,7 +40,7 @@ pub fn added_by_the_types() -> Vec<String> {
     .concat()
 }
 
-/// The texts of the layout in the document: what every program knows, and what was added later.
+/// The texts of the layout in the document: the messages that every program knows, and the later ones.
 pub fn shown(document: &str) -> [&str; 2] {
     let blocks = Parser::new(document).into_offset_iter();
     let texts = blocks.scan(false, |inside, (event, at)| {
@@ -79,7 +79,7 @@ fn plain(line: &str) -> String {
         kept += part.split_once(')').expect("notes end").1;
     }
     if kept.starts_with(' ') {
-        // What a value stands for.
+        // The explanation of a value.
         kept.truncate(kept.find(": ").unwrap_or(kept.len()));
     }
     let words: Vec<&str> = kept.split_whitespace().collect();
@@ -140,7 +140,7 @@ fn fields(members: &[&NamedValue]) -> String {
     words.join(", ")
 }
 
-/// Name and type; once where they are the same word. A unit that the document gives in a note is no part of the name.
+/// Name and type, or one word if they are equal. A unit that the document gives in a note is not part of the name.
 fn field(member: &NamedValue) -> String {
     let name = member.name.trim_end_matches("_cd_m2");
     let (name, kind) = (name.trim_end_matches("_lx"), type_word(member.ty));

@@ -1,4 +1,4 @@
-//! `docs/serial.md` shows the messages' layout and examples to the byte: both must be those of the code.
+//! The layout and the examples in `docs/serial.md` must equal those of the code, byte for byte.
 
 mod layout;
 
@@ -51,7 +51,7 @@ fn hex(bytes: &[u8]) -> String {
     lines.join("\n        ")
 }
 
-/// COBS undone, by its description.
+/// Decodes COBS according to its description.
 fn unstuffed(wire: &[u8]) -> Vec<u8> {
     let mut frame = Vec::new();
     let mut rest = &wire[1..wire.len() - 1];
@@ -66,7 +66,7 @@ fn unstuffed(wire: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// An example as the document shows it.
+/// An example in the document's format.
 fn example(kind: Kind, sequence: u32, name: &str, message: &impl serde::Serialize) -> String {
     let mut place = [0; wire_length(REQUEST_FRAME_MAX)];
     let wire = encode(kind, sequence, message, &mut place).expect("it fits");

@@ -9,9 +9,9 @@ const SEED: u64 = 1;
 const DIAMETER_M: f64 = 0.03;
 const PIXEL_M: f64 = 6.875e-6;
 const BACKGROUND_REFLECTANCE: f64 = 0.18;
-/// Samples of a pixel on either axis.
+/// Samples per pixel along each axis.
 const SAMPLES: usize = 8;
-/// Pixels around the 8 × 8 pitches, in pitches.
+/// Margin around the 8 × 8 pitches, in pitches.
 const RIM: f64 = 0.75;
 
 /// A random panel.
@@ -21,7 +21,7 @@ pub struct Scene {
     pub first_px: [f64; 2],
     pub pitch_px: f64,
     pub radius_px: f64,
-    /// Pixels of a side.
+    /// Side of the frame in pixels.
     pub side: usize,
     /// Linear value of an Off LED.
     off: f64,
@@ -29,7 +29,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// Bits, phase and reflectance of frame `frame`.
+    /// The random bits, phase and reflectance of frame `frame`.
     pub fn random(reading: &Interpretation, interval: f64, distance_m: f64, frame: u64) -> Self {
         let mut random = stream(SEED, frame, Purpose::Phase);
         let px = reading.focal_mm * 1e-3 / PIXEL_M / distance_m;
@@ -50,7 +50,7 @@ impl Scene {
         }
     }
 
-    /// The coverage of the pixels by all LEDs and by the On ones, blurred if the blur comes first.
+    /// The share of each pixel that all LEDs cover, and that On LEDs cover, blurred if the blur comes first.
     pub fn light(&self, reading: &Interpretation) -> Light<'_> {
         let (mut all, mut on) = (vec![0.0; self.side * self.side], vec![0.0; self.side * self.side]);
         for led in 0..64 {
@@ -88,10 +88,10 @@ impl Scene {
         }
     }
 
-    /// Blurred along rows and columns, the rim continued.
+    /// Blurs along rows and columns; the edge pixels are repeated outside.
     fn blurred(&self, image: &[f64]) -> Vec<f64> {
         let (side, reach) = (self.side, self.blur.len() / 2);
-        // Twice: blur the rows and write them as columns.
+        // Twice: blurs the rows and writes them as columns.
         (0..2).fold(image.to_vec(), |image, _| {
             let mut turned = vec![0.0; side * side];
             for (y, row) in image.chunks_exact(side).enumerate() {
@@ -124,7 +124,7 @@ fn kernel(blur: Blur, distance_m: f64) -> Vec<f64> {
     weights.iter().map(|weight| weight / sum).collect()
 }
 
-/// How much of each pixel LEDs cover.
+/// The share of each pixel that LEDs cover.
 pub struct Light<'a> {
     scene: &'a Scene,
     all: Vec<f64>,

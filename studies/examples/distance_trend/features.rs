@@ -16,7 +16,7 @@ pub fn measure(reading: &Interpretation, scene: &Scene, grey: &[f64]) -> [[f64; 
     for y in 1..side - 1 {
         for x in 1..side - 1 {
             let Some(cell) = cell_of(x, y) else { continue };
-            // Beyond its cell a gradient sees the pixel itself, where it is to stop there.
+            // If the gradient stops at the cell's border, a pixel outside counts as equal to the pixel itself.
             let at = |nx: usize, ny: usize| {
                 let own = reading.gradient_within_cell && cell_of(nx, ny) != Some(cell);
                 if own { grey[y * side + x] } else { grey[ny * side + nx] }

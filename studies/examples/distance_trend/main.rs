@@ -1,9 +1,10 @@
-//! Is the best L2A higher at short distances, as Do & Yoo 2020 report with their figure 21? Under which reading of their paper?
+//! Tests whether the best L2A is higher at short distances, as Do & Yoo 2020 report in their figure 21, and under which reading of their
+//! paper.
 //!
-//! `cargo run --release -p vocc-studies --example distance_trend [FRAMES]` draws FRAMES frames (60 without it) at each interval and
-//! distance in the ways of [`reading::READINGS`], on whole pixels so that each step can be done otherwise, judges
-//! them in the ways of [`statistic::STATISTICS`], and prints the best L2A at 30, 50 and 70 m for each interval. Nothing of the
-//! simulator's renderer is used, so that the first line is a check of it too.
+//! `cargo run --release -p vocc-studies --example distance_trend [FRAMES]` draws FRAMES frames (by default 60) at each interval and
+//! distance for each of [`reading::READINGS`], on whole pixels so that each step can be varied. It evaluates them with each of
+//! [`statistic::STATISTICS`], and prints the best L2A at 30, 50 and 70 m for each interval. It does not use the simulator's renderer, so
+//! that its first line is also a check of the renderer.
 
 mod drawing;
 mod features;
@@ -86,13 +87,13 @@ fn best(clouds: &[Vec<Vec<Clouds>>], statistic: fn(&Clouds) -> f64) -> Vec<[f64;
     clouds.iter().map(|row| std::array::from_fn(|k| of(&row[k]))).collect()
 }
 
-/// Whether the best ratio is higher at 30 than at 70 m, and at 50 m not beyond either. Two that are both at the end of the range
-/// cannot be told apart.
+/// Whether the best ratio is higher at 30 than at 70 m, and its value at 50 m lies in between. Two ratios that are both at the end of the
+/// range are indistinguishable.
 fn is_higher_near(&[near, middle, far]: &[f64; 3]) -> bool {
     near >= middle && middle >= far && near > far + TELLABLE
 }
 
-/// Differences below this may be chance.
+/// Smaller differences may be chance.
 const TELLABLE: f64 = 0.1;
 
 fn row(best: &[[f64; 3]]) -> String {

@@ -1,4 +1,4 @@
-//! How far On and Off features lie apart, in several ways.
+//! Measures of the distance between On and Off features.
 
 use studies::statistics::{Distinguishability, Moments};
 
@@ -12,7 +12,7 @@ pub struct Clouds {
 }
 
 impl Clouds {
-    /// Takes a frame.
+    /// Adds a frame.
     pub fn push(&mut self, features: &[[f64; 2]; 64], bits: u64) {
         let (mut on, mut off) = (Moments::default(), Moments::default());
         for (led, &feature) in features.iter().enumerate() {
@@ -39,10 +39,10 @@ impl Clouds {
     }
 }
 
-/// A statistic to be as great as can be.
+/// A statistic to be maximised.
 type Statistic = fn(&Clouds) -> f64;
 
-/// All of them; the first is the simulator's.
+/// All statistics; the first is the simulator's.
 pub const STATISTICS: [(&str, Statistic); 7] = [
     ("frames pooled", |clouds| clouds.scaled([1.0, 1.0])),
     ("GRI of grey 0 to 1", |clouds| clouds.scaled([1.0, 1.0 / 255.0])),
