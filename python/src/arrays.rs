@@ -26,7 +26,7 @@ pub enum Image<'py> {
     Colour(PyReadonlyArray3<'py, u8>),
     /// Up to 16 bits.
     Deep(PyReadonlyArray2<'py, u16>),
-    /// Linear light, relative to a grey card.
+    /// Linear light, 1 at a grey card.
     Light(PyReadonlyArray2<'py, f32>),
 }
 

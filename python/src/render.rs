@@ -42,8 +42,8 @@ impl Renderer {
         Ok(Self { renderer, region })
     }
 
-    /// One frame, of shape (height, width): the camera's uint8 grey levels or, with `linear`, float32 light (float64 at level "reference")
-    /// relative to a grey card, without noise.
+    /// One frame, of shape (height, width): the camera's uint8 grey levels or, with `linear`, float32 light (float64 at level "reference"),
+    /// 1 at a grey card, without noise.
     ///
     /// `bits` are the first panel's: an int (bit 8*row + column), 16 hexadecimal digits or a bool array of shape (8, 8); by default, they
     /// are random by `seed` and `frame`. `frame` is the number of the frame, which determines its time and its random numbers.
@@ -140,7 +140,7 @@ fn picture<'py, T: numpy::Element>(py: Python<'py>, shape: (usize, usize), value
 /// Draws one camera frame of a scene, of shape (height, width), bit for bit as `vocc render` does. For many frames of one scene, use
 /// Renderer or frames.
 ///
-/// The frame has uint8 grey levels or, with `linear`, float32 light (float64 at level "reference") relative to a grey card, without noise.
+/// The frame has uint8 grey levels or, with `linear`, float32 light (float64 at level "reference"), 1 at a grey card, without noise.
 /// `bits` are the first panel's: an int, 16 hexadecimal digits or a bool array of shape (8, 8); by default, they are random by `seed` and
 /// `frame`. `crop` draws the first panel's surroundings instead of the whole sensor.
 ///

@@ -9,7 +9,7 @@ use sim::scene::Scene;
 const SEED: u64 = 5;
 const DRAWS: usize = 1 << 19;
 
-/// Cameras from ISO 100 to 32 000, without and with much read noise, with many and with few electrons.
+/// Cameras in 50 to 20 000 lx, which is ISO 32 000 to 100, without and with much read noise, with many and with few electrons.
 const CAMERAS: [[&str; 3]; 8] = [
     ["ambient.illuminance_lx=20000", "camera.read_noise_e=3", ""],
     ["ambient.illuminance_lx=4000", "camera.read_noise_e=0", ""],

@@ -15,8 +15,8 @@ const ON: f32 = 0.6;
 /// Maximum number of the other places that look On (count).
 const OFF: u32 = 1;
 
-/// Minimum contrast of the coarser lattice's LEDs relative to the finer's: twice or more if there are no LEDs between them, equal if those
-/// are Off.
+/// Minimum contrast of the coarser lattice's LEDs relative to the finer's. The ratio is at least 2 if there are no LEDs in between, and 1
+/// if there are, but Off.
 const STANDS_OUT: f32 = 1.5;
 
 /// A coarser lattice, and one place of the finer lattice that is an LED.

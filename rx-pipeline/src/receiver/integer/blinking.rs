@@ -26,7 +26,7 @@ const MOST_FRAMES: u32 = 30;
 const SETTLING_FRAMES: u32 = 3;
 /// Smallest difference that counts as a change, in grey levels.
 const LEAST_CHANGE: u8 = 14;
-/// Smallest difference that counts as a change, relative to the mean change of all pixels, which is noise.
+/// A change must also exceed the mean change of all pixels, which is noise, by this factor.
 const OVER_NOISE: u32 = 4;
 /// Minimum number of LEDs that blink; the others may be broken, or may not have changed yet.
 const LEAST_LEDS: usize = 60;

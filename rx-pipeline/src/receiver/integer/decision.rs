@@ -9,13 +9,13 @@ use link::panel::{LEDS, LLR_STEP, SoftPanel};
 pub const FEATURE_ERROR_GREY: f64 = 0.5;
 /// Maximum number of rounds of clustering.
 const ROUNDS: usize = 8;
-/// Minimum difference of the groups' means.
+/// Minimum difference of the groups' means, in units of a sample: six grey levels.
 const LEAST_CONTRAST: i32 = 6 * GREY;
 /// Minimum distance of two valid groups: noise gives 7, evenly spread light 12.
 const LEAST_DISTANCE: u32 = 16;
 /// Steps of a soft value per nat.
 const STEPS_PER_NAT: i64 = (1.0 / LLR_STEP) as i64;
-/// The contrast divided by the smallest deviation within a group: groups of 64 cells cannot show a smaller one.
+/// The contrast divided by the smallest assumed deviation within a group, which is 1/16: groups of 64 cells cannot show a smaller one.
 const LEAST_DEVIATION: i64 = 16;
 /// The greatest soft value.
 const MOST: i64 = 127;
