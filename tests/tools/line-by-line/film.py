@@ -35,7 +35,7 @@ def discs(centres, pitch, sigma, size):
             across = np.exp(-0.5 * (columns - x - dx) ** 2 / variance)
             down = np.exp(-0.5 * (rows - y - dy) ** 2 / variance)
             image += np.outer(down, across)
-        # A disc wider than the blur is as bright as its surface, a narrower one loses light to its surroundings.
+        # A disc that is wider than the blur is as bright as its surface; a narrower one loses light to its surroundings.
         yield top, left, image * (np.pi * radius**2) / (len(points) * 2 * np.pi * variance)
 
 

@@ -9,7 +9,7 @@ from evaluate import evaluate_deceivers, evaluate_films, evaluate_pictures, reli
 from film import draw_film
 from single import draw_single
 
-# What is told of a film when it is drawn.
+# Printed for each film when it is drawn.
 TOLD = ("distance", "pitch", "psf", "curve", "course", "storage", "clearness")
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 

@@ -12,7 +12,7 @@ from sensor import CURVES, Sensor
 SIZE = (1280, 720)
 # Points of a drawing along a pixel's side.
 FINE = 3
-# The light of a lamp that is On, beside that of a grey card.
+# The light of a lamp that is On, relative to that of a grey card.
 LAMP = (4.0, 25.0)
 
 

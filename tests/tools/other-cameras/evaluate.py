@@ -5,7 +5,7 @@ import subprocess
 
 import numpy as np
 
-# Frames whose exposure holds more than that share of the next symbol do not show their own.
+# A frame whose exposure contains more than this share of the next symbol does not show its own symbol.
 MIXED = 0.02
 
 

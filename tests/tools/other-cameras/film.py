@@ -16,13 +16,13 @@ from surroundings import photographs as listed
 
 FPS = 100.0
 EXPOSURE_S = 0.001
-# How much of the LEDs' light each channel takes in: that of a camera for grey, and red LEDs before a camera for colours.
+# The share of the LEDs' light in each channel: for grey that of a camera, for colours that of red LEDs.
 GREY = (1.0,)
 RED = (1.0, 0.3, 0.1)
 TINTS = {"bayer": RED, "rgb": RED}
 USUAL_QUALITY = {"jpg": 90, "h264": 23, "h265": 23}
 MESSAGE = "Lane closed ahead"
-# Panels of the message: a film shows it at least twice and a bit.
+# Panels of the message; a film shows it a little more than twice.
 PANELS = 10
 
 
@@ -35,7 +35,7 @@ def symbols(vocc, count):
 def draw_clock(random):
     """Symbol rate, its fault, the phase of the first frame in symbols, and the share of frames that the camera loses."""
     rate = float(random.choice([30, 45, 60, 75, 90, 90.909, 99, 100, 100, 100]))
-    # At equal rates the phase stands: it must not stand at a change.
+    # At equal rates the phase is constant, and must not be at a change.
     phase = random.uniform(0.05, 0.85) if rate > 98 else random.uniform(0, 1)
     return {
         "symbol_rate": rate,
@@ -94,7 +94,7 @@ def draw_film(seed, folder, photographs, vocc, size, storage=None):
     kind, course = draw_course(random)
     count = max(32, math.ceil(2.3 * PANELS * FPS / clock["symbol_rate"]))
     if course["growth"] > 1:
-        # The film ends with the panel as near as was drawn.
+        # At the end of the film, the panel is as near as was drawn.
         begins = setting.pose.distance_m * course["growth"] ** (count - 1)
         farthest = panel.FOCAL_PX * setting.pose.pitch_m / max(1.5, setting.lens["width_px"] / SOFTEST)
         course["growth"] = min(course["growth"], max(1.0, (min(begins, farthest, 80) / setting.pose.distance_m) ** (1 / (count - 1))))

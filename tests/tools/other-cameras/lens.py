@@ -7,9 +7,9 @@ import galsim
 import numpy as np
 from scipy.signal import fftconvolve
 
-# Below any defocus or motion there is still a lens.
+# The lens's own blur, without defocus or motion.
 SHARPEST_PX = 0.45
-# Pixels on which the widths are measured, per pixel of the camera.
+# Fine pixels per camera pixel, on which the widths are measured.
 FINE = 4
 
 

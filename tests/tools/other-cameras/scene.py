@@ -13,9 +13,10 @@ from sensor import CURVES, Sensor
 
 # Reflectance of the card that has light 1.
 CARD = 0.18
-# LEDs closer than this many standard deviations of the blur run into each other beyond what anyone reads.
+# LEDs closer than this many standard deviations of the blur overlap so much that no receiver reads them.
 SOFTEST = 0.5
-# Half the distance of On and Off over the noise, if the camera is known and the light inverted: below it a set tells nothing of receivers.
+# Minimum of half the distance of On and Off relative to the noise, if the camera is known and the light inverted: below it, a set says
+# nothing about receivers.
 CLEAREST_ERROR = 3.3
 
 
@@ -211,7 +212,7 @@ def region_of_leds(scene):
     for column, (box, stamp) in zip(columns, boxes):
         column[box[0].start - top : box[0].stop - top, box[1].start - left : box[1].stop - left] = stamp
     region = scene.light(np.full(64, 0.5))[top:bottom, left:right]
-    # Pixels of large panels tell much the same.
+    # The pixels of large panels are redundant.
     step = max(1, (right - left) // 100)
     return columns[:, ::step, ::step].reshape(64, -1) * step, region[::step, ::step].ravel()
 

@@ -7,7 +7,7 @@ from scipy.ndimage import gaussian_filter
 
 # Electrons of a pixel that saturates at ISO 100.
 FULL_WELL = 20_000
-# A shoulder holds lights of up to so many times what it shows as white otherwise.
+# With a shoulder, the maximum light relative to the light that is white without one.
 HEADROOM = 4.0
 
 

@@ -11,7 +11,7 @@ from film import as_shares, summary
 from scene import Scene, draw_setting, expose_setting
 from surroundings import photographs as listed
 
-# A picture counts where the panel's contrast to its neighbourhood is above so many times the noise.
+# A picture counts if the panel's contrast to its neighbourhood exceeds this multiple of the noise.
 CONTRAST = 3.0
 
 
