@@ -29,7 +29,7 @@ pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
 /// written in place.
 ///
 /// # Errors
-/// Those of `write`, and if not every byte can be written; the previous file is then unchanged.
+/// Errors of `write`, and an error if not every byte can be written; the previous file is then unchanged.
 pub fn write_with(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> anyhow::Result<()> {
     write_to(path, write).with_context(|| format!("cannot write {}", path.display()))
 }
@@ -382,7 +382,7 @@ mod tests {
         assert_eq!(names(folder.path()), ["more"]);
         assert_eq!(std::fs::read(&paths[1]).expect("there"), b"mine");
         std::fs::remove_file(&paths[1]).expect("removed");
-        // What fails at the last one takes the others with it.
+        // A failure at the last file removes the others, too.
         #[cfg(unix)]
         {
             let lost = folder.path().join("lost");

@@ -80,7 +80,7 @@ impl Place {
     /// Calls `write` on the file.
     ///
     /// # Errors
-    /// Those of `write`, and if another run has written the file since this run last did: its work would be lost.
+    /// Errors of `write`, and an error if another run has written the file since this run last did, because its work would be lost.
     pub fn keep(&self, write: impl FnOnce(&Path) -> anyhow::Result<()>) -> anyhow::Result<()> {
         let now = stamp(&self.path);
         ensure!(

@@ -38,12 +38,13 @@ mod key;
 /// Bytes that an answer may take on the wire.
 pub const ANSWER_MAX: usize = wire_length(ANSWER_FRAME_MAX);
 
-/// What the service acts on: a [`Transmitter`], or a board that shares its own with interrupts, with a lock around each call.
+/// The transmitter that the service controls: a [`Transmitter`], or a board that shares its own with interrupts, with a lock around each
+/// call.
 pub trait Device {
     /// The transmitter's LEDs.
     type Matrix: LedMatrix;
 
-    /// What is read of the transmitter.
+    /// Reads from the transmitter.
     fn read<R>(&self, read: impl FnOnce(&Transmitter<Self::Matrix>) -> R) -> R;
 
     /// Changes the transmitter.
@@ -62,7 +63,7 @@ impl<M: LedMatrix> Device for Transmitter<M> {
     }
 }
 
-/// Who a transmitter says it is.
+/// The identity that a transmitter reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// Version of the firmware; the first 32 bytes count.
@@ -116,7 +117,7 @@ pub struct Service {
     conversation: Conversation,
 }
 
-/// What a service remembers from one request to the next.
+/// The state of a service between requests.
 #[derive(Debug)]
 struct Conversation {
     staging: Option<Staging>,
@@ -279,7 +280,7 @@ impl Conversation {
 
     fn commit(&mut self, crc: u32, device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
         let Some(staging) = &self.staging else {
-            // The same commit again has lost its answer; another port may have put another table in its place since.
+            // This may repeat a commit whose answer was lost; meanwhile another port may have replaced the table.
             let is_in_use =
                 |transmitter: &Transmitter<_>| transmitter.table().crc() == crc && !transmitter.faults().contains(Faults::NO_TABLE);
             return if device.read(is_in_use) {
@@ -306,7 +307,7 @@ impl Conversation {
         if self.message != Some(sequence) {
             let repeats = repeats.map_or(Repeats::Forever, Repeats::Times);
             let code = Code::for_length(message.len());
-            // What cannot be shown takes no counter. What is shown goes on while the message is signed.
+            // A message that cannot be shown uses no counter. The present message continues while the new one is signed.
             let is_possible = (1..=MESSAGE_MAX).contains(&message.len());
             let signature = if is_possible { memory.sign(message)? } else { None };
             let sent = device.change(|transmitter| match signature {

@@ -45,7 +45,7 @@ fn timing(number: u16) -> SymbolTiming {
     SymbolTiming::new(rate, waveform).expect("a carrier that can be latched")
 }
 
-/// What is kept and changes: its values by number, and the way into the store and out.
+/// A stored value that changes: its values by number, and how to save and load it.
 trait Storable: Sized + PartialEq + std::fmt::Debug {
     fn numbered(number: u16) -> Self;
     fn save<const WRITE: usize>(&self, store: &mut Store<Flash<WRITE>>) -> Result<(), StoreError>;
@@ -214,7 +214,7 @@ fn it_does_so_whatever_the_flashs_words_are() {
     }
 }
 
-/// What is kept, as a transmitter finds it when it starts.
+/// The contents of the store, as a transmitter finds them when it starts.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct StoreContents {
     table: Option<L2aTable>,

@@ -68,7 +68,7 @@ impl Memory for Unsteady {
     }
 }
 
-/// What has come of the frames.
+/// Counts over the frames.
 #[derive(Debug, Default)]
 struct Tally {
     frames: u64,

@@ -127,7 +127,7 @@ fn what_is_being_shown_ends_when_another_key_or_none_signs() {
     write_key(&mut bench, seed(1), 7);
     assert!(!is_sending(&mut bench));
     send(&mut bench, b"ice");
-    // The same key once more.
+    // The same key again.
     bench.expect(
         &Request::WriteKey {
             seed: Seed(&seed(1)),
@@ -185,7 +185,7 @@ fn the_counter_of_a_key_never_goes_back() {
         send(&mut bench, b"ice");
         assert_eq!(shown(&mut bench, 60).expect("a signed message").1.counter, counter);
     }
-    // The same key again, as a request whose answer was lost, or from a computer whose clock is wrong.
+    // The same key again, because an answer was lost, or from a computer with a wrong clock.
     let again = |counter| Request::WriteKey {
         seed: Seed(Box::leak(Box::new(seed(1)))),
         counter,
@@ -407,7 +407,7 @@ fn counters_that_leave_no_room_are_refused() {
     assert_eq!(signed(&mut store).counter, u32::MAX - RESERVED);
 }
 
-/// Whatever is asked, and printed of what was asked and of who was asked.
+/// Neither answers nor debug output of requests and transmitter contain the key.
 #[test]
 fn a_key_is_never_read_back() {
     let mut bench = Bench::new();

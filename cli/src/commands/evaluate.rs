@@ -108,7 +108,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     });
     let seconds = started.elapsed().as_secs_f64();
     drop(progress);
-    // What cannot be kept is at least printed.
+    // Results that cannot be stored are at least printed.
     if done.is_ok() || results.chunks_of(0) > 0 {
         output::evaluation(&results, Some(seconds), shared.json)?;
     }

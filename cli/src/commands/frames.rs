@@ -285,12 +285,12 @@ fn check_archive(path: &Path, arrays: &[Array]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Makes the folder, in which no other frames may be, and holds it.
+/// Creates the folder, which must have no other frames, and locks it.
 fn prepare_folder(folder: &Path) -> anyhow::Result<Option<std::fs::File>> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let held = outputs::hold(folder)?;
     outputs::check_recording(folder)?;
-    // Those of other options, too: a detector's bits of an earlier run are not of these frames.
+    // Files of other options count, too: a detector's bits from an earlier run do not belong to these frames.
     let names = NAMES
         .map(|name| format!("{name}.npy"))
         .into_iter()
@@ -334,7 +334,7 @@ fn arrays(source: &FrameSource, count: u64) -> Vec<Array> {
     arrays
 }
 
-/// What frames add to each array of [`arrays`] but the first.
+/// The bytes that frames add to each array of [`arrays`] except the first.
 fn bytes_of(frames: &[LabelledFrame], labels: Labels) -> Vec<Vec<u8>> {
     let panels = |bits: fn(&LabelledFrame) -> Option<PanelFrame>| {
         let panels = frames.iter().filter_map(bits);

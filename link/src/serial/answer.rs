@@ -62,7 +62,7 @@ pub enum Answer<'a> {
         /// The counter of its next signature, or, after a restart, a greater one; 0 without a key.
         counter: u32,
     },
-    /// What the light sensor read last.
+    /// The last readings of the light sensor.
     Sensor {
         /// In the range that suits most light.
         operating: SensorReading,
@@ -71,7 +71,7 @@ pub enum Answer<'a> {
     },
 }
 
-/// What a light sensor read last in one of its ranges.
+/// The last reading of a light sensor in one of its ranges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
 pub enum SensorReading {
     /// It was not read in this range yet.

@@ -120,7 +120,7 @@ pub enum Request<'a> {
         /// For how long, ms, unless another test panel comes before; 0 ends a test at once.
         time_ms: u16,
     },
-    /// What the light sensor read last, in each of its ranges. Answered by [`Answer::Sensor`](super::Answer::Sensor). Added later: an older
-    /// transmitter refuses it as unknown.
+    /// Requests the last reading of the light sensor in each of its ranges. Answered by [`Answer::Sensor`](super::Answer::Sensor). Added
+    /// later: an older transmitter refuses it as unknown.
     ReadSensor,
 }

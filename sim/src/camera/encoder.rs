@@ -3,7 +3,7 @@
 use super::curve::Curve;
 use super::grey::{BRIGHTEST, DARKEST, GammaEncoder, rounded, visible};
 
-/// What [`Encoder`] may differ from [`Curve::unrounded`] before it rounds, in grey levels.
+/// Maximum difference of [`Encoder`] from [`Curve::unrounded`] before rounding, in grey levels.
 pub const CURVE_ERROR_GREY: f64 = 5e-4;
 
 /// Encodes whole rows of f32 linear values.
@@ -42,7 +42,7 @@ pub struct CurveTable {
     levels: Vec<f32>,
 }
 
-/// Of the 23 bits of a float's fraction, those that tell where between two steps it lies: 2⁸ steps an octave.
+/// Of the 23 bits of a float's fraction, those that give the position between two steps: there are 2⁸ steps an octave.
 const FINE_BITS: u32 = 15;
 
 impl CurveTable {

@@ -45,17 +45,17 @@ pub struct Labels {
     pub reading: bool,
 }
 
-/// The truth about a frame, and what was measured of it.
+/// The truth about a frame, and its measurements.
 pub struct LabelledFrame {
-    /// What the panel showed in the middle of the exposure.
+    /// The panel's bits in the middle of the exposure.
     pub bits: PanelFrame,
     /// The centres of its corner LEDs in the picture: top left, top right, bottom right and bottom left, x and y in pixels.
     pub corners_px: [[f32; 2]; 4],
-    /// Whether the exposure is shared between two symbols.
+    /// Whether the exposure contains two symbols.
     pub across: bool,
-    /// The features of its cells, if they are wanted.
+    /// The features of its cells, if requested.
     pub features: Option<Box<Features>>,
-    /// What the evaluation's detector reads, if it is wanted.
+    /// The bits that the evaluation's detector reads, if requested.
     pub read: Option<PanelFrame>,
 }
 
@@ -63,7 +63,7 @@ pub struct LabelledFrame {
 pub struct FrameSource {
     evaluator: Evaluator,
     labels: Labels,
-    /// Those that threads have used and do not use now.
+    /// Workspaces that no thread is using at present.
     rooms: Mutex<Vec<Workspace>>,
 }
 
@@ -77,7 +77,7 @@ impl FrameSource {
         }
     }
 
-    /// Whose frames they are.
+    /// The evaluator whose frames these are.
     pub fn evaluator(&self) -> &Evaluator {
         &self.evaluator
     }
@@ -188,7 +188,7 @@ impl Tally {
         Ok(())
     }
 
-    /// What the frames add up to.
+    /// The evaluation of all frames.
     ///
     /// # Errors
     /// As [`Self::push`].

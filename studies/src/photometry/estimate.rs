@@ -29,12 +29,12 @@ impl Estimate {
         }
     }
 
-    /// The same with ends that are farther out by that part of the value.
+    /// The estimate with ends that are farther out by that part of the value.
     pub(super) fn widened(self, part: f64) -> Self {
         Self::about(self.value, (self.relative_reach() + part) * self.value.abs())
     }
 
-    /// The same for a non-negative number, farther out by at most that part if the encoding is off.
+    /// The estimate of a non-negative number, with doubt that moves its ends out by at most that part if the encoding is wrong.
     pub(super) fn doubted(self, part: f64) -> Self {
         let [low, high] = self.widened(part).interval_95;
         Self {

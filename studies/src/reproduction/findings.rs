@@ -50,11 +50,11 @@ impl std::fmt::Display for Task {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Finding {
-    /// Of [`Task::Point`].
+    /// The result of [`Task::Point`].
     Point(Batches),
-    /// Of [`Task::Optimum`].
+    /// The result of [`Task::Optimum`].
     Optimum(BestRatio),
-    /// Of [`Task::Errors`].
+    /// The result of [`Task::Errors`].
     Errors(Box<FrameErrors>),
 }
 

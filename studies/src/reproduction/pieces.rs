@@ -10,10 +10,10 @@ use crate::statistics::FrameErrors;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pieces {
-    /// Of [`super::Task::Point`].
+    /// Parts of [`super::Task::Point`].
     pub(super) batches: Vec<Sums>,
-    /// Of [`super::Task::Optimum`]: pieces of rounds in their order.
+    /// Parts of [`super::Task::Optimum`]: pieces of rounds in their order.
     pub(super) rounds: Vec<Vec<Evaluation>>,
-    /// Of [`super::Task::Errors`]: whole rounds.
+    /// Parts of [`super::Task::Errors`]: whole rounds.
     pub(super) errors: FrameErrors,
 }

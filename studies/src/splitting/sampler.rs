@@ -36,7 +36,7 @@ pub struct SplittingWorkspace {
 pub(super) type ScoredParticle = (Particle, f32);
 
 impl Sampler {
-    /// Of `scene`'s first panel.
+    /// A sampler of `scene`'s first panel.
     ///
     /// # Errors
     /// If the scene cannot be evaluated, or has no noise.

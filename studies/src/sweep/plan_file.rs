@@ -323,7 +323,7 @@ fn keyed<'a>(name: &str, table: &'a Table) -> Result<Vec<(String, &'a Value)>, P
     Ok(keyed)
 }
 
-/// The same as written.
+/// The values of nested tables, with their keys joined by dots, in the order of the file.
 fn flat(table: &Table) -> Vec<(String, &Value)> {
     let mut found = Vec::new();
     for (key, value) in table {

@@ -33,7 +33,7 @@ impl Scale {
         seed: 1,
     };
 
-    /// That share of `full`, at least `least`.
+    /// The scale's share of `full`, but at least `least`.
     pub(super) fn of(&self, full: usize, least: usize) -> usize {
         ((full as f64 * self.share) as usize).max(least)
     }

@@ -34,7 +34,7 @@ impl<'a> Steps<'a> {
     /// The saved result of a step, or that of `measure` now. Its name must be unique in the part.
     ///
     /// # Errors
-    /// Those of `measure`.
+    /// Errors of `measure`.
     pub(super) fn take<T: Serialize + DeserializeOwned>(
         &mut self,
         name: impl Into<String>,

@@ -12,7 +12,7 @@ use proptest::test_runner::{Config, FailurePersistence, FileFailurePersistence, 
 #[doc(hidden)]
 pub use proptest;
 
-/// What a file with properties imports.
+/// The imports of a file with properties.
 pub mod prelude {
     pub use crate::properties;
     pub use proptest::prelude::{
@@ -48,17 +48,17 @@ macro_rules! properties {
     };
 }
 
-/// Whether a test takes all its cases, however long that takes: where `VOCC_TEST_CASES` is `all`.
+/// Whether a test runs all its cases, however long that takes: if `VOCC_TEST_CASES` is `all`.
 pub fn all_cases() -> bool {
     std::env::var_os("VOCC_TEST_CASES").is_some_and(|cases| cases == "all")
 }
 
-/// How many cases a slow test takes: `few` in the gate, `all` on demand.
+/// The number of cases of a slow test: `few` in the gate, `all` on demand.
 pub fn cases(few: u32, all: u32) -> u32 {
     if all_cases() { all } else { few }
 }
 
-/// What [`properties!`] gives proptest for the test of that name.
+/// The configuration that [`properties!`] gives proptest for the test with that name.
 #[doc(hidden)]
 pub fn config(name: &str, cases: Option<u32>) -> Config {
     let mut config = Config {

@@ -63,7 +63,7 @@ pub struct Fate {
     pub read: usize,
     /// Readings that are off by at least 0.6 pitches.
     pub line_off: usize,
-    /// Those of them with a confidence above 90 %.
+    /// Such readings with a confidence above 90 %.
     pub surely: usize,
     /// Wrong bits in correctly located frames that show a single symbol.
     pub wrong_bits: usize,

@@ -74,13 +74,13 @@ impl<M: LedMatrix> Bench<M> {
         answers.remove(0)
     }
 
-    /// What the transmitter answers.
+    /// The transmitter's answer.
     pub fn ask<R>(&mut self, request: &Request<'_>, read: impl Fn(Answer<'_>) -> R) -> R {
         self.sequence += 1;
         self.repeat(request, read)
     }
 
-    /// What the transmitter answers to a request that comes with the number of the one before.
+    /// The transmitter's answer to a request with the sequence number of the last one.
     pub fn repeat<R>(&mut self, request: &Request<'_>, read: impl Fn(Answer<'_>) -> R) -> R {
         let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
         let wire = encode(Kind::Request, self.sequence, request, &mut wire).expect("it fits");
