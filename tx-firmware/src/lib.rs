@@ -55,6 +55,7 @@
 //! ```
 //!
 //! - [`transmitter`] ties them together: [`Transmitter`](transmitter::Transmitter) has one method for each timer.
+//! - [`light_sensor`] is the trait of light sensors, and polls one.
 //! - [`light_watch`] detects a sensor that is missing, stuck, saturated or silent, within a stated time.
 //! - [`ambient`] smooths readings: it follows dusk quickly, and ignores the flicker of lamps.
 //! - [`calibration`] holds the bench measurements of one panel, checked once at start-up.
@@ -100,6 +101,7 @@ pub mod ambient;
 pub mod calibration;
 pub mod dimming;
 pub mod drive;
+pub mod light_sensor;
 pub mod light_watch;
 pub mod matrix;
 pub mod max7219;

@@ -5,7 +5,7 @@
 //!
 //! | reading | is evidence |
 //! |---|---|
-//! | lux, from a register that changed within [`STUCK_MS`] | for that illuminance |
+//! | lux, from a register that changed within [`STUCK_MS`], from or to saturation too | for that illuminance |
 //! | 0 lux | for darkness, however often it comes: a panel that takes it for true is dim, hence safe |
 //! | lux, from a register that has not changed for longer | none: *stuck* |
 //! | saturated, and within [`CONFIRM_MS`] in the other range too | for daylight |
@@ -27,9 +27,10 @@
 //! [`STUCK_MS`] + [`HOLD_MS`] after its last change. To this comes the time between two calls of [`LightWatch::watch`].
 //!
 //! **The cross-check.** Steady light gives the same reading again and again, and so does a sensor that hangs. A measurement in another
-//! range, set by gain or integration time, distinguishes them, because a working sensor's register must then differ.
-//! [`LightWatch::next_range`] selects it: after a saturated reading, and after [`PROBE_MS`] without a change. A sensor that has one range
-//! only may pass anything that changes with each conversion as its `word`; its saturation is then never confirmed.
+//! range, set by gain or integration time, distinguishes them, because a working sensor's register must then differ. So no steady light is
+//! stuck, however bright, if the sensor meets [what its ranges have to be](crate::light_sensor). [`LightWatch::next_range`] selects the
+//! range: the other one after a saturated reading, and after [`PROBE_MS`] without a change. A sensor that has one range only may pass
+//! anything that changes with each conversion as its `word`; its saturation is then never confirmed.
 
 use fixed::types::I32F32;
 use link::serial::{Faults, Light};
@@ -204,6 +205,8 @@ impl LightWatch {
             LightSample::Missing => self.none(Faults::SENSOR_MISSING),
             LightSample::Saturated => {
                 self.next = opposite;
+                // A full register is another one than before, even if the other range then reads the same again.
+                self.word = None;
                 match self.saturated_ms[other] {
                     Some(then_ms) if since(then_ms) <= CONFIRM_MS => Evidence::Daylight,
                     _ => self.none(Faults::SENSOR_SATURATED),
@@ -411,6 +414,22 @@ mod tests {
             assert_ne!(evidence, Evidence::Daylight);
             if now_ms > 200 {
                 assert_eq!((watch.light(), watch.faults()), (Light::Measured, Faults::empty()));
+            }
+        }
+    }
+
+    #[test]
+    fn steady_light_that_saturates_one_range_alone_is_never_lost() {
+        let mut watch = LightWatch::new();
+        for now_ms in (100..60_000).step_by(100) {
+            let range = watch.next_range();
+            let sample = match range {
+                SensorRange::Operating => LightSample::Saturated,
+                SensorRange::CrossCheck => light(40_000),
+            };
+            watch.observe(now_ms, range, sample);
+            if now_ms > 200 {
+                assert_eq!((watch.light(), watch.faults()), (Light::Measured, Faults::empty()), "{now_ms} ms");
             }
         }
     }
