@@ -87,6 +87,65 @@ pub struct Pulses {
     pub low_current: bool,
 }
 
+/// A PWM on the LEDs' output enable, and a switch of their current.
+pub trait PulseOutput {
+    /// Sets the counts of a period and those for which it is lit. Until both are in effect, the light may be less than either, not more.
+    fn set_pulses(&mut self, lit: u16, period: u16);
+
+    /// Switches between the full and the low current.
+    fn set_full_current(&mut self, full: bool);
+
+    /// Waits until a period of this number of counts has ended.
+    fn wait_for_end(&mut self, period: u16);
+}
+
+/// Dims LEDs by the rule of the [module](self).
+#[derive(Debug)]
+pub struct Dimmer<O> {
+    output: O,
+    drive: Drive,
+    shown: Pulses,
+}
+
+impl<O: PulseOutput> Dimmer<O> {
+    /// An output that is dark, at the full current.
+    pub const fn new(output: O, drive: Drive) -> Self {
+        Self {
+            output,
+            drive,
+            shown: Pulses {
+                lit: 0,
+                period: 0,
+                low_current: false,
+            },
+        }
+    }
+
+    /// Another rule, from the next duty on.
+    pub fn set_drive(&mut self, drive: Drive) {
+        self.drive = drive;
+    }
+
+    /// Lights On LEDs with this share of full luminance. At no moment do they have long pulses and the full current: pulses and current
+    /// change in the order that dims first.
+    pub fn set(&mut self, duty: Duty) {
+        let pulses = self.drive.pulses(duty, self.shown);
+        if pulses == self.shown {
+            return;
+        }
+        if pulses.low_current {
+            self.output.set_full_current(false);
+        }
+        self.output.set_pulses(pulses.lit, pulses.period);
+        if self.shown.low_current && !pulses.low_current {
+            // The pulses take effect when the present period ends.
+            self.output.wait_for_end(self.shown.period);
+            self.output.set_full_current(true);
+        }
+        self.shown = pulses;
+    }
+}
+
 /// The rule of the [module](self) for one board and panel.
 ///
 /// ```
@@ -213,6 +272,7 @@ mod tests {
     use super::*;
     use crate::calibration::BENCH;
     use properties::prelude::*;
+    use std::vec::Vec;
 
     const CLOCK_HZ: u32 = 125_000_000;
 
@@ -229,6 +289,58 @@ mod tests {
         let count_ns = 1e9 / f64::from(CLOCK_HZ);
         let (lit, period) = (f64::from(pulses.lit) * count_ns, f64::from(pulses.period) * count_ns);
         (time_ns / period).floor() * lit + (time_ns % period).min(lit)
+    }
+
+    /// Records the light after each change.
+    #[derive(Default)]
+    struct Lamp {
+        pulses: Pulses,
+        waits: Vec<u16>,
+        light: Vec<f64>,
+    }
+
+    impl Lamp {
+        fn record(&mut self) {
+            self.light.push(light(self.pulses));
+        }
+    }
+
+    fn light(pulses: Pulses) -> f64 {
+        if pulses.period == 0 {
+            0.0
+        } else {
+            pulses.duty(BENCH.low_current_share).to_num()
+        }
+    }
+
+    impl PulseOutput for Lamp {
+        fn set_pulses(&mut self, lit: u16, period: u16) {
+            (self.pulses.lit, self.pulses.period) = (lit, period);
+            self.record();
+        }
+
+        fn set_full_current(&mut self, full: bool) {
+            self.pulses.low_current = !full;
+            self.record();
+        }
+
+        fn wait_for_end(&mut self, period: u16) {
+            self.waits.push(period);
+        }
+    }
+
+    #[test]
+    fn a_dimmer_waits_for_long_pulses_to_end_before_the_full_current() {
+        let mut dimmer = Dimmer::new(Lamp::default(), drive());
+        dimmer.set(Duty::from_num(0.001));
+        let low = dimmer.output.pulses;
+        assert!(low.low_current && dimmer.output.waits.is_empty());
+        dimmer.set(Duty::from_num(0.004));
+        assert!(!dimmer.output.pulses.low_current);
+        assert_eq!(dimmer.output.waits, [low.period]);
+        let changes = dimmer.output.light.len();
+        dimmer.set(Duty::from_num(0.004));
+        assert_eq!(dimmer.output.light.len(), changes);
     }
 
     #[test]
@@ -271,6 +383,22 @@ mod tests {
     }
 
     properties! {
+        #[test]
+        fn a_dimmer_is_at_no_moment_brighter_than_before_and_after(duties in prop::collection::vec(0.0..0.01f64, 1..50)) {
+            let mut dimmer = Dimmer::new(Lamp::default(), drive());
+            for duty in duties {
+                let before = light(dimmer.output.pulses);
+                let from = dimmer.output.light.len();
+                dimmer.set(Duty::from_num(duty));
+                let after = light(dimmer.output.pulses);
+                let expected = drive().pulses(Duty::from_num(duty), dimmer.shown);
+                prop_assert_eq!(dimmer.output.pulses.lit, expected.lit);
+                for &light in &dimmer.output.light[from..] {
+                    prop_assert!(light <= before.max(after), "{before} to {after} by {light}");
+                }
+            }
+        }
+
         /// A panel with an L2A of 4 at some bright light, in any light from 50 lx up to that, as far as its floor allows.
         #[test]
         fn ripple_and_step_stay_within_five_percent(

@@ -64,6 +64,7 @@
 //! - [`service`] answers a computer at the serial port; [`store`] keeps table and calibration in flash memory.
 //! - [`drive`] chooses PWM frequency and resolution for a duty.
 //! - [`symbol_clock`] divides a board's clock into symbols, or into quarters of a carrier's cycles.
+//! - [`panel_ring`] keeps panels ready for hardware that shows one after another by itself, without jitter.
 //! - [`matrix`] is the trait of LED hardware; [`shift_register`] and [`max7219`] implement it.
 //!
 //! # What to choose
@@ -105,6 +106,7 @@ pub mod light_sensor;
 pub mod light_watch;
 pub mod matrix;
 pub mod max7219;
+pub mod panel_ring;
 pub mod power;
 pub mod schedule;
 pub mod service;

@@ -51,13 +51,22 @@ impl SymbolClock {
     /// The finest division that fits the 16-bit counter. Half a count is at most 15 parts in a million of a still symbol, and 48 of a cycle
     /// of the fastest carrier at 125 MHz.
     pub fn new(timing: SymbolTiming, system_hz: u32) -> Self {
+        Self::with_divider(timing, system_hz, |least| least.clamp(1, 255))
+    }
+
+    /// The same for a counter whose divider is a power of two, at most 128. A still symbol fits it if the clock is 75 MHz or less.
+    pub fn with_power_of_two(timing: SymbolTiming, system_hz: u32) -> Self {
+        Self::with_divider(timing, system_hz, |least| least.next_power_of_two().min(128))
+    }
+
+    fn with_divider(timing: SymbolTiming, system_hz: u32, divider_from: impl Fn(u64) -> u64) -> Self {
         let cycles = u32::from(timing.waveform().cycles());
         let ticks = (QUARTERS.len() as u32 * cycles).max(1);
         let millihertz = timing.rate().millihertz();
         // A carrier's short tick takes the nearest count, a still symbol the next below.
         let [ticks_millihertz, half] = [millihertz * ticks, millihertz * (ticks / 2)].map(u64::from);
         let system_cycles = (u64::from(system_hz) * 1000 + half) / ticks_millihertz;
-        let divider = system_cycles.div_ceil(1 << 16).clamp(1, 255);
+        let divider = divider_from(system_cycles.div_ceil(1 << 16));
         let counts = (system_cycles + divider / 2) / divider;
         let divider = divider as u8;
         let top = counts.saturating_sub(1).min(u16::MAX.into()) as u16;
@@ -132,6 +141,20 @@ mod tests {
                 let latch_s = f64::from(clock.divider) * (f64::from(clock.top) + 1.0 - f64::from(clock.latch_from)) / f64::from(system_hz);
                 prop_assert!((40e-9..2.1e-6).contains(&latch_s) && tick_s - latch_s > 4.0 * SHIFTED_S, "{clock:?}");
             }
+        }
+
+        #[test]
+        fn a_power_of_two_divides_still_symbols_as_finely(millihertz in SymbolRate::MIN.millihertz()..=SymbolRate::MAX.millihertz(), system_hz in 4_000_000u32..=75_000_000) {
+            let timing = SymbolTiming::still(SymbolRate::from_millihertz(millihertz).unwrap());
+            let clock = SymbolClock::with_power_of_two(timing, system_hz);
+            prop_assert!(clock.divider.is_power_of_two() && clock.ticks == 1);
+            let symbol_s = ticks_s(clock, system_hz)[1];
+            let error = (symbol_s * timing.rate().hz() - 1.0).abs();
+            let (counts, divider) = (f64::from(clock.top) + 1.0, f64::from(clock.divider));
+            prop_assert!(clock.divider == 1 || counts > 32_767.0, "{clock:?}");
+            prop_assert!(error <= (0.5 * divider + 1.0) / (counts * divider), "{timing:?} at {system_hz} Hz: {error}");
+            let latch_s = (counts - f64::from(clock.latch_from)) * f64::from(clock.divider) / f64::from(system_hz);
+            prop_assert!((40e-9..35e-6).contains(&latch_s), "{latch_s}");
         }
 
         #[test]
