@@ -251,6 +251,8 @@ fn micromath_runs_on_no_panel_and_in_no_receiver_because_it_keeps_no_limit() {
     for package in [
         "link",
         "tx-firmware",
+        "tx-firmware/boards/embassy",
+        "tx-firmware/boards/light_sensors",
         "tx-firmware/boards/pico",
         "rx-pipeline",
         "rx-pipeline/boards/mps2-an500",

@@ -5,7 +5,7 @@
 //! | hardware alone | the symbol clock and shifting ([`symbols`]); the latch and the dimming ([`leds`]) |
 //! | interrupt | the next panels ([`shared`]) |
 //! | interrupt executor | the serial ports, the flash and signatures ([`ports`], [`memory`]) |
-//! | thread | the light sensor ([`light_sensor`]) and the watchdog |
+//! | thread | the light sensor and the watchdog |
 //!
 //! `docs/hardware` has the wiring of both kits.
 
@@ -15,7 +15,6 @@
 
 mod halt;
 mod leds;
-mod light_sensor;
 mod memory;
 mod ports;
 mod shared;
@@ -33,27 +32,20 @@ use embassy_rp::{
     watchdog::Watchdog,
 };
 use embassy_sync::mutex::Mutex;
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::Delay;
+use light_sensors::Sensor;
 use link::{panel::PanelFrame, serial::Faults, waveform::SymbolTiming};
+use on_embassy::light::{self, WATCHDOG};
 use pico::bus::Bus;
 use static_cell::StaticCell;
-use tx_firmware::{
-    calibration::Calibration,
-    light_watch::{LightSample, SensorRange},
-    matrix::LedMatrix,
-    store::Remembered,
-};
+use tx_firmware::{calibration::Calibration, matrix::LedMatrix, panel_ring::PanelRing, store::Remembered};
 
 use crate::{
     leds::Dimmer,
-    light_sensor::LightSensor,
     ports::{RequestContext, SharedStore},
-    shared::{Panel, Shared},
+    shared::Panel,
     symbols::Symbols,
 };
-
-/// Longer than any erase of a sector of the flash.
-const WATCHDOG: Duration = Duration::from_secs(2);
 
 bind_interrupts!(struct Irqs {
     UART0_IRQ => uart::BufferedInterruptHandler<UART0>;
@@ -65,7 +57,7 @@ bind_interrupts!(struct Irqs {
 #[interrupt]
 fn DMA_IRQ_1() {
     symbols::acknowledge_interrupt();
-    if let Some(shared) = Shared::get() {
+    if let Some(shared) = shared::get() {
         shared.prepare_symbols();
     }
 }
@@ -121,9 +113,17 @@ async fn main(_spawner: Spawner) {
         load: board.DMA_CH2,
     };
     let symbols = Symbols::start(hardware, timing, &dimmer.entry(PanelFrame::default()));
-    let panel = Panel { symbols, dimmer };
-    let shared = Shared::install(panel, calibration, table, timing);
-    shared.with(|transmitter| transmitter.set_faults(faults, true));
+    let panel = Panel {
+        ring: PanelRing::new(symbols, timing),
+        dimmer,
+    };
+    let start = Remembered {
+        calibration,
+        table,
+        timing,
+        faults,
+    };
+    let shared = shared::install(panel, start);
     symbols::enable_interrupt();
 
     static STORE: StaticCell<SharedStore> = StaticCell::new();
@@ -152,40 +152,8 @@ async fn main(_spawner: Spawner) {
     let mut bus = i2c::Config::default();
     bus.frequency = 400_000;
     let bus = i2c::I2c::new_async(board.I2C0, board.PIN_5, board.PIN_4, Irqs, bus);
-    follow_light(LightSensor::new(Bus::new(bus)), shared, watchdog).await;
-}
-
-/// Dims the panel to the light, and keeps the watchdog quiet while symbols are shown: this is the lowest level, so that all
-/// others work if it gets its turn.
-async fn follow_light(mut sensor: LightSensor, shared: &'static Shared, mut watchdog: Watchdog) -> ! {
-    let mut ticks = Ticker::every(light_sensor::POLL);
-    let mut position = symbols::position();
-    let mut seen_at = Instant::now();
-    loop {
-        ticks.next().await;
-        let wanted = || shared.with(|transmitter| transmitter.next_range());
-        let sample = sensor.poll(wanted);
-        match sample {
-            Some((range, sample)) => take_reading(shared, range, sample),
-            None => shared.with(|transmitter| {
-                let Ok(_) = transmitter.watch(Instant::now().as_millis());
-            }),
-        }
-        if symbols::position() != position {
-            position = symbols::position();
-            seen_at = Instant::now();
-        }
-        if seen_at.elapsed() < WATCHDOG {
-            watchdog.feed(WATCHDOG);
-        }
-    }
-}
-
-/// From a sensor's reading to the duty; a function of its own, so that it can be timed.
-#[inline(never)]
-fn take_reading(shared: &Shared, range: SensorRange, sample: LightSample) {
-    let now_ms = Instant::now().as_millis();
-    shared.with(|transmitter| {
-        let Ok(_) = transmitter.sense(now_ms, range, sample);
-    });
+    light::follow(Sensor::new(Bus::new(bus), Delay), shared, symbols::position, || {
+        watchdog.feed(WATCHDOG)
+    })
+    .await;
 }

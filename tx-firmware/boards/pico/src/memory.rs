@@ -7,9 +7,10 @@ use embassy_rp::{
     peripherals::FLASH,
 };
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use on_embassy::light::WATCHDOG;
 use tx_firmware::store::{Store, StoreError};
 
-use crate::{WATCHDOG, shared::Shared};
+use crate::{shared, symbols::STOP_MS};
 
 const FLASH_BYTES: usize = 2 * 1024 * 1024;
 /// What `memory-*.x` leaves free.
@@ -63,7 +64,7 @@ impl NorFlash for SteadyFlash {
 }
 
 fn prepare() {
-    if let Some(shared) = Shared::get() {
-        shared.prepare_for_stop();
+    if let Some(shared) = shared::get() {
+        shared.prepare_for_stop(STOP_MS);
     }
 }

@@ -1,25 +1,21 @@
 //! The transmitter, shared between the symbol interrupt, the light sensor and the serial ports.
 
-use core::{cell::RefCell, convert::Infallible};
+use core::convert::Infallible;
 
 use embassy_rp::interrupt::{Interrupt, InterruptExt};
-use embassy_sync::{
-    blocking_mutex::{Mutex, raw::RawMutex},
-    once_lock::OnceLock,
-};
-use link::{l2a_table::L2aTable, panel::PanelFrame, serial::Measured, waveform::SymbolTiming};
-use tx_firmware::{
-    ambient::Smoothing, calibration::Calibration, dimming::Duty, matrix::LedMatrix, service::Device, transmitter::Transmitter,
-};
+use embassy_sync::{blocking_mutex::raw::RawMutex, once_lock::OnceLock};
+use link::{panel::PanelFrame, serial::Measured, waveform::SymbolTiming};
+use on_embassy::shared::Ringed;
+use tx_firmware::{dimming::Duty, matrix::LedMatrix, panel_ring::PanelRing, store::Remembered};
 
 use crate::{
     leds::{Dimmer, FULL_DUTY_LX, IMAGES},
-    symbols::{LEAD, Symbols},
+    symbols::Symbols,
 };
 
 /// The LEDs.
 pub struct Panel {
-    pub symbols: Symbols,
+    pub ring: PanelRing<Symbols>,
     pub dimmer: Dimmer,
 }
 
@@ -30,12 +26,12 @@ impl LedMatrix for Panel {
     const FULL_DUTY_LX: u32 = FULL_DUTY_LX;
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Infallible> {
-        self.symbols.push(&self.dimmer.entry(panel));
+        self.ring.push(&self.dimmer.entry(panel));
         Ok(())
     }
 
     fn set_duty(&mut self, duty: Duty) -> Result<(), Infallible> {
-        self.dimmer.set(duty, &self.symbols);
+        self.dimmer.set(duty, self.ring.output());
         Ok(())
     }
 
@@ -44,16 +40,23 @@ impl LedMatrix for Panel {
     }
 
     fn set_timing(&mut self, timing: SymbolTiming) {
-        self.symbols.set_timing(timing);
+        self.ring.set_timing(timing);
+    }
+}
+
+impl Ringed for Panel {
+    type Output = Symbols;
+
+    fn ring(&mut self) -> &mut PanelRing<Symbols> {
+        &mut self.ring
     }
 }
 
 /// The transmitter, and turns at it.
-pub struct Shared(Mutex<AmongSharers, RefCell<Transmitter<Panel>>>);
+pub type Shared = on_embassy::shared::Shared<AmongSharers, Panel>;
 
-/// Keeps those out who share the transmitter, and lets all other interrupts come: a block is encoded for 2 ms, and the UART's controller
-/// holds bytes of 2.8 ms.
-struct AmongSharers;
+/// Keeps those out who share the transmitter, and lets all other interrupts come.
+pub struct AmongSharers;
 
 /// The symbol interrupt, and that of the serial ports' executor. All else that shares the transmitter is at thread level.
 const SHARERS: [Interrupt; 2] = [Interrupt::DMA_IRQ_1, Interrupt::SWI_IRQ_0];
@@ -93,58 +96,12 @@ fn let_sharers_in(enabled: [bool; SHARERS.len()]) {
 
 static SHARED: OnceLock<Shared> = OnceLock::new();
 
-impl Shared {
-    /// Puts the transmitter where all can reach it.
-    pub fn install(panel: Panel, calibration: Calibration, table: L2aTable, timing: SymbolTiming) -> &'static Self {
-        SHARED.get_or_init(|| {
-            let mut transmitter = Transmitter::new(panel, calibration, table, Smoothing::default());
-            transmitter.set_timing(timing);
-            Self(Mutex::new(RefCell::new(transmitter)))
-        })
-    }
-
-    /// The transmitter, once it is installed.
-    pub fn get() -> Option<&'static Self> {
-        SHARED.try_get()
-    }
-
-    /// A turn.
-    pub fn with<R>(&self, work: impl FnOnce(&mut Transmitter<Panel>) -> R) -> R {
-        self.0.lock(|transmitter| work(&mut transmitter.borrow_mut()))
-    }
-
-    /// Makes the panels ready that are shown next, when one was loaded.
-    pub fn prepare_symbols(&self) {
-        self.with(|transmitter| transmitter.matrix_mut().symbols.begin_wanted_timing());
-        self.prepare(LEAD);
-    }
-
-    /// Makes as many panels ready as are shown while the flash stops the processor.
-    pub fn prepare_for_stop(&self) {
-        self.prepare(self.with(|transmitter| transmitter.matrix().symbols.lead_before_stop()));
-    }
-
-    /// A turn for each panel, so that interrupts have theirs.
-    fn prepare(&self, lead: usize) {
-        let prepare_one = |transmitter: &mut Transmitter<Panel>| {
-            let short = transmitter.matrix_mut().symbols.is_short_of(lead);
-            if short {
-                let Ok(_) = transmitter.tick();
-            }
-            short
-        };
-        while self.with(prepare_one) {}
-    }
+/// Puts a transmitter where all can reach it.
+pub fn install(panel: Panel, start: Remembered) -> &'static Shared {
+    SHARED.get_or_init(|| Shared::new(panel, start))
 }
 
-impl Device for &'static Shared {
-    type Matrix = Panel;
-
-    fn read<R>(&self, read: impl FnOnce(&Transmitter<Panel>) -> R) -> R {
-        self.with(|transmitter| read(transmitter))
-    }
-
-    fn change<R>(&mut self, change: impl FnOnce(&mut Transmitter<Panel>) -> R) -> R {
-        self.with(change)
-    }
+/// The transmitter, once it is installed.
+pub fn get() -> Option<&'static Shared> {
+    SHARED.try_get()
 }

@@ -31,7 +31,10 @@ use embassy_rp::{
     pwm,
 };
 use link::{symbol_rate::SymbolRate, waveform::SymbolTiming};
-use tx_firmware::symbol_clock::{QUARTERS, SymbolClock};
+use tx_firmware::{
+    panel_ring::{PanelOutput, PanelRing, lead_before_stop},
+    symbol_clock::{QUARTERS, SymbolClock},
+};
 
 use crate::leds::{Entry, IMAGES, Lines, Shifter, TRANSFER};
 
@@ -39,13 +42,9 @@ use crate::leds::{Entry, IMAGES, Lines, Shifter, TRANSFER};
 const PANELS: usize = 128;
 const WORDS: usize = TRANSFER.bytes / 4;
 
-/// Panels that are kept ready: a new message waits for no more, and the processor may be late by as many symbols.
-pub const LEAD: usize = 3;
-/// The most panels made ready: all but the one in the air.
-const LEAD_MAX: usize = PANELS - 2;
 /// What the slowest erase of a flash sector takes, 400 ms, and some more.
-const STOP_MS: u32 = 410;
-const _: () = assert!(lead_before_stop(SymbolRate::MAX) <= LEAD_MAX);
+pub const STOP_MS: u32 = 410;
+const _: () = assert!(lead_before_stop(SymbolRate::MAX, STOP_MS) <= PanelRing::<Symbols>::LEAD_MAX);
 
 /// The PWM slice that is the symbol clock.
 const SLICE: usize = 0;
@@ -78,12 +77,8 @@ static RING: [Slot; PANELS] = [const {
 /// Where the quarters of each panel in the ring are.
 static ORDER: Order = Order([const { AtomicU32::new(0) }; PANELS]);
 
-/// The ring's end that is written to.
+/// The symbol clock, and what it runs on.
 pub struct Symbols {
-    next: usize,
-    timing: SymbolTiming,
-    /// What begins with one of the next symbols.
-    wanted: Option<SymbolTiming>,
     _shifter: Shifter,
     _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>),
 }
@@ -122,56 +117,19 @@ impl Symbols {
         pac::DMA.multi_chan_trigger().write(|w| w.set_multi_chan_trigger(1 << LOAD));
         pac::PWM.ch(SLICE).csr().modify(|w| w.set_en(true));
         Self {
-            next: LEAD,
-            timing,
-            wanted: None,
             _shifter: shifter,
             _channels: (hardware.trigger, hardware.shift, hardware.load),
         }
     }
 
-    /// Another rate or waveform, from one of the next symbols on.
-    pub fn set_timing(&mut self, timing: SymbolTiming) {
-        self.wanted = Some(timing).filter(|timing| *timing != self.timing);
-    }
-
-    /// Changes over to the timing that is wanted: to be called when a symbol was loaded.
-    pub fn begin_wanted_timing(&mut self) {
-        let Some(wanted) = self.wanted else { return };
-        let clock = SymbolClock::new(wanted, clk_sys_freq());
-        if self.timing.waveform().is_still() && wanted.waveform().is_still() {
-            critical_section::with(|_| take_over(&clock));
-        } else if self.waiting() + SHOWN > LEAD_MAX {
-            // There is no room for going back in the ring: the next symbol is soon there.
-            return;
-        } else {
-            critical_section::with(|_| self.restart(&clock));
-        }
-        self.timing = wanted;
-        self.wanted = None;
-    }
-
     /// Lets the clock stand for some microseconds and start anew. A panel that stood still has just begun, and is shown anew with its
     /// carrier; one with a carrier has been shown but for half a cycle, and the next one begins.
-    fn restart(&self, clock: &SymbolClock) {
+    fn restart(&self, before: SymbolTiming, clock: &SymbolClock) {
         stop_with_the_latch_low();
         wait_until_shifted();
-        let back = if self.timing.waveform().is_still() { SHOWN } else { 0 };
+        let back = if before.waveform().is_still() { SHOWN } else { 0 };
         let first = (first_unshifted() + PANELS - back) % PANELS;
         start_anew(clock, first);
-    }
-
-    /// Panels to be made ready before the flash stops the processor.
-    pub fn lead_before_stop(&self) -> usize {
-        // The faster of the two may still be the one that counts.
-        let rate = self.timing.rate();
-        lead_before_stop(self.wanted.map_or(rate, |wanted| wanted.rate().max(rate)))
-    }
-
-    /// Puts a panel behind those that wait.
-    pub fn push(&mut self, panel: &Entry) {
-        RING[self.next].put(panel);
-        self.next = (self.next + 1) % PANELS;
     }
 
     /// Changes the panels that wait.
@@ -186,24 +144,32 @@ impl Symbols {
             slot.put(&panel);
         }
     }
+}
 
-    /// Whether fewer panels wait than `lead`. A ring that ran empty goes on from where the DMA controller is.
-    pub fn is_short_of(&mut self, lead: usize) -> bool {
-        let waiting = self.waiting();
-        if waiting > LEAD_MAX {
-            self.next = self.first_free();
-            return true;
+impl PanelOutput for Symbols {
+    type Entry = Entry;
+    const PLACES: usize = PANELS;
+
+    fn put(&mut self, place: usize, panel: &Entry) {
+        RING[place].put(panel);
+    }
+
+    /// One whose cycles are running is not free.
+    fn first_free(&self, timing: SymbolTiming) -> usize {
+        (first_unshifted() + usize::from(!timing.waveform().is_still())) % PANELS
+    }
+
+    fn begin(&mut self, before: SymbolTiming, timing: SymbolTiming, room: usize) -> bool {
+        let clock = SymbolClock::new(timing, clk_sys_freq());
+        if before.waveform().is_still() && timing.waveform().is_still() {
+            critical_section::with(|_| take_over(&clock));
+        } else if room < SHOWN {
+            // There is no room for going back in the ring: the next symbol is soon there.
+            return false;
+        } else {
+            critical_section::with(|_| self.restart(before, &clock));
         }
-        waiting < lead
-    }
-
-    fn waiting(&self) -> usize {
-        (self.next + PANELS - self.first_free()) % PANELS
-    }
-
-    /// The first panel that may be written when none waits: one whose cycles are running may not.
-    fn first_free(&self) -> usize {
-        (first_unshifted() + usize::from(!self.timing.waveform().is_still())) % PANELS
+        true
     }
 }
 
@@ -219,11 +185,6 @@ impl Slot {
             }
         }
     }
-}
-
-/// Panels shown in [`STOP_MS`], and those that are ready at any time.
-const fn lead_before_stop(rate: SymbolRate) -> usize {
-    (rate.millihertz() * STOP_MS).div_ceil(1_000_000) as usize + LEAD
 }
 
 /// Where in the ring the DMA controller is: it moves on with every symbol.

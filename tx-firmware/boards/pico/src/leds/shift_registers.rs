@@ -13,7 +13,7 @@ use link::panel::PanelFrame;
 use tx_firmware::{
     calibration::Measured,
     dimming::Duty,
-    drive::{Drive, Pulses},
+    drive::{self, Drive, PulseOutput},
     shift_register::{LitBy, chain_bytes},
 };
 
@@ -55,14 +55,8 @@ impl Lines {
     }
 }
 
-/// What dims the LEDs. High lights them: an inverting gate makes output enable of it, and a pull-down keeps them dark while nothing drives
-/// the pin. The current pin gives them the full current when high, and a pull-down holds it low.
-pub struct Dimmer {
-    drive: Drive,
-    shown: Pulses,
-    full_current: Output<'static>,
-    _pwm: Pwm<'static>,
-}
+/// What dims the LEDs.
+pub struct Dimmer(drive::Dimmer<Lit>);
 
 impl Dimmer {
     /// Takes the lines over: dark.
@@ -74,36 +68,21 @@ impl Dimmer {
     ) -> Self {
         let mut config = pwm::Config::default();
         config.compare_a = 0;
-        Self {
-            drive: drive_of(measured),
-            shown: Pulses::default(),
+        let lit = Lit {
             full_current: Output::new(full_current, Level::High),
             _pwm: Pwm::new_output_a(slice, lit, config),
-        }
+        };
+        Self(drive::Dimmer::new(lit, drive_of(measured)))
     }
 
     /// Pulses by the rule for this panel, from the next duty on.
     pub fn set_calibration(&mut self, measured: &Measured) {
-        self.drive = drive_of(measured);
+        self.0.set_drive(drive_of(measured));
     }
 
     /// Lights On LEDs with this share of full luminance.
     pub fn set(&mut self, duty: Duty, _: &Symbols) {
-        let pulses = self.drive.pulses(duty, self.shown);
-        if pulses == self.shown {
-            return;
-        }
-        // At no moment long pulses and full current: they change in the order that dims first.
-        if pulses.low_current {
-            self.full_current.set_low();
-        }
-        write(pulses);
-        if self.shown.low_current && !pulses.low_current {
-            // The pulses take effect when the present period ends.
-            cortex_m::asm::delay(self.shown.period.into());
-            self.full_current.set_high();
-        }
-        self.shown = pulses;
+        self.0.set(duty);
     }
 
     /// What is shifted for a panel.
@@ -112,16 +91,33 @@ impl Dimmer {
     }
 }
 
+/// The lines that dim. High lights the LEDs: an inverting gate makes output enable of it, and a pull-down keeps them dark while nothing
+/// drives the pin. The current pin gives them the full current when high, and a pull-down holds it low.
+struct Lit {
+    full_current: Output<'static>,
+    _pwm: Pwm<'static>,
+}
+
+impl PulseOutput for Lit {
+    /// The period first: until the pulse follows, the light errs to the dim side.
+    fn set_pulses(&mut self, lit: u16, period: u16) {
+        let slice = pac::PWM.ch(SLICE);
+        slice.top().write(|w| w.set_top(period.max(1) - 1));
+        slice.cc().write(|w| w.set_a(lit));
+    }
+
+    fn set_full_current(&mut self, full: bool) {
+        self.full_current.set_level(full.into());
+    }
+
+    fn wait_for_end(&mut self, period: u16) {
+        cortex_m::asm::delay(period.into());
+    }
+}
+
 /// The pulses' rule for a panel on this board.
 fn drive_of(measured: &Measured) -> Drive {
     Drive::new(measured, clk_sys_freq())
-}
-
-/// The period first: until the pulse follows, the light errs to the dim side.
-fn write(pulses: Pulses) {
-    let slice = pac::PWM.ch(SLICE);
-    slice.top().write(|w| w.set_top(pulses.period.max(1) - 1));
-    slice.cc().write(|w| w.set_a(pulses.lit));
 }
 
 /// Dark at once, whatever state the program is in.

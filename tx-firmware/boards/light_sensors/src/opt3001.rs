@@ -3,35 +3,40 @@
 //! The cross-check is the next range, in which the same light makes another register. Above the last but one there is no
 //! next: there it is the one below, which living light overflows.
 
+use embedded_hal::i2c::I2c;
 use fixed::types::I32F32;
 use opt300x::{IntegrationTime, LuxRange, ModeChangeError, Opt300x, SlaveAddr, ic::Opt3001, mode::Continuous};
-use tx_firmware::light_watch::{LightSample, SensorRange};
+use tx_firmware::{
+    light_sensor::LightSensor,
+    light_watch::{LightSample, SensorRange},
+};
 
-use super::Lost;
-use pico::bus::Bus;
+use crate::Lost;
 
 const LAST_RANGE: u8 = 11;
 const MANTISSA_BITS: u32 = 12;
 const FULL_MANTISSA: u16 = (1 << MANTISSA_BITS) - 1;
 
-type Driver<MODE> = Opt300x<Bus, Opt3001, MODE>;
+type Driver<B, MODE> = Opt300x<B, Opt3001, MODE>;
 
-enum Link {
-    Asleep(Driver<opt300x::mode::OneShot>),
-    Measuring(Driver<Continuous>),
+enum Link<B> {
+    Asleep(Driver<B, opt300x::mode::OneShot>),
+    Measuring(Driver<B, Continuous>),
     /// Only while it goes from the one to the other.
     Between,
 }
 
-pub struct Sensor {
-    link: Link,
+/// An OPT3001 at its usual address.
+pub struct Sensor<B> {
+    link: Link<B>,
     range: LuxRange,
     /// What it read last when it found its own range.
     usual: (u8, I32F32),
 }
 
-impl Sensor {
-    pub fn new(bus: Bus) -> Self {
+impl<B: I2c> Sensor<B> {
+    /// The sensor on a bus. It needs no delay.
+    pub fn new<D>(bus: B, _: D) -> Self {
         Self {
             link: Link::Asleep(Opt300x::new_opt3001(bus, SlaveAddr::Default)),
             range: LuxRange::Auto,
@@ -39,7 +44,26 @@ impl Sensor {
         }
     }
 
-    pub fn start(&mut self, range: SensorRange) -> Result<(), Lost> {
+    /// The driver of a sensor that measures without end.
+    fn driver(&mut self) -> Result<&mut Driver<B, Continuous>, Lost> {
+        self.link = match core::mem::replace(&mut self.link, Link::Between) {
+            Link::Asleep(driver) => match driver.into_continuous() {
+                Ok(driver) => Link::Measuring(driver),
+                Err(ModeChangeError::I2C(_, driver)) => Link::Asleep(driver),
+            },
+            other => other,
+        };
+        match &mut self.link {
+            Link::Measuring(driver) => Ok(driver),
+            Link::Asleep(_) | Link::Between => Err(Lost),
+        }
+    }
+}
+
+impl<B: I2c> LightSensor for Sensor<B> {
+    type Error = Lost;
+
+    fn start(&mut self, _: u64, range: SensorRange) -> Result<(), Lost> {
         let range = match range {
             SensorRange::Operating => LuxRange::Auto,
             SensorRange::CrossCheck => LuxRange::Manual(neighbour(self.usual.0)),
@@ -50,7 +74,7 @@ impl Sensor {
         driver.set_lux_range(range).map_err(|_| Lost)
     }
 
-    pub fn take(&mut self) -> Result<Option<LightSample>, Lost> {
+    fn take(&mut self, _: u64) -> Result<Option<LightSample>, Lost> {
         let range = self.range;
         let (usual_range, usual_lux) = self.usual;
         let driver = self.driver()?;
@@ -81,21 +105,6 @@ impl Sensor {
             LuxRange::Manual(_) => {}
         }
         Ok(Some(LightSample::Light { lux, word }))
-    }
-
-    /// The driver of a sensor that measures without end.
-    fn driver(&mut self) -> Result<&mut Driver<Continuous>, Lost> {
-        self.link = match core::mem::replace(&mut self.link, Link::Between) {
-            Link::Asleep(driver) => match driver.into_continuous() {
-                Ok(driver) => Link::Measuring(driver),
-                Err(ModeChangeError::I2C(_, driver)) => Link::Asleep(driver),
-            },
-            other => other,
-        };
-        match &mut self.link {
-            Link::Measuring(driver) => Ok(driver),
-            Link::Asleep(_) | Link::Between => Err(Lost),
-        }
     }
 }
 
