@@ -253,6 +253,7 @@ fn micromath_runs_on_no_panel_and_in_no_receiver_because_it_keeps_no_limit() {
         "tx-firmware",
         "tx-firmware/boards/embassy",
         "tx-firmware/boards/light_sensors",
+        "tx-firmware/boards/nucleo-g474",
         "tx-firmware/boards/pico",
         "rx-pipeline",
         "rx-pipeline/boards/mps2-an500",

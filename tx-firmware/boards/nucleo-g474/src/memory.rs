@@ -1,0 +1,41 @@
+//! The last 32 KiB of the flash, which keep the table and the calibration.
+//!
+//! They are in the second bank and the program is in the first, so instructions and interrupts go on while a page is erased (22 ms) or
+//! written. Nothing has to be prepared for a save.
+
+use core::ops::Range;
+
+use cortex_m_rt::exception;
+use embassy_stm32::{
+    Peri,
+    flash::{Blocking, FLASH_SIZE, Flash},
+    pac,
+    peripherals::FLASH,
+};
+use tx_firmware::store::{Store, StoreError};
+
+/// 16 pages.
+const STORE: Range<u32> = FLASH_SIZE as u32 - 32 * 1024..FLASH_SIZE as u32;
+
+/// The store's memory.
+pub type StoreFlash = Flash<'static, Blocking>;
+
+/// The store in the board's flash.
+///
+/// # Errors
+/// [`StoreError::Addresses`] cannot come: the place is 16 whole pages.
+pub fn store(flash: Peri<'static, FLASH>) -> Result<Store<StoreFlash>, StoreError> {
+    Store::new(Flash::new_blocking(flash), STORE)
+}
+
+/// A power cut during a write leaves a word whose error correction fails. A read of it raises this exception, and then returns the word as
+/// it is: the store's checksum refuses it. All other causes are beyond help.
+#[exception]
+#[allow(unsafe_code)]
+unsafe fn NonMaskableInt() {
+    let status = pac::FLASH.eccr().read();
+    let is_of_store = status.bk_ecc() && (status.eccd() || status.eccd2());
+    assert!(is_of_store, "the fault is not in the store");
+    // Each flag is cleared by a 1.
+    pac::FLASH.eccr().write_value(status);
+}
