@@ -31,8 +31,8 @@ pub trait PanelOutput {
     /// The place after the last one that the hardware has begun on.
     fn first_free(&self, timing: SymbolTiming) -> usize;
 
-    /// Begins another timing. At most `room` panels may be shown again. Returns whether it has begun; if not, the ring asks once more at the
-    /// next symbol.
+    /// Begins another timing. At most `room` panels may be shown again. Returns whether it has begun; if not, the ring asks once more at
+    /// the next symbol.
     fn begin(&mut self, before: SymbolTiming, timing: SymbolTiming, room: usize) -> bool;
 }
 
@@ -289,7 +289,9 @@ mod tests {
     properties! {
         /// The program is late by fewer symbols than panels wait.
         #[test]
-        fn every_panel_is_shown_once_and_in_order(delays in prop::collection::vec(0usize..LEAD, 1..100), leads in prop::collection::vec(LEAD..14, 100)) {
+        fn every_panel_is_shown_once_and_in_order(
+            delays in prop::collection::vec(0usize..LEAD, 1..100), leads in prop::collection::vec(LEAD..14, 100),
+        ) {
             let mut ring = ring();
             let mut next = 1;
             for (delay, lead) in delays.into_iter().zip(leads) {

@@ -144,7 +144,9 @@ mod tests {
         }
 
         #[test]
-        fn a_power_of_two_divides_still_symbols_as_finely(millihertz in SymbolRate::MIN.millihertz()..=SymbolRate::MAX.millihertz(), system_hz in 4_000_000u32..=75_000_000) {
+        fn a_power_of_two_divides_still_symbols_as_finely(
+            millihertz in SymbolRate::MIN.millihertz()..=SymbolRate::MAX.millihertz(), system_hz in 4_000_000u32..=75_000_000,
+        ) {
             let timing = SymbolTiming::still(SymbolRate::from_millihertz(millihertz).unwrap());
             let clock = SymbolClock::with_power_of_two(timing, system_hz);
             prop_assert!(clock.divider.is_power_of_two() && clock.ticks == 1);

@@ -15,8 +15,8 @@ const POLL: Duration = Duration::from_millis(20);
 /// A watchdog's timeout on all boards: longer than any erase of a sector of the flash.
 pub const WATCHDOG: Duration = Duration::from_secs(2);
 
-/// Dims the panel to the light, and calls `feed` while `position`, the place in the ring of panels, moves on. Run it at the lowest level, so
-/// that all others work if it gets its turn.
+/// Dims the panel to the light, and calls `feed` while `position`, the place in the ring of panels, moves on. Run it at the lowest level,
+/// so that all others work if it gets its turn.
 pub async fn follow<L: RawMutex, M: Ringed>(
     sensor: impl LightSensor,
     shared: &Shared<L, M>,
