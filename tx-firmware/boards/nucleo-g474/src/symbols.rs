@@ -38,6 +38,9 @@ const BYTES: usize = 8;
 /// Flying leads take it. The nearest that the SPI's divider has is 2.7 MHz, with which a panel takes 24 µs.
 const SHIFT_CLOCK: Hertz = Hertz(4_000_000);
 
+/// The clock stops in less: 0.7 µs at the highest rate.
+const COUNTS_TO_STOP: u16 = 8;
+
 /// RM0440, "DMAMUX: assignment of multiplexer inputs to resources".
 const SPI1_TX: u8 = 11;
 /// RM0440, "DMAMUX: assignment of synchronization inputs to resources".
@@ -109,9 +112,10 @@ impl Symbols {
         });
     }
 
-    /// The latch is high after this count, until the last one.
+    /// The latch is high after this count, until the last one begins or ends: two counts before the clock asks for it, so that it is
+    /// high for a whole count either way.
     fn latch_after(&self) -> u16 {
-        self.clock.latch_from.saturating_sub(1)
+        self.clock.latch_from.saturating_sub(2)
     }
 }
 
@@ -131,10 +135,9 @@ impl PanelOutput for Symbols {
 
     /// The symbol on show lasts longer by the time since its beginning, that of an interrupt.
     fn begin(&mut self, _: SymbolTiming, timing: SymbolTiming, _: usize) -> bool {
-        // A clock that stops while the latch is high would shift a panel that nothing latches.
-        if count() + 2 >= self.latch_after() {
-            return false;
-        }
+        // A clock that stops while the latch is high would shift a panel that nothing latches. The interrupt comes as the last count
+        // begins, so this waits for 35 µs at most.
+        while count() >= self.latch_after().saturating_sub(COUNTS_TO_STOP) {}
         self.clock = clock(timing);
         self.run();
         true
