@@ -15,8 +15,6 @@ class Picture {
     this.outline = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     this.outline.setAttribute("preserveAspectRatio", "none");
     this.outline.setAttribute("aria-hidden", "true");
-    this.polygon = document.createElementNS("http://www.w3.org/2000/svg", "polygon");
-    this.outline.append(this.polygon);
     place.append(this.canvas, this.outline);
     /** @type {ImageData | null} */
     this.image = null;
@@ -60,19 +58,34 @@ class Picture {
     this.showCorners(corners.map(([x, y]) => [x - left, y - top]));
   }
 
-  /**
-   * Draws the outline through the middles of the corner LEDs, a little outside of them.
-   * @param {number[][] | null} corners Pixels' middles are at whole numbers.
-   */
+  /** @param {HTMLImageElement} image */
+  showImage(image) {
+    this.resize(image.naturalWidth, image.naturalHeight);
+    this.context.drawImage(image, 0, 0);
+  }
+
+  /** @param {number[][] | null} corners Of a panel, if there is one. */
   showCorners(corners) {
-    if (!corners) {
-      this.polygon.setAttribute("points", "");
-      return;
-    }
+    this.showOutlines(corners ? [corners] : []);
+  }
+
+  /** @param {number[][][]} panels The corners of each. */
+  showOutlines(panels) {
+    const { children } = this.outline;
+    while (children.length > panels.length) children[panels.length].remove();
+    while (children.length < panels.length) this.outline.append(document.createElementNS("http://www.w3.org/2000/svg", "polygon"));
+    panels.forEach((corners, at) => children[at].setAttribute("points", Picture.outlineOf(corners)));
+  }
+
+  /**
+   * The outline through the middles of the corner LEDs, a little outside of them.
+   * @param {number[][]} corners Pixels' middles are at whole numbers.
+   */
+  static outlineOf(corners) {
     const middle = [0, 1].map((axis) => corners.reduce((sum, corner) => sum + corner[axis], 0) / corners.length);
     // Half a pitch and a bit: the corners are middles of LEDs, seven pitches apart.
     const grown = corners.map((corner) => [0, 1].map((axis) => middle[axis] + (corner[axis] - middle[axis]) * 1.16 + 0.5).join(","));
-    this.polygon.setAttribute("points", grown.join(" "));
+    return grown.join(" ");
   }
 
   /** @param {string} text What the picture shows now. */

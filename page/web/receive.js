@@ -242,15 +242,8 @@ function showTaken(number, taken, isPainted) {
 
 /** @param {any} panel @param {number} [rate] */
 function showPanel(panel, rate) {
-  const bits = ledsOf(panel.bits);
-  drawLeds(byId("receive-leds"), bits);
-  byId("receive-leds").setAttribute("aria-label", `Bits read, row by row: ${spellLeds(bits)}`);
   receiving.close.showAround(receiving.picture, panel.corners_px);
-  const symbol = panel.symbol === null || panel.symbol === undefined ? "" : `, symbol ${panel.symbol}`;
-  const symbols = rate ? `, ${short(rate)} symbols a second` : "";
-  const orientation = panel.orientation ? `, ${panel.orientation}` : "";
-  const confidence = short(100 * panel.confidence, 4);
-  byId("receive-bits").textContent = `Bits ${panel.bits}, held right by ${confidence} %${symbol}${symbols}${orientation}`;
+  showReading(byId("receive-leds"), byId("receive-bits"), panel, rate);
 }
 
 /** @param {any} message */
@@ -261,8 +254,7 @@ function showText({ text, hex, first_frame: first, last_frame: last, corrected_b
   const place = known?.place ?? make("p");
   const times = (known?.times ?? 0) + 1;
   const often = times > 1 ? `, ${times} times so far` : "";
-  const note = ` frames ${first} to ${last}, ${several(corrected, "bit")} corrected${often}`;
-  place.replaceChildren(shown, make("small", { textContent: note }));
+  showReceived(place, shown, ` frames ${first} to ${last}, ${several(corrected, "bit")} corrected${often}`);
   if (!known) byId("texts").append(place);
   receiving.texts.set(shown, { place, times });
 }

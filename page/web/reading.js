@@ -1,0 +1,23 @@
+/** What is read of a panel, as lamps and as words; also on the page of `vocc receive --view`. */
+
+/**
+ * @param {HTMLCanvasElement} canvas
+ * @param {Element} words
+ * @param {{bits: string, confidence: number, symbol?: number | null, orientation?: string | null}} panel
+ * @param {number} [rate] Symbols a second.
+ */
+function showReading(canvas, words, { bits: digits, confidence, symbol, orientation }, rate) {
+  const bits = ledsOf(digits);
+  drawLeds(canvas, bits);
+  canvas.setAttribute("aria-label", `Bits read, row by row: ${spellLeds(bits)}`);
+  const shown = symbol === null || symbol === undefined ? "" : `, symbol ${symbol}`;
+  const symbols = rate ? `, ${short(rate)} symbols a second` : "";
+  const turned = orientation ? `, ${orientation}` : "";
+  sayAt(words, `Bits ${digits}, held right by ${short(100 * confidence, 4)} %${shown}${symbols}${turned}`);
+}
+
+/** Shows a text that was received, and a note on it. @param {HTMLElement} place @param {string} text @param {string} note */
+function showReceived(place, text, note) {
+  // A text may turn the direction of what follows it.
+  place.replaceChildren(make("bdi", { textContent: text }), make("small", { textContent: note }));
+}
