@@ -59,24 +59,32 @@ export function film(folder, fps, words, name = "film.y4m") {
  * Opens the page. It closes with the test. The test fails if the page has requested anything or reported an error.
  * @param {{address?: string, flags?: string[], context?: object}} how
  */
-export async function open(t, { address = "", flags = [], context = {} } = {}) {
+export async function open(t, { address = "", ...how } = {}) {
+  const own = pathToFileURL(VOCC_PAGE).href;
+  const page = await visit(t, own + address, { ...how, isOwn: (url) => url.split("#")[0] === own });
+  await page.evaluate(() => window.vocc.ready);
+  return page;
+}
+
+/**
+ * Opens any page in the same way; `isOwn` says what it may ask for, `mayComplain` that its complaints are expected.
+ * @param {{isOwn: (url: string) => boolean, mayComplain?: boolean, flags?: string[], context?: object}} how
+ */
+export async function visit(t, address, { isOwn, mayComplain = false, flags = [], context = {} }) {
   const browsing = await (await launched(flags)).newContext(context);
   browsing.setDefaultTimeout(PATIENCE_MS);
   const page = await browsing.newPage();
-  const own = pathToFileURL(VOCC_PAGE).href;
   const wrong = [];
   page.on("console", (message) => message.type() === "error" && wrong.push(message.text()));
   page.on("pageerror", (error) => wrong.push(String(error)));
   page.on("request", (request) => {
-    const isOwn = /^(blob|data):/.test(request.url()) || request.url().split("#")[0] === own;
-    if (!isOwn) wrong.push(`asks for ${request.url()}`);
+    if (!/^(blob|data):/.test(request.url()) && !isOwn(request.url())) wrong.push(`asks for ${request.url()}`);
   });
   t.after(async () => {
     await browsing.close();
-    if (wrong.length) throw new Error(`the page complains: ${wrong.join("; ")}`);
+    if (wrong.length && !mayComplain) throw new Error(`the page complains: ${wrong.join("; ")}`);
   });
-  await page.goto(own + address);
-  await page.evaluate(() => window.vocc.ready);
+  await page.goto(address);
   return page;
 }
 

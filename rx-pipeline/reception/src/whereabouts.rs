@@ -101,6 +101,7 @@ impl PoseMeter {
 }
 
 /// Where a followed panel is, and how fast it comes nearer.
+#[derive(Clone, Debug)]
 pub struct Whereabouts {
     pose: PoseResult,
     closing: Closing,

@@ -123,7 +123,7 @@ pub const WORKS: &[Work] = &[
     work("decode", "<frame.png"),
     work(
         "receive",
-        "frames --symbol-rate 90 --show @shown/ --save-camera @camera.toml --mcap @received.mcap",
+        "frames --symbol-rate 90 --show @shown/ --save-camera @camera.toml --mcap @received.mcap --view",
     ),
     Work {
         input: Some("film.raw"),

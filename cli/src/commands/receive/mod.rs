@@ -7,6 +7,7 @@ mod places;
 mod report;
 mod session;
 mod stage_times;
+mod view;
 
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -36,6 +37,7 @@ use crate::stop::{Input, stop};
 
 use film_clock::FilmClock;
 use session::Session;
+use view::{View, ViewArguments};
 
 /// Arguments of `vocc receive`.
 #[derive(clap::Args)]
@@ -87,6 +89,8 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     show: Option<PathBuf>,
     #[command(flatten)]
+    view: ViewArguments,
+    #[command(flatten)]
     camera: CameraArguments,
     #[command(flatten)]
     pixels: PixelArguments,
@@ -113,10 +117,10 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Whether any option writes a file.
+    /// Whether any option writes a file or shows a page.
     fn keeps(&self) -> bool {
         let kept = [&self.show, &self.mcap, &self.save_camera, &self.out];
-        kept.iter().any(|path| path.is_some()) || self.trusting.counters().is_some()
+        kept.iter().any(|path| path.is_some()) || self.trusting.counters().is_some() || self.view.is_asked()
     }
 
     /// How to open a stream.
@@ -181,6 +185,20 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// The name.
+    fn name(&self) -> String {
+        match self {
+            Self::Input => Live::Input.name(),
+            Self::Film(path) => path.display().to_string(),
+            Self::Files(frames) => match &frames.files[..] {
+                [one] => one.path.display().to_string(),
+                [first, .., last] => format!("{} to {}", first.path.display(), last.path.display()),
+                [] => String::new(),
+            },
+            Self::Live(live) => live.name(),
+        }
+    }
+
     /// The number of frames, if known.
     fn frames(&self) -> Option<u64> {
         match self {
@@ -192,6 +210,15 @@ impl<'a> Source<'a> {
 
 /// Reads all frames and prints the messages; exit status 1 if there was none.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+    let view = arguments.view.open(&arguments.sources)?;
+    let answer = receive(arguments, shared, view.as_ref());
+    if let Some(view) = view {
+        view.end(&answer);
+    }
+    answer
+}
+
+fn receive(arguments: &Arguments, shared: &Shared, view: Option<&View>) -> anyhow::Result<Verdict> {
     let source = Source::of(arguments)?;
     let read = source.files();
     if let Some(folder) = &arguments.show {
@@ -217,7 +244,10 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         read.into_iter().chain(arguments.camera.file()).chain(arguments.trusting.file()),
     )?;
     let hints = arguments.camera.hints(arguments.pixels)?;
-    let session = Session::new(arguments, hints, shared, source.frames(), matches!(source, Source::Live(_)))?;
+    let is_live = matches!(source, Source::Live(_));
+    let is_checked = arguments.trusting.file().is_some();
+    let feed = view.map(|view| view.serve(&source.name(), is_live, is_checked)).transpose()?;
+    let session = Session::new(arguments, hints, shared, source.frames(), is_live, feed)?;
     let channel = hints.pixels.channel.unwrap_or_default();
     let open = arguments.open();
     match source {

@@ -14,6 +14,7 @@ use rx_pipeline::receiver::Reading;
 use super::Arguments;
 use super::latency::Latency;
 use super::places::Places;
+use super::view::Feed;
 use crate::files::Growing;
 use crate::frames::waiting::Moment;
 use crate::keys::Trust;
@@ -51,6 +52,8 @@ pub struct Report<'a> {
     progress: Progress,
     /// The recording, if requested.
     recording: Option<Recording>,
+    /// The page, if requested.
+    view: Option<Feed>,
     /// The file of message bytes, if requested.
     bytes: Option<Growing>,
     /// Why drawing, recording or writing bytes stopped.
@@ -61,7 +64,14 @@ pub struct Report<'a> {
 
 impl<'a> Report<'a> {
     /// A report on `total` frames, if known, of a file or a live source.
-    pub fn new(arguments: &'a Arguments, as_json: bool, with_pose: bool, total: Option<u64>, is_live: bool) -> anyhow::Result<Self> {
+    pub fn new(
+        arguments: &'a Arguments,
+        as_json: bool,
+        with_pose: bool,
+        total: Option<u64>,
+        is_live: bool,
+        view: Option<Feed>,
+    ) -> anyhow::Result<Self> {
         let progress = total.map_or_else(|| Progress::endless("frames"), |total| Progress::new(total, "frames"));
         let recording = arguments.mcap.as_deref();
         let trust = arguments.trusting.trust()?;
@@ -78,6 +88,7 @@ impl<'a> Report<'a> {
             recording: recording
                 .map(|path| Recording::create(path, arguments.panels.into(), trust.is_some(), &arguments.recorded, is_live))
                 .transpose()?,
+            view,
             trust,
             bytes: arguments.out.as_deref().map(Growing::create).transpose()?,
             undrawn: None,
@@ -96,6 +107,13 @@ impl<'a> Report<'a> {
             self.say(&format!("vocc: {error:#}; going on without a recording"));
             self.recording = None;
             self.unrecorded = Some(error);
+        }
+    }
+
+    /// Shows something of the current frame on the page, if requested.
+    pub fn view(&mut self, show: impl FnOnce(&mut Feed)) {
+        if let Some(view) = &mut self.view {
+            show(view);
         }
     }
 
@@ -120,6 +138,8 @@ impl<'a> Report<'a> {
     /// Begins the frame with the camera's number `number`.
     pub fn begin(&mut self, number: u64) {
         self.places.push(number);
+        let place = self.place();
+        self.view(|view| view.begin(place));
     }
 
     /// Marks the current frame as done.
@@ -185,6 +205,9 @@ impl<'a> Report<'a> {
         if !latency.is_known() {
             return Ok(());
         }
+        if let Some(view) = &self.view {
+            view.latency(&latency.as_json());
+        }
         if self.as_json {
             return output::json(&serde_json::json!({ "frames": frames, "dropped": dropped, "latency": latency.as_json() }));
         }
@@ -198,9 +221,12 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    /// Prints a line on standard error.
+    /// Prints a line on standard error, and on the page.
     pub fn say(&self, what: &str) {
         self.progress.aside(|| output::tell(what));
+        if let Some(view) = &self.view {
+            view.remark(what);
+        }
     }
 
     fn print(&self, as_text: &str, as_json: &serde_json::Value) -> anyhow::Result<()> {
@@ -223,7 +249,9 @@ impl<'a> Report<'a> {
         let reading = match &report.reading {
             Ok(reading) => reading,
             Err(loss) => {
-                self.say(&format!("frame {number}{of_panel}: {loss}"));
+                // The page has it with the frame.
+                self.progress
+                    .aside(|| output::tell(format_args!("frame {number}{of_panel}: {loss}")));
                 return Ok(());
             }
         };
@@ -243,20 +271,13 @@ impl<'a> Report<'a> {
     }
 
     fn bits(&self, number: u64, of_panel: &str, reading: &Reading, report: &PanelReport, whereabouts: &Whereabouts) -> anyhow::Result<()> {
-        let bits = reading.detection.bits.to_string();
-        let [x, y] = reading.corners.centre_px();
-        let (turned_deg, is_mirrored) = turned(report.orientation);
+        let (bits, [x, y]) = (reading.detection.bits, reading.corners.centre_px());
         self.print(
             &format!(
                 "frame {number}{of_panel}: {bits} at ({x:.2}, {y:.2}) px{}",
                 pose::whereabouts_text(whereabouts, self.with_pose)
             ),
-            &serde_json::json!({
-                "frame": number, "panel": report.panel, "bits": bits, "symbol": report.symbol, "centre_px": [x, y],
-                "pitch_px": reading.corners.pitch_px(), "confidence": reading.detection.confidence,
-                "turned_deg": turned_deg, "is_mirrored": is_mirrored,
-                "pose": pose::whereabouts_json(whereabouts),
-            }),
+            &reading_json(number, report, reading, whereabouts),
         )
     }
 
@@ -395,6 +416,9 @@ impl<'a> Report<'a> {
         }
         self.add_proof(&mut told, proof);
         let text = format!("{}{} {}", self.of_panel(panel), output::quoted(data), self.proof_text(proof));
+        if let Some(view) = &self.view {
+            view.message(&told, true);
+        }
         self.print(&text, &told)
     }
 
@@ -426,6 +450,9 @@ impl<'a> Report<'a> {
             self.add_proof(&mut told, proof);
             format!(", {}", self.proof_text(proof))
         });
+        if let Some(view) = &self.view {
+            view.message(&told, false);
+        }
         self.print(
             &format!(
                 "{of_panel}{} in frames {first} to {last}, {corrected} bits corrected{}{proof_text}",
@@ -435,6 +462,17 @@ impl<'a> Report<'a> {
             &told,
         )
     }
+}
+
+/// What a panel shows in a frame, as `--bits` prints it in JSON.
+pub fn reading_json(number: u64, report: &PanelReport, reading: &Reading, whereabouts: &Whereabouts) -> serde_json::Value {
+    let (turned_deg, is_mirrored) = turned(report.orientation);
+    serde_json::json!({
+        "frame": number, "panel": report.panel, "bits": reading.detection.bits.to_string(), "symbol": report.symbol,
+        "centre_px": reading.corners.centre_px(), "pitch_px": reading.corners.pitch_px(), "confidence": reading.detection.confidence,
+        "turned_deg": turned_deg, "is_mirrored": is_mirrored,
+        "pose": pose::whereabouts_json(whereabouts),
+    })
 }
 
 /// The panel's clockwise rotation in the image in degrees, and whether it is mirrored, if known.

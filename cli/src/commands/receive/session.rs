@@ -10,6 +10,7 @@ use super::Arguments;
 use super::latency::Latency;
 use super::report::Report;
 use super::stage_times::StageTimes;
+use super::view::{Details, Feed};
 use crate::camera::CameraHints;
 use crate::frames::waiting::Moment;
 use crate::options::{self, Shared};
@@ -31,8 +32,15 @@ pub struct Session<'a> {
 }
 
 impl<'a> Session<'a> {
-    /// A session for `total` frames, if known, of a file or a live source.
-    pub fn new(arguments: &'a Arguments, hints: CameraHints, shared: &Shared, total: Option<u64>, is_live: bool) -> anyhow::Result<Self> {
+    /// A session for `total` frames, if known, of a file or a live source, on a page if requested.
+    pub fn new(
+        arguments: &'a Arguments,
+        hints: CameraHints,
+        shared: &Shared,
+        total: Option<u64>,
+        is_live: bool,
+        view: Option<Feed>,
+    ) -> anyhow::Result<Self> {
         let settings = ReceptionSettings {
             camera: hints.camera,
             line_delay: hints.line_delay,
@@ -47,7 +55,7 @@ impl<'a> Session<'a> {
             reception,
             hints,
             arguments,
-            report: Report::new(arguments, shared.json, with_pose, total, is_live)?,
+            report: Report::new(arguments, shared.json, with_pose, total, is_live, view)?,
             next: 0,
             is_deep: None,
             times: StageTimes::default(),
@@ -118,11 +126,19 @@ impl<'a> Session<'a> {
         self.report
             .record(|recording| recording.frame(time_s, moment.unix(), frame, lens.as_ref().ok()));
         for panel in self.reception.frame(stamp, frame, &lens, &mut self.times)? {
-            self.report.panel(&panel, frame, self.reception.whereabouts(panel.panel))?;
+            let whereabouts = self.reception.whereabouts(panel.panel);
+            self.report.panel(&panel, frame, whereabouts)?;
+            self.report.view(|view| view.panel(panel, whereabouts));
         }
         self.report.deliver(&self.reception, moment)?;
         self.report.done();
         self.latency.add(moment, begun, self.times.decoding() - decoded);
+        let details = Details {
+            symbol_rate_hz: self.reception.symbol_rate_hz(),
+            latency: Latency::since(moment),
+            dropped: self.latency.dropped(),
+        };
+        self.report.view(|view| view.frame(frame, details));
         Ok(())
     }
 

@@ -1,0 +1,90 @@
+//! What the page shows of a frame.
+
+use std::time::Duration;
+
+use reception::PanelReport;
+use reception::whereabouts::Whereabouts;
+use rx_pipeline::frame::Frame;
+use serde_json::{Value, json};
+
+use super::super::report::reading_json;
+use super::picture::{self, Region};
+
+/// Maximum side of a frame's picture, and of a panel's.
+const FRAME_SIDE_MAX: usize = 960;
+const PANEL_SIDE_MAX: usize = 320;
+
+/// A frame and what was read in it. It is filled again and again, without an allocation for the pixels.
+#[derive(Default)]
+pub struct Snapshot {
+    number: u64,
+    size: [usize; 2],
+    grey: Vec<u8>,
+    panels: Vec<(PanelReport, Whereabouts)>,
+    details: Details,
+}
+
+/// What concerns a whole frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Details {
+    pub symbol_rate_hz: f32,
+    /// From the frame to its output, of a live source.
+    pub latency: Option<Duration>,
+    /// Frames of the source that were dropped so far (count).
+    pub dropped: u64,
+}
+
+impl Snapshot {
+    /// Begins another frame.
+    pub fn begin(&mut self, number: u64) {
+        self.number = number;
+        self.panels.clear();
+    }
+
+    /// Adds a panel.
+    pub fn add(&mut self, report: PanelReport, whereabouts: Whereabouts) {
+        self.panels.push((report, whereabouts));
+    }
+
+    /// Completes it with the frame's pixels.
+    pub fn complete(&mut self, frame: &Frame, details: Details) {
+        self.size = [frame.width(), frame.height()];
+        self.grey.clear();
+        frame.rows().for_each(|row| self.grey.extend_from_slice(row));
+        self.details = details;
+    }
+
+    /// The frame as JSON: each panel as `--bits` prints it, with its corners and an enlarged picture, or the reason why it was not read.
+    pub fn as_json(&self) -> Value {
+        let panels: Vec<Value> = self
+            .panels
+            .iter()
+            .map(|(report, whereabouts)| self.panel(report, whereabouts))
+            .collect();
+        let Details {
+            symbol_rate_hz,
+            latency,
+            dropped,
+        } = self.details;
+        json!({
+            "frame": self.number, "size_px": self.size, "panels": panels, "symbol_rate_hz": symbol_rate_hz,
+            "latency_s": latency.map(|latency| latency.as_secs_f64()), "dropped": dropped,
+            "picture": picture::as_json(&self.grey, self.size, Region::of(self.size), FRAME_SIDE_MAX),
+        })
+    }
+
+    fn panel(&self, report: &PanelReport, whereabouts: &Whereabouts) -> Value {
+        let reading = match &report.reading {
+            Ok(reading) => reading,
+            Err(loss) => return json!({ "panel": report.panel, "why": loss.to_string() }),
+        };
+        let corners = reading.corners.points();
+        let close = Region::around(&corners, self.size);
+        let mut told = reading_json(self.number, report, reading, whereabouts);
+        told["corners_px"] = json!(corners);
+        told["picture"] = close
+            .and_then(|close| picture::as_json(&self.grey, self.size, close, PANEL_SIDE_MAX))
+            .into();
+        told
+    }
+}

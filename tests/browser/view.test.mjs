@@ -1,0 +1,107 @@
+// The page of `vocc receive --view` shows what the program prints.
+
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { readFileSync, writeFileSync } from "node:fs";
+import path from "node:path";
+import readline from "node:readline";
+import test from "node:test";
+import { setTimeout as wait } from "node:timers/promises";
+import { film, shots, textOf, visit, vocc, workshop } from "./browser.mjs";
+
+/** A text that would be an element, and would run, where it is taken as HTML. */
+const TEXT = '<img src=x onerror="document.title=1"> & ice';
+
+/** Starts `vocc receive - --view` and reads the page's address. */
+async function receiving(t, ...words) {
+  const program = spawn(process.env.VOCC, ["receive", "-", "--json", "--bits", "--view", ...words], { stdio: "pipe" });
+  t.after(() => program.kill("SIGKILL"));
+  let printed = "";
+  program.stdout.on("data", (bytes) => (printed += bytes));
+  const ended = once(program, "close");
+  const address = await new Promise((found) => {
+    readline.createInterface(program.stderr).on("line", (line) => line.startsWith("view: ") && found(line.slice(6)));
+  });
+  const lines = () => printed.trim().split("\n").map((line) => JSON.parse(line));
+  return { program, address, ended, lines, isOwn: (url) => url.startsWith(address) };
+}
+
+test("view: a film is shown as it is printed", async (t) => {
+  const folder = workshop(t);
+  const [key, keys, camera] = ["key.toml", "keys.toml", "camera.toml"].map((name) => path.join(folder, name));
+  vocc("keys", "new", key, "--name", "truck 12");
+  writeFileSync(keys, vocc("keys", "show", key));
+  // The scene's 25 mm on pixels of 6.875 µm.
+  writeFileSync(camera, "focal_px = 3636.36\n");
+  const size = ["--set", "camera.width_px=640", "--set", "camera.height_px=480"];
+  const frames = readFileSync(film(folder, 100, ["day", ...size, "--message", TEXT, "--sign", key, "--counter", "7"]));
+  const told = ["--trust", keys, "--camera", camera, "--interval", "1", "--led-diameter", "0.03"];
+  const { program, address, ended, lines, isOwn } = await receiving(t, ...told);
+  const page = await visit(t, address, { isOwn });
+  await textOf(page, "#state", /^Receiving/);
+  for (let at = 0; at < frames.length; at += 1 << 20) {
+    program.stdin.write(frames.subarray(at, at + (1 << 20)));
+    await wait(30);
+  }
+  program.stdin.end();
+  await textOf(page, "#state", /^Ended: \d+ frames, \d+ messages?\./);
+  const [status] = await ended;
+  assert.equal(status, 0);
+
+  const read = lines().filter(({ bits }) => bits);
+  const last = read.at(-1);
+  // The picture is decoded after the words have come.
+  await textOf(page, "#frame", new RegExp(`^Frame ${last.frame}: 640 × 480 pixels`));
+  await textOf(page, "#panels .bits", new RegExp(`^Bits ${last.bits}, held right by `));
+  const lamps = await page.getAttribute("#panels .leds", "aria-label");
+  const rows = lamps.replace("Bits read, row by row: ", "").split(" ").join("");
+  assert.equal(rows, [...BigInt(`0x${last.bits}`).toString(2).padStart(64, "0")].reverse().join(""));
+  const points = (await page.getAttribute("#picture polygon", "points")).split(" ").map((point) => point.split(",").map(Number));
+  for (const axis of [0, 1]) {
+    const middle = points.reduce((sum, point) => sum + point[axis], 0) / 4 - 0.5;
+    assert.ok(Math.abs(middle - last.centre_px[axis]) < 1, `${middle} and ${last.centre_px}`);
+  }
+  assert.equal(last.pose.known, true);
+  const pose = await page.textContent("#panels dl");
+  for (const [name, value, sigma] of [["Range", "range_m", "range_sigma_m"], ["Bearing", "azimuth_deg", "azimuth_sigma_deg"]]) {
+    const [, shown] = new RegExp(`${name}(−?[\\d.]+) ± `).exec(pose);
+    // It is shown to two digits of what is known.
+    assert.ok(Math.abs(Number(shown.replace("−", "-")) - last.pose[value]) < last.pose[sigma] / 10, `${name} ${shown}: ${last.pose[value]}`);
+  }
+
+  const sent = lines().filter(({ message }) => message);
+  assert.deepEqual(sent.map(({ message }) => message), sent.map(() => TEXT));
+  assert.ok(sent.some(({ verdict }) => verdict === "proven"));
+  assert.equal(await page.locator("#texts p").count(), 1);
+  assert.equal(await page.textContent("#texts p bdi"), TEXT);
+  assert.equal(await page.locator("#texts img").count(), 0);
+  assert.match(await page.textContent("#texts .verdict"), /^signed by truck 12 \([0-9a-f]+\), counter 7: proven$/);
+  assert.equal(await page.isVisible("#unchecked"), false);
+  assert.equal(await page.textContent("#alert"), "");
+  await page.setViewportSize({ width: 1280, height: 900 });
+  await page.screenshot({ path: path.join(shots, "view.png"), fullPage: true });
+});
+
+test("view: the page says why nothing is read, and that the program was stopped", async (t) => {
+  const { program, address, isOwn } = await receiving(t, "--raw", "64x48");
+  const page = await visit(t, address, { isOwn, mayComplain: true });
+  program.stdin.write(Buffer.alloc(64 * 48, 90));
+  await textOf(page, "#panels .why", /^Not read: .*no candidate/);
+  program.kill("SIGKILL");
+  await textOf(page, "#alert", /^vocc does not answer/);
+  await textOf(page, "#panels .why", /^Not read: .*no candidate/);
+});
+
+test("view: a name that resolves to this computer is refused", async (t) => {
+  const { address, isOwn } = await receiving(t, "--raw", "64x48");
+  const flags = ["--host-resolver-rules=MAP evil.example 127.0.0.1"];
+  const page = await visit(t, address, { isOwn: (url) => isOwn(url) || url.includes("evil.example"), flags, mayComplain: true });
+  const answer = await page.goto(address.replace("127.0.0.1", "evil.example"));
+  assert.equal(answer.status(), 403);
+  // Nor does another page on this computer read the events.
+  const other = await receiving(t, "--raw", "64x48");
+  await page.goto(other.address);
+  const seen = await page.evaluate((events) => fetch(events).then(({ status }) => status, () => "refused"), `${address}events`);
+  assert.equal(seen, "refused");
+});
