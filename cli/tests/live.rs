@@ -8,6 +8,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::SystemTime;
 
+use common::bounded::{Watchdog, writer};
 use common::ffmpeg::{Place, wait_for};
 use common::recording::{MESSAGE, filmed, y4m};
 use common::{command, folder, json_lines, name, refused, says, text};
@@ -80,6 +81,7 @@ fn a_source_that_goes_away_is_waited_for() {
     let place = Place::with_frames("live-again", &script);
     let mut receive = place.receive(&["udp://127.0.0.1:5000", "--live", "--json"]);
     let mut receive = receive.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("vocc runs");
+    let _watchdog = Watchdog::of(&receive);
     let mut told = BufReader::new(receive.stderr.take().expect("standard error"))
         .lines()
         .map(|line| line.expect("text"));
@@ -105,7 +107,7 @@ fn a_pipe_named_like_a_film_is_left_to_ffmpeg() {
     pipe(&film);
     let write = {
         let film = film.clone();
-        std::thread::spawn(move || std::fs::write(film, "all of it"))
+        std::thread::spawn(move || writer(&film).write_all(b"all of it"))
     };
     let received = place.received(&["film.mp4"]);
     says(&received, 0, &["latency, median (and worst) of 16 frames"]);
@@ -124,7 +126,8 @@ fn messages_are_told_while_frames_still_come() {
     let mut receive = command(&["receive", name(&path), "--json"]);
     // A pipe of y4m needs no ffmpeg.
     let mut receive = receive.env("PATH", &place).stdout(Stdio::piped()).spawn().expect("vocc runs");
-    let mut camera = std::fs::File::options().write(true).open(&path).expect("a reader");
+    let _watchdog = Watchdog::of(&receive);
+    let mut camera = writer(&path);
     camera.write_all(&film).expect("read");
     let mut told = String::new();
     let mut lines = BufReader::new(receive.stdout.take().expect("standard output"));
@@ -153,6 +156,7 @@ fn a_recording_that_was_cut_off_has_all_that_came() {
     let address = "tcp://127.0.0.1:5000";
     let arguments = [address, "--mcap", "drive.mcap"];
     let mut receive = place.receive(&arguments).stdout(Stdio::null()).spawn().expect("vocc runs");
+    let _watchdog = Watchdog::of(&receive);
     let active = place.0.join("drive.mcap.active");
     let images = |messages: &[(String, u64, Vec<u8>)]| messages.iter().filter(|(topic, ..)| topic == "/camera/image").count();
     wait_for(|| (images(&recorded(&active)) == 16).then_some(()));

@@ -2,10 +2,12 @@
 //!
 //! Skipped if ffmpeg or Python is absent (`tests/run` installs them). `cli/tests/live.rs` has the tests without them.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader};
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::time::Duration;
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -15,6 +17,8 @@ use vocc_tests::trials::{self, Unready};
 
 const MESSAGE: &str = "bend ahead";
 const FRAMES: u64 = 96;
+/// Time for a process that takes seconds; a named pipe without a peer blocks without end.
+const PATIENCE: Duration = Duration::from_secs(180);
 
 /// `vocc`, and a film of a link at 100 frames per second.
 struct Ready {
@@ -62,32 +66,45 @@ impl Ready {
     }
 
     fn run(&self, command: &mut Command) -> ChildGuard {
-        ChildGuard(command.current_dir(self.folder.path()).spawn().expect("it runs"))
+        ChildGuard::of(command.current_dir(self.folder.path()).spawn().expect("it runs"))
     }
 
-    fn pipe(&self, name: &str) -> PathBuf {
-        let pipe = self.folder.path().join(name);
-        if let Err(error) = output(Command::new("mkfifo").arg(&pipe)) {
+    fn pipe(&self, name: &str) {
+        if let Err(error) = output(Command::new("mkfifo").arg(self.folder.path().join(name))) {
             panic!("{error}");
         }
-        pipe
     }
 }
 
-/// A child process that is killed with the test.
-struct ChildGuard(Child);
+/// A child process that is killed with the test, or when its time is up.
+struct ChildGuard {
+    child: Child,
+    _alive: Sender<()>,
+}
 
 impl ChildGuard {
+    fn of(child: Child) -> Self {
+        let (alive, ended) = channel();
+        let process = child.id().to_string();
+        std::thread::spawn(move || {
+            if ended.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                eprintln!("process {process} is killed: it has run for {PATIENCE:?}");
+                let _ = Command::new("kill").args(["-KILL", &process]).status();
+            }
+        });
+        Self { child, _alive: alive }
+    }
+
     fn lines(&mut self) -> impl Iterator<Item = String> + use<> {
-        let lines = BufReader::new(self.0.stdout.take().expect("an output")).lines();
+        let lines = BufReader::new(self.child.stdout.take().expect("an output")).lines();
         lines.map(|line| line.expect("text"))
     }
 }
 
 impl Drop for ChildGuard {
     fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 
@@ -111,7 +128,7 @@ fn all_frames_of_a_named_pipe_are_received(ready: &Ready) {
     let mut receive = ready.receive(&["camera.ts", "--json"]);
     let _camera = ready.play("0", "camera.ts");
     let lines: Vec<Value> = receive.lines().map(|line| json(&line)).collect();
-    assert!(receive.0.wait().expect("an end").success());
+    assert!(receive.child.wait().expect("an end").success());
     let message = lines.iter().find(|line| line["message"] == MESSAGE).expect("a message");
     assert!(message["latency_s"].is_number(), "{message}");
     let last = lines.last().expect("a line");
@@ -127,10 +144,10 @@ fn a_loopback_stream_is_received_until_ctrl_c(ready: &Ready) {
     let mut lines = receive.lines();
     let is_there = lines.any(|line| json(&line)["message"] == MESSAGE);
     assert!(is_there);
-    let interrupted = output(Command::new("kill").args(["-INT", &receive.0.id().to_string()]));
+    let interrupted = output(Command::new("kill").args(["-INT", &receive.child.id().to_string()]));
     assert!(interrupted.is_ok());
     let last = lines.last().expect("a line");
-    assert!(receive.0.wait().expect("an end").success());
+    assert!(receive.child.wait().expect("an end").success());
     print(&json(&last));
 }
 
@@ -138,22 +155,18 @@ fn the_reader_in_the_documentation_has_each_message_at_once(ready: &Ready) {
     let page = std::fs::read_to_string(root().join("docs/live.md")).expect("a page");
     let (_, reader) = page.split_once("```python\n").expect("a reader");
     let (reader, _) = reader.split_once("```").expect("its end");
-    let path = ready.pipe("camera.y4m");
+    ready.pipe("camera.y4m");
     let mut receive = ready.receive(&["camera.y4m", "--json"]);
-    let told = receive.0.stdout.take().expect("an output");
+    let told = receive.child.stdout.take().expect("an output");
     let mut python = Command::new("python3");
     let mut python = ready.run(python.args(["-c", reader]).stdin(told).stdout(Stdio::piped()));
+    std::fs::write(ready.folder.path().join("film.y4m"), y4m(ready.folder.path())).expect("a film");
     // Held open so that the stream does not end before the message is read.
-    let camera = std::fs::File::options().write(true).open(&path).expect("a reader");
-    let film = y4m(ready.folder.path());
-    let playing = std::thread::spawn(move || {
-        let mut camera = camera;
-        camera.write_all(&film).map(|()| camera)
-    });
+    let mut camera = Command::new("sh");
+    let _camera = ready.run(camera.args(["-c", "exec 3>camera.y4m; cat film.y4m >&3; exec sleep 600"]));
     let line = python.lines().next().expect("a line");
     let latency = line.strip_prefix(MESSAGE).map(|latency| latency.trim().parse::<f64>());
     assert!(matches!(latency, Some(Ok(_))), "{line}");
-    playing.join().expect("an end").expect("all is read");
 }
 
 /// Decodes the film in a folder.

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-use super::recording::{filmed, run, y4m};
+use super::bounded::{self, PATIENCE};
+use super::recording::{filmed, y4m_at};
 use super::{command, folder};
 
 /// A folder with a film, and an ffmpeg that does what the script says.
@@ -26,13 +27,19 @@ impl Place {
 
     /// The same with frames beside the film, for the script to give.
     pub fn with_frames(name: &str, script: &str) -> Self {
-        let frames = y4m(&filmed(&format!("{name}-frames"), 16));
+        Self::with_frames_at(name, script, 100, &(0..16).collect::<Vec<_>>())
+    }
+
+    /// The same with a frame for each of these times, in periods of the frame rate.
+    pub fn with_frames_at(name: &str, script: &str, rate_hz: u32, times: &[u32]) -> Self {
+        let frames = y4m_at(&filmed(&format!("{name}-frames"), times.len() as u32), rate_hz);
         let place = Self::new(name, script);
         std::fs::write(place.0.join("frames"), frames).expect("frames");
         // ffmpeg tells when each frame was taken before it writes the frame.
-        let times = (0..16).map(|n| format!("[showinfo@times @ 0x55] [info] n:{n:4} pts:{n:7} pts_time:{n}e-2 fmt:yuv420p\n"));
-        let rate = "[showinfo@times @ 0x55] [info] config in time_base: 1/100, frame_rate: 100/1\n";
-        std::fs::write(place.0.join("times"), rate.to_owned() + &times.collect::<String>()).expect("times");
+        let times = (0..).zip(times);
+        let times = times.map(|(n, time)| format!("[showinfo@times @ 0x55] [info] n:{n:4} pts:{time:7} pts_time:{time} fmt:yuv420p\n"));
+        let rate = format!("[showinfo@times @ 0x55] [info] config in time_base: 1/{rate_hz}, frame_rate: {rate_hz}/1\n");
+        std::fs::write(place.0.join("times"), rate + &times.collect::<String>()).expect("times");
         place
     }
 
@@ -44,7 +51,7 @@ impl Place {
     }
 
     pub fn received(&self, arguments: &[&str]) -> Output {
-        run(&mut self.receive(arguments))
+        bounded::run(&mut self.receive(arguments))
     }
 }
 
@@ -55,7 +62,7 @@ pub fn wait_for<T>(mut look: impl FnMut() -> Option<T>) -> T {
         if let Some(found) = look() {
             return found;
         }
-        assert!(begun.elapsed() < Duration::from_secs(120), "it never came");
+        assert!(begun.elapsed() < PATIENCE, "it never came");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

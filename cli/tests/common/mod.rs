@@ -2,6 +2,8 @@
 #![allow(dead_code, reason = "no test needs all of it")]
 
 #[cfg(target_os = "linux")]
+pub mod bounded;
+#[cfg(target_os = "linux")]
 pub mod ffmpeg;
 pub mod grey_card;
 pub mod recording;

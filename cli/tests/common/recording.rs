@@ -45,7 +45,12 @@ pub fn pixels(folder: &Path) -> Vec<Vec<u8>> {
 
 /// The same as a y4m stream.
 pub fn y4m(folder: &Path) -> Vec<u8> {
-    let mut stream = b"YUV4MPEG2 W320 H240 F100:1 Ip C420jpeg\n".to_vec();
+    y4m_at(folder, 100)
+}
+
+/// The same of that many frames a second.
+pub fn y4m_at(folder: &Path, rate_hz: u32) -> Vec<u8> {
+    let mut stream = format!("YUV4MPEG2 W320 H240 F{rate_hz}:1 Ip C420jpeg\n").into_bytes();
     for frame in pixels(folder) {
         stream.extend(b"FRAME\n");
         stream.extend(frame);
