@@ -48,8 +48,15 @@ pub struct RecordingArguments {
     frame_id: String,
     /// When a film's first frame was taken, in seconds since 1970, so that the recording merges with others; without it, 0. Live sources
     /// tell their own times.
-    #[arg(long, default_value_t = 0.0, value_name = "UNIX_S", requires = "mcap", value_parser = start)]
-    start: f64,
+    #[arg(long, value_name = "UNIX_S", requires = "mcap", value_parser = start)]
+    start: Option<f64>,
+}
+
+impl RecordingArguments {
+    /// When a film's first frame was taken, if given.
+    pub fn start(&self) -> Option<f64> {
+        self.start
+    }
 }
 
 /// Parses seconds since 1970.
@@ -120,7 +127,7 @@ impl Recording {
         self.keep_up()?;
         self.time_ns = match unix {
             Some(unix) => unix.as_nanos() as u64,
-            None => (self.arguments.start * 1e9) as u64 + (time_s * 1e9).max(0.0) as u64,
+            None => (self.arguments.start.unwrap_or_default() * 1e9) as u64 + (time_s * 1e9).max(0.0) as u64,
         };
         let pixels: Vec<u8> = frame.rows().flatten().copied().collect();
         let mut data = Vec::new();

@@ -37,6 +37,62 @@ fn what_is_no_live_source_is_named() {
 }
 
 #[test]
+fn an_option_that_the_source_has_no_use_for_is_refused() {
+    let place = Place::new("live-options", "exit 1");
+    std::fs::write(place.0.join("film.y4m"), "").expect("a film");
+    std::fs::write(place.0.join("frame.png"), "").expect("a frame");
+    pipe(&place.0.join("camera.y4m"));
+    pipe(&place.0.join("camera"));
+    let recorded = ["--mcap", "drive.mcap", "--start", "0"];
+    let ffmpeg = ["--ffmpeg", "-framerate 60"];
+    let raw = ["--raw", "8x8"];
+    for (source, options, why) in [
+        (
+            &["film.mp4"][..],
+            &ffmpeg[..],
+            "--ffmpeg is for a live source that ffmpeg decodes, and film.mp4 is none",
+        ),
+        (&["frame.png"], &ffmpeg, "and frame.png is none"),
+        (&["-"], &ffmpeg, "and standard input is none"),
+        (&["--live", "-"], &ffmpeg, "and standard input is none"),
+        (&["camera.y4m"], &ffmpeg, "and camera.y4m is none"),
+        (&["camera", "--raw", "8x8"], &ffmpeg, "and camera is none"),
+        (
+            &["udp://127.0.0.1:5000"],
+            &recorded,
+            "--start is for films, and each frame of the live source udp://127.0.0.1:5000 has",
+        ),
+        (
+            &["--live", "film.mp4"],
+            &recorded,
+            "live source film.mp4 has a time of its own: leave --start out",
+        ),
+        (&["camera.y4m"], &recorded, "leave --start out"),
+        (
+            &["film.mp4"],
+            &raw,
+            "--raw is for standard input and named pipes, and film.mp4 is neither",
+        ),
+        (&["film.y4m"], &raw, "and film.y4m is neither"),
+        (&["frame.png"], &raw, "and frame.png is neither"),
+        (&["frame.png", "frame.png"], &raw, "and a series of pictures is neither"),
+        (&["udp://127.0.0.1:5000"], &raw, "and udp://127.0.0.1:5000 is neither"),
+        (
+            &["frame.png"],
+            &["--progressive"],
+            "--progressive is for films and streams, and frame.png is neither",
+        ),
+    ] {
+        let received = place.received(&[source, options].concat());
+        says(&received, 2, &[why]);
+        assert_eq!(text(&received.stderr).lines().count(), 1, "{received:?}");
+        assert!(!place.0.join("drive.mcap.active").exists(), "{source:?}");
+    }
+    // No option of ffmpeg is given.
+    says(&place.received(&["frame.png", "--ffmpeg", " "]), 2, &["frame.png"]);
+}
+
+#[test]
 fn an_address_is_read_by_ffmpeg() {
     let place = Place::with_frames("live-address", &format!("echo \"$@\" > told; {FRAMES}"));
     let address = "rtsp://me:secret@localhost/live";

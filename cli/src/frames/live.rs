@@ -72,6 +72,15 @@ impl Live {
         }
     }
 
+    /// Whether ffmpeg decodes it; `raw` is the size of raw frames, if given.
+    pub fn is_decoded(&self, raw: Option<(usize, usize)>) -> bool {
+        match self {
+            Self::Camera(_) | Self::Address(_) | Self::Film(_) => true,
+            Self::Pipe(path) => raw.is_none() && !film::is_plain(path),
+            Self::Input => false,
+        }
+    }
+
     /// Whether it can come back after it disappears.
     pub fn returns(&self) -> bool {
         matches!(self, Self::Camera(_) | Self::Address(_) | Self::Pipe(_))

@@ -140,14 +140,11 @@ struct Incoming<'a> {
 impl<'a> Incoming<'a> {
     fn open(live: &'a Live, arguments: &Arguments, channel: Channel) -> anyhow::Result<Self> {
         let waiting = Arc::new(Waiting::new(arguments.live));
-        let (mut film, decoded) = match live {
-            Live::Camera(_) | Live::Address(_) | Live::Film(_) => Some(Film::open_live(live, &arguments.ffmpeg, arguments.verbose)?),
-            Live::Pipe(path) if arguments.raw.is_none() && !film::is_plain(path) => {
-                Some(Film::open_live(live, &arguments.ffmpeg, arguments.verbose)?)
-            }
-            Live::Pipe(_) | Live::Input => None,
-        }
-        .unzip();
+        let opened = match live.is_decoded(arguments.raw) {
+            true => Some(Film::open_live(live, &arguments.ffmpeg, arguments.verbose)?),
+            false => None,
+        };
+        let (mut film, decoded) = opened.unzip();
         let times = film.as_mut().and_then(Film::take_times);
         // ffmpeg's output is not raw video.
         let (raw, open) = (arguments.raw.filter(|_| film.is_none()), arguments.open());

@@ -1,5 +1,6 @@
 //! `vocc receive`: messages from a sequence of frames.
 
+mod applies;
 mod film_clock;
 mod latency;
 mod live;
@@ -220,6 +221,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
 
 fn receive(arguments: &Arguments, shared: &Shared, view: Option<&View>) -> anyhow::Result<Verdict> {
     let source = Source::of(arguments)?;
+    applies::check(arguments, &source)?;
     let read = source.files();
     if let Some(folder) = &arguments.show {
         std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;

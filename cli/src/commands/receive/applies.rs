@@ -1,0 +1,39 @@
+//! Refuses options that the source has no use for.
+
+use anyhow::ensure;
+
+use super::{Arguments, Source};
+use crate::frames::live::Live;
+
+/// Checks that each option applies to the source.
+pub fn check(arguments: &Arguments, source: &Source) -> anyhow::Result<()> {
+    let name = name(source);
+    let is_live = matches!(source, Source::Live(_));
+    ensure!(
+        arguments.ffmpeg.trim().is_empty() || matches!(source, Source::Live(live) if live.is_decoded(arguments.raw)),
+        "--ffmpeg is for a live source that ffmpeg decodes, and {name} is none: leave --ffmpeg out"
+    );
+    ensure!(
+        arguments.recorded.start().is_none() || !is_live,
+        "--start is for films, and each frame of the live source {name} has a time of its own: leave --start out"
+    );
+    ensure!(
+        arguments.raw.is_none() || matches!(source, Source::Input | Source::Live(Live::Input | Live::Pipe(_))),
+        "--raw is for standard input and named pipes, and {name} is neither: leave --raw out"
+    );
+    ensure!(
+        !arguments.progressive || !matches!(source, Source::Files(_)),
+        "--progressive is for films and streams, and {name} is neither: leave --progressive out"
+    );
+    Ok(())
+}
+
+fn name(source: &Source) -> String {
+    match source {
+        Source::Input => "standard input".into(),
+        Source::Film(film) => film.display().to_string(),
+        Source::Files(frames) if frames.files.len() == 1 => frames.files[0].path.display().to_string(),
+        Source::Files(_) => "a series of pictures".into(),
+        Source::Live(live) => live.name(),
+    }
+}
