@@ -156,6 +156,36 @@ fn a_source_that_goes_away_is_waited_for() {
 }
 
 #[test]
+fn frames_of_a_clock_that_stands_still_are_numbered_by_their_arrival() {
+    // A film at a fifth of its pace, so that no frame arrives later than its period.
+    let receive = |name: &str, times: &[u32]| {
+        let place = Place::with_frames_at(name, FRAMES, 20, times);
+        let received = place.received(&["udp://127.0.0.1:5000", "--symbol-rate", "18", "--json"]);
+        let lines = json_lines(&received);
+        assert!(lines.iter().any(|line| line["message"] == MESSAGE), "{received:?}");
+        (lines.last().expect("a line")["frames"].clone(), received)
+    };
+    let (frames, received) = receive("live-one-time", &[7; 40]);
+    says(
+        &received,
+        0,
+        &["all frames of the live source have one time: they are numbered by their arrival"],
+    );
+    assert_eq!(frames, 40);
+    let stops: Vec<u32> = (0..20).chain([20; 40]).collect();
+    let (frames, received) = receive("live-stopped-clock", &stops);
+    says(
+        &received,
+        0,
+        &[
+            "the clock of the live source stands still",
+            "16 frames have the time of the frame before",
+        ],
+    );
+    assert_eq!(frames, 20 + 40 - 16);
+}
+
+#[test]
 fn a_pipe_named_like_a_film_is_left_to_ffmpeg() {
     let place = Place::with_frames("live-pipe", &format!("/bin/cat film.mp4 > given; {FRAMES}"));
     let film = place.0.join("film.mp4");

@@ -19,8 +19,13 @@ const FIRST_BYTES: usize = 128 << 20;
 /// Containers state the frame rate, or a multiple of it that all times fit. It is the frame rate if the usual step is shorter than this
 /// many periods.
 const STEP_MAX: f64 = 1.5;
+/// A live source's clock that has stood still for this many frames is ignored.
+const STUCK_MAX: usize = 16;
 /// A live source's clock that advances this much more than real time was set forward.
 const JUMP_S: f64 = 1.0;
+
+const STUCK: &str = "the clock of the live source stands still: from here on its frames are numbered by their arrival";
+const ALL_AT_ONCE: &str = "all frames of the live source have one time: they are numbered by their arrival";
 
 /// Passes a film's frames to a session, each with its stamp.
 pub struct FilmClock {
@@ -112,12 +117,18 @@ impl FilmClock {
 
     fn begin(&mut self, session: &mut Session) -> Result<()> {
         let told: Vec<FrameTime> = self.held.iter().filter_map(|(_, moment)| moment.time).collect();
-        if told.len() > 1 && told.iter().all(|time| time.time_s == told[0].time_s) {
-            session.say("all frames of the film have one time: they are counted as steady");
-            self.times = None;
-            self.held.iter_mut().for_each(|(_, moment)| moment.time = None);
-        }
+        let is_live = self.held.iter().any(|(_, moment)| moment.arrival.is_some());
         let mut pace = Pace::of(&told, self.rate_hz);
+        if told.len() > 1 && told.iter().all(|time| time.time_s == told[0].time_s) {
+            if is_live {
+                session.say(ALL_AT_ONCE);
+                pace.ignores_times = true;
+            } else {
+                session.say("all frames of the film have one time: they are counted as steady");
+                self.times = None;
+                self.held.iter_mut().for_each(|(_, moment)| moment.time = None);
+            }
+        }
         session.set_usual_fps(pace.rate_hz as f32)?;
         for (grey, moment) in self.held.drain(..) {
             pace.give(session, &grey, moment, self.size)?;
@@ -141,6 +152,12 @@ struct Pace {
     resumes: bool,
     /// Frames with the time of the frame before (count).
     doubled: usize,
+    /// The number of these since the last other frame.
+    stuck: usize,
+    /// Whether a live source's clock stands still, so that frames are numbered by their arrival.
+    ignores_times: bool,
+    /// The arrival and the number that further frames are numbered from.
+    arrived: Option<(Instant, u64)>,
 }
 
 impl Pace {
@@ -158,14 +175,44 @@ impl Pace {
             last_came: None,
             resumes: false,
             doubled: 0,
+            stuck: 0,
+            ignores_times: false,
+            arrived: None,
         }
     }
 
-    fn give(&mut self, session: &mut Session, grey: &[u8], moment: Moment, (width, height): (usize, usize)) -> Result<()> {
+    fn give(&mut self, session: &mut Session, grey: &[u8], mut moment: Moment, (width, height): (usize, usize)) -> Result<()> {
+        if !self.ignores_times && self.is_stuck(&moment) {
+            session.say(STUCK);
+            self.ignores_times = true;
+        }
+        if self.ignores_times {
+            moment.time = None;
+        }
         match self.stamp(&moment) {
             Some(stamp) => session.frame(stamp, &Frame::new(grey, width, height)?, &moment),
             None => Ok(()),
         }
+    }
+
+    /// Counts frames with the time of the frame before; returns whether a live source has shown too many of them.
+    fn is_stuck(&mut self, moment: &Moment) -> bool {
+        let repeats = moment.time.zip(self.last).is_some_and(|(time, (last_s, _))| time.time_s == last_s);
+        self.stuck = if repeats { self.stuck + 1 } else { 0 };
+        self.stuck > STUCK_MAX && moment.arrival.is_some()
+    }
+
+    /// The stamp of a frame of a live source whose clock stands still. Frames that arrive together are consecutive: a connection delays
+    /// and bundles them, so that a late arrival says nothing of the exposure within its period.
+    fn stamp_by_arrival(&mut self, came: Option<Instant>, after_dropped: u64) -> Stamp {
+        let next = self.last.map_or(0, |(_, last)| last.saturating_add(1 + after_dropped));
+        let periods = came.map_or(0.0, |came| {
+            let (from, number) = *self.arrived.get_or_insert((came, next));
+            number as f64 + came.saturating_duration_since(from).as_secs_f64() * self.rate_hz
+        });
+        let (number, _) = numbered(periods, next);
+        self.last = Some((f64::NAN, number));
+        Stamp::of(number)
     }
 
     /// A frame's stamp; `None` if it repeats the time of the frame before.
@@ -173,6 +220,9 @@ impl Pace {
         let time = moment.time;
         let came = moment.arrival.map(|arrival| arrival.at);
         let last_came = std::mem::replace(&mut self.last_came, came);
+        if self.ignores_times {
+            return Some(self.stamp_by_arrival(came, moment.after_dropped));
+        }
         let Some((last_s, last)) = self.last else {
             self.from_s = time.map_or(0.0, |time| time.time_s);
             self.last = Some((self.from_s, 0));
@@ -266,6 +316,61 @@ mod tests {
     fn a_clock_that_is_set_back_goes_on() {
         let (_, found) = stamps(&times(&[1000, 1040, 1080, 0, 40, 120], 1e-3, 25.0));
         assert_eq!(found, [(0, 0.0), (1, 0.0), (2, 0.0), (3, 0.0), (4, 0.0), (6, 0.0)]);
+    }
+
+    #[test]
+    fn a_live_sources_clock_may_stand_still() {
+        let begun = Instant::now();
+        let mut pace = Pace::of(&times(&[7, 7], 1e-3, 25.0), 25.0);
+        pace.ignores_times = true;
+        let mut number = |came_ms: u64, after_dropped| {
+            let arrival = Arrival {
+                at: begun + Duration::from_millis(came_ms),
+                unix: Duration::ZERO,
+            };
+            let stamp = pace.stamp(&Moment {
+                time: None,
+                arrival: Some(arrival),
+                after_dropped,
+            });
+            stamp.map(|stamp| (stamp.number, stamp.late))
+        };
+        for (came_ms, after_dropped, expected) in [
+            (0, 0, 0),
+            (40, 0, 1),
+            // Late within its period, then two in a bundle.
+            (95, 0, 2),
+            (160, 0, 4),
+            (160, 0, 5),
+            (200, 0, 6),
+            // Three were lost on the way, and then four dropped here.
+            (400, 0, 10),
+            (400, 4, 15),
+            (640, 0, 16),
+        ] {
+            assert_eq!(number(came_ms, after_dropped), Some((expected, 0.0)), "at {came_ms} ms");
+        }
+    }
+
+    #[test]
+    fn a_live_sources_clock_that_stops_is_noticed() {
+        let mut pace = Pace::of(&times(&[0, 40], 1e-3, 25.0), 25.0);
+        let moment = |tick: i32, arrival| Moment {
+            time: Some(times(&[tick], 1e-3, 25.0)[0]),
+            arrival,
+            after_dropped: 0,
+        };
+        let mut is_stuck = |tick, arrival| {
+            let is_stuck = pace.is_stuck(&moment(tick, arrival));
+            pace.stamp(&moment(tick, arrival));
+            is_stuck
+        };
+        for tick in (0..40).chain([40; STUCK_MAX]).chain([41]).chain([42; STUCK_MAX]) {
+            assert!(!is_stuck(tick, Some(Arrival::now())), "{tick}");
+        }
+        // A film's frames do not arrive.
+        assert!(!is_stuck(42, None));
+        assert!(is_stuck(42, Some(Arrival::now())));
     }
 
     #[test]
