@@ -6,6 +6,7 @@
 //! | [`names`] | file type and frame number by name |
 //! | [`film`] | frames of a film, by ffmpeg |
 //! | [`live`] | names of cameras, addresses and pipes, and ffmpeg's options for them |
+//! | [`secrets`] | passwords in addresses and options, hidden in all output |
 //! | [`cameras`] | the cameras of this computer |
 //! | [`waiting`] | queue of frames not read yet |
 //! | [`foreign`] | advice for unrecognised sources |
@@ -23,6 +24,7 @@ pub mod live;
 mod mosaic;
 mod names;
 pub mod picture;
+pub mod secrets;
 pub mod stamps;
 pub mod waiting;
 

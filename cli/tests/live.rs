@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::SystemTime;
 
-use common::bounded::{Watchdog, writer};
+use common::bounded::{self, Watchdog, writer};
 use common::ffmpeg::{Place, wait_for};
 use common::recording::{MESSAGE, filmed, y4m};
 use common::{command, folder, json_lines, name, refused, says, text};
@@ -128,6 +128,46 @@ fn an_address_is_read_by_ffmpeg() {
         2,
         &["Connection refused", "check whether it is there"],
     );
+}
+
+#[test]
+fn no_output_shows_a_password() {
+    let script = r#"for word; do case $word in *://*) echo "[error] $word refused it's%20me, it's me" >&2; esac; done; exit 1"#;
+    let place = Place::new("live-password", script);
+    let address = "rtsp://me:it's%20me@localhost/live";
+    let shown = "rtsp://me:***@localhost/live";
+    let ftp = "ftp://me:it's%20me@localhost/film.mp4";
+    for (arguments, words) in [
+        (
+            &[address, "--verbose"][..],
+            &["-i rtsp://me:***@localhost/live ", "rtsp://me:***@localhost/live refused ***, ***"][..],
+        ),
+        (&["--live", address, "--verbose"], &["-i rtsp://me:***@localhost/live "]),
+        (
+            &["srt://localhost:9000?passphrase=it's%20me", "--verbose"],
+            &["srt://localhost:9000?passphrase=***"],
+        ),
+        (
+            &["udp://localhost:9000", "--verbose", "--ffmpeg", "-passphrase it's%20me"],
+            &["-passphrase *** "],
+        ),
+        (&[address, "--raw", "8x8"], &["rtsp://me:***@localhost/live is neither"]),
+        (&[address, address], &[shown, "give it alone"]),
+        (&[ftp], &["ftp://me:***@localhost/film.mp4 is an address"]),
+        (&["film.mp4", ftp], &["ftp://me:***@localhost/film.mp4 is live or an address"]),
+        (&["--live", ftp], &["ftp://me:***@localhost/film.mp4 is not live"]),
+    ] {
+        let received = place.received(arguments);
+        says(&received, 2, words);
+        let told = text(&received.stderr);
+        assert!(
+            !told.contains("me@") && !told.contains("s%20") && !told.contains("s me"),
+            "{arguments:?}: {told}"
+        );
+    }
+    let decoded = bounded::run(&mut command(&["decode", address]));
+    says(&decoded, 2, &[shown]);
+    assert!(!text(&decoded.stderr).contains("s%20"), "{decoded:?}");
 }
 
 #[test]

@@ -15,6 +15,7 @@ use studies::stop::Stop;
 
 use super::live::Live;
 use super::names::has_ending;
+use super::secrets::{self, Secrets};
 use crate::output::{self, tell};
 use crate::stop;
 
@@ -97,8 +98,8 @@ pub fn pipe(options: &str, input: &str) -> String {
 /// A film or a live source being read.
 pub struct Film {
     name: String,
-    /// ffmpeg's address of the source if it differs from the name, as an address with a password does.
-    address: Option<String>,
+    /// Hidden in ffmpeg's command and in what ffmpeg prints.
+    secrets: Secrets,
     /// ffmpeg's log, if it runs.
     said: Option<JoinHandle<Vec<String>>>,
     times: Option<FrameTimes>,
@@ -110,9 +111,9 @@ impl Film {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         let name = path.display().to_string();
         if is_plain(path) {
-            return Ok((Self::of(name, None), Box::new(file)));
+            return Ok((Self::of(name, Secrets::default()), Box::new(file)));
         }
-        Self::of(name, None).decoded(decoder(&local(path)), shows, |name| {
+        Self::of(name, Secrets::default()).decoded(decoder(&local(path)), shows, |name| {
             format!(
                 "{name} is a film, and ffmpeg, which decodes films, is not on the PATH: install it, or make the film plain on a computer \
                  that has it, by `ffmpeg -i {name} -pix_fmt yuv420p -f yuv4mpegpipe film.y4m`, which `vocc receive film.y4m` reads, as \
@@ -123,7 +124,7 @@ impl Film {
 
     /// Opens a live source in the same way, with more `options` for ffmpeg.
     pub fn open_live(source: &Live, options: &str, shows: bool) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
-        let film = Self::of(source.name(), source.address().map(str::to_owned));
+        let film = Self::of(source.name(), Secrets::of(source.address(), options));
         film.decoded(decoder(&source.input(options)), shows, |name| {
             format!(
                 "ffmpeg, which reads {name}, is not on the PATH: install it, or pipe y4m into `vocc receive -` from a computer that has it"
@@ -131,20 +132,12 @@ impl Film {
         })
     }
 
-    fn of(name: String, address: Option<String>) -> Self {
+    fn of(name: String, secrets: Secrets) -> Self {
         Self {
             name,
-            address,
+            secrets,
             said: None,
             times: None,
-        }
-    }
-
-    /// Replaces the address in a text by the name.
-    fn named(&self, text: &str) -> String {
-        match &self.address {
-            Some(address) => text.replace(address, &self.name),
-            None => text.into(),
         }
     }
 
@@ -156,7 +149,7 @@ impl Film {
         without: impl FnOnce(&str) -> String,
     ) -> anyhow::Result<(Self, Box<dyn Read + Send>)> {
         if shows {
-            tell(self.named(&shown(&ffmpeg)));
+            tell(shown(&ffmpeg, &self.secrets));
         }
         let mut decoder = ffmpeg.spawn().map_err(|error| match error.kind() {
             ErrorKind::NotFound => anyhow::anyhow!(without(&self.name)),
@@ -186,12 +179,13 @@ impl Film {
         let Some(status) = stop::wait_for_other() else {
             return Ok(());
         };
-        let said = self.named(&said.join().unwrap_or_default().join("; "));
+        let said = said.join().unwrap_or_default().join("; ");
         let name = &self.name;
         ensure!(
             !said.contains("matches no streams"),
             "{name} has no moving pictures: it is sound alone, or a cover with it"
         );
+        let said = self.secrets.hide(&said);
         ensure!(status.success(), "ffmpeg cannot decode {name} ({status}): {said}");
         if !said.is_empty() {
             tell(format_args!("ffmpeg says of {name}: {said}"));
@@ -227,12 +221,16 @@ fn decoder(input: &[OsString]) -> Command {
 }
 
 /// Formats a command for a shell.
-fn shown(command: &Command) -> String {
+fn shown(command: &Command, secrets: &Secrets) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:/=+@".contains(c);
     let words = std::iter::once(command.get_program()).chain(command.get_args());
     let words = words.map(|word| {
-        let word = output::name(Path::new(word));
-        match word.chars().all(plain) {
+        // Hidden first: quotes and escapes may change a password.
+        let word = match word.to_str() {
+            Some(text) => output::name(Path::new(&secrets.hide(text))),
+            None => output::name(Path::new(word)),
+        };
+        match word.replace(secrets::HIDDEN, "").chars().all(plain) {
             true => word,
             false => format!("'{}'", word.replace('\'', r"'\''")),
         }

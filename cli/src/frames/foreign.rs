@@ -4,18 +4,19 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::{files, film};
+use super::{files, film, secrets};
 
 /// Advice if a source is unreadable by its name; `None` if it may be readable.
 pub fn advice(source: &Path) -> Option<String> {
-    let name = source.display();
-    let pipe = |options| film::pipe(options, &name.to_string());
     if is_address(source) {
+        let name = secrets::masked(&source.to_string_lossy());
         return Some(format!(
             "{name} is an address, and files are read here: pipe what is there, by `{}`",
-            pipe("")
+            film::pipe("", &name)
         ));
     }
+    let name = source.display();
+    let pipe = |options| film::pipe(options, &name.to_string());
     let is_foreign = source.is_file() && !files::is_picture(source) && !film::is_one(source) && !begins_as_picture(source);
     is_foreign.then(|| {
         format!(
@@ -27,7 +28,7 @@ pub fn advice(source: &Path) -> Option<String> {
 }
 
 /// Whether it is a URL, and no file.
-fn is_address(source: &Path) -> bool {
+pub fn is_address(source: &Path) -> bool {
     let text = source.to_string_lossy();
     let scheme = text.split_once("://").map(|(scheme, _)| scheme);
     scheme.is_some_and(|scheme| !scheme.is_empty() && scheme.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte)))

@@ -15,7 +15,9 @@ use super::film_clock::FilmClock;
 use super::session::Session;
 use super::{Arguments, explained};
 use crate::frames::film::{self, Film};
+use crate::frames::foreign;
 use crate::frames::live::Live;
+use crate::frames::secrets;
 use crate::frames::waiting::{Format, Next, Waiting};
 use crate::output::{self, Verdict};
 use crate::stop::stop;
@@ -203,9 +205,9 @@ pub fn of(sources: &[std::path::PathBuf]) -> anyhow::Result<Live> {
         return Ok(Live::Input);
     }
     ensure!(
-        film::is_one(source) && !source.is_dir(),
+        film::is_one(source) && !source.is_dir() && !foreign::is_address(source),
         "{} is not live: name a camera, an address, a named pipe, a film or -, or leave --live out",
-        source.display()
+        secrets::masked(&source.to_string_lossy())
     );
     File::open(source).with_context(|| format!("cannot read {}", source.display()))?;
     Ok(Live::Film(source.clone()))

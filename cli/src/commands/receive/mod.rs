@@ -27,6 +27,7 @@ use crate::frames::film::{self, Film, FrameTimes};
 use crate::frames::foreign;
 use crate::frames::live::Live;
 use crate::frames::picture::{GreyPicture, PictureReader};
+use crate::frames::secrets;
 use crate::frames::waiting::Moment;
 use crate::keys::TrustArguments;
 use crate::options::Shared;
@@ -168,6 +169,14 @@ impl<'a> Source<'a> {
             if let Some(advice) = foreign::advice(source) {
                 bail!(advice);
             }
+        } else if let Some(alone) = sources
+            .iter()
+            .find(|source| Live::of(source).is_some() || foreign::is_address(source))
+        {
+            bail!(
+                "{} is live or an address, and other sources are named beside it: give it alone",
+                secrets::masked(&alone.to_string_lossy())
+            );
         }
         Ok(match sources {
             [source] if source == Path::new("-") => Self::Input,
