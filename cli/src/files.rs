@@ -85,7 +85,7 @@ fn write_to(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()
 pub struct Growing(Target);
 
 enum Target {
-    Through(Box<dyn Write>),
+    Through(Box<dyn Write + Send>),
     Aside(AtomicWriteFile),
     Active(Active),
 }

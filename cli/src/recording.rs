@@ -17,11 +17,11 @@
 //! source if it uses that clock, otherwise the frame's arrival. A live recording is readable with one second of delay as
 //! `FILE.mcap.active`, which becomes `FILE.mcap` at the end.
 
+mod files;
 mod mcap;
 mod ros;
 
-use std::io::BufWriter;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -31,8 +31,8 @@ use rx_pipeline::frame::Frame;
 use rx_pipeline::pose::{Lens, Pose};
 use rx_pipeline::receiver::Reading;
 
-use self::mcap::{Schema, Writer};
-use crate::files::Growing;
+use self::files::Files;
+use self::mcap::Schema;
 use ros::Ros;
 
 /// Maximum duration of a live recording that can be lost.
@@ -50,6 +50,10 @@ pub struct RecordingArguments {
     /// tell their own times.
     #[arg(long, value_name = "UNIX_S", requires = "mcap", value_parser = start)]
     start: Option<f64>,
+    /// Maximum size of a recording's file in bytes, or with k, M or G for thousands, millions or billions, such as 200M: FILE.mcap, then
+    /// FILE-0001.mcap and so on, each complete. A larger frame has a file of its own.
+    #[arg(long, value_name = "BYTES", requires = "mcap", value_parser = files::max_size)]
+    max_size: Option<u64>,
 }
 
 impl RecordingArguments {
@@ -69,8 +73,7 @@ fn start(text: &str) -> Result<f64, String> {
 
 /// A recording of frames, panels and messages.
 pub struct Recording {
-    path: PathBuf,
-    writer: Writer<BufWriter<Growing>>,
+    files: Files,
     image: u16,
     /// Created with the first frame whose lens is known.
     camera_info: Option<u16>,
@@ -95,24 +98,19 @@ struct Panel {
 impl Recording {
     /// Creates a recording of a number of panels, with or without verdicts; a live one can be read while it grows.
     pub fn create(path: &Path, panels: usize, with_verdicts: bool, arguments: &RecordingArguments, is_live: bool) -> anyhow::Result<Self> {
-        let file = match is_live {
-            true => Growing::create_active(path)?,
-            false => Growing::create(path)?,
-        };
-        let mut writer = Writer::new(BufWriter::new(file))?;
-        let image = channel_of::<ros::CompressedImage>(&mut writer, "/camera/image");
+        let mut files = Files::create(path, arguments.max_size, is_live)?;
+        let image = channel_of::<ros::CompressedImage>(&mut files, "/camera/image");
         let panels = (0..panels)
             .map(|number| Panel {
-                outline: channel_of::<ros::ImageAnnotations>(&mut writer, &format!("/panel_{number}/outline")),
-                pose: channel_of::<ros::PoseWithCovarianceStamped>(&mut writer, &format!("/panel_{number}/pose")),
-                message: channel_of::<ros::Text>(&mut writer, &format!("/panel_{number}/message")),
-                bytes: channel_of::<ros::Bytes>(&mut writer, &format!("/panel_{number}/message_bytes")),
-                verdict: with_verdicts.then(|| channel_of::<ros::Text>(&mut writer, &format!("/panel_{number}/verdict"))),
+                outline: channel_of::<ros::ImageAnnotations>(&mut files, &format!("/panel_{number}/outline")),
+                pose: channel_of::<ros::PoseWithCovarianceStamped>(&mut files, &format!("/panel_{number}/pose")),
+                message: channel_of::<ros::Text>(&mut files, &format!("/panel_{number}/message")),
+                bytes: channel_of::<ros::Bytes>(&mut files, &format!("/panel_{number}/message_bytes")),
+                verdict: with_verdicts.then(|| channel_of::<ros::Text>(&mut files, &format!("/panel_{number}/verdict"))),
             })
             .collect();
         Ok(Self {
-            path: path.into(),
-            writer,
+            files,
             image,
             camera_info: None,
             panels,
@@ -124,6 +122,7 @@ impl Recording {
 
     /// Records a frame taken `time_s` after the first, or `unix` since 1970, and its lens if known.
     pub fn frame(&mut self, time_s: f64, unix: Option<Duration>, frame: &Frame, lens: Option<&Lens>) -> anyhow::Result<()> {
+        self.files.end_frame()?;
         self.keep_up()?;
         self.time_ns = match unix {
             Some(unix) => unix.as_nanos() as u64,
@@ -146,7 +145,7 @@ impl Recording {
             return Ok(());
         };
         let channel = self.camera_info;
-        let channel = channel.unwrap_or_else(|| channel_of::<ros::CameraInfo>(&mut self.writer, "/camera/camera_info"));
+        let channel = channel.unwrap_or_else(|| channel_of::<ros::CameraInfo>(&mut self.files, "/camera/camera_info"));
         self.camera_info = Some(channel);
         let camera_info = self.encoded(&ros::CameraInfo::of(self.header(), size, lens))?;
         self.put(channel, &camera_info)
@@ -160,7 +159,7 @@ impl Recording {
             && kept.elapsed() >= KEEP_EVERY
         {
             *kept = Instant::now();
-            self.writer.keep()?;
+            self.files.keep()?;
         }
         Ok(())
     }
@@ -206,19 +205,17 @@ impl Recording {
     /// Renames the file into place.
     ///
     /// # Errors
-    /// If not every byte can be written; the previous file is then unchanged, as it is if no frame of a live source came.
+    /// If not every byte can be written; a previous file is then unchanged, as it is if no frame of a live source came.
     pub fn finish(self) -> anyhow::Result<()> {
         if self.kept.is_some() && self.time_ns == 0 {
             return Ok(());
         }
-        let file = self.writer.finish()?;
-        let file = file.into_inner().map_err(std::io::IntoInnerError::into_error)?;
-        Ok(file.keep()?)
+        self.files.finish()
     }
 
     /// Context for its errors.
     pub fn about(&self) -> String {
-        format!("cannot write {}", self.path.display())
+        format!("cannot write {}", self.files.path().display())
     }
 
     fn header(&self) -> ros::Header<'_> {
@@ -230,7 +227,7 @@ impl Recording {
     }
 
     fn put(&mut self, channel: u16, encoded: &[u8]) -> anyhow::Result<()> {
-        Ok(self.writer.message(channel, self.time_ns, encoded)?)
+        self.files.message(channel, self.time_ns, encoded)
     }
 
     fn write(&mut self, channel: u16, message: &impl Ros) -> anyhow::Result<()> {
@@ -240,7 +237,7 @@ impl Recording {
 }
 
 /// Adds a channel for messages of one type.
-fn channel_of<Message: Ros>(writer: &mut Writer<BufWriter<Growing>>, topic: &str) -> u16 {
+fn channel_of<Message: Ros>(files: &mut Files, topic: &str) -> u16 {
     let (name, definition) = (Message::NAME, Message::DEFINITION);
-    writer.channel(topic, Schema { name, definition })
+    files.channel(topic, Schema { name, definition })
 }

@@ -113,3 +113,151 @@ fn a_recording_goes_nowhere_else() {
     }
     assert_eq!(std::fs::read(&frame).expect("a frame"), before);
 }
+
+/// Each file of a recording, read by itself: its images' times, and whether each has a calibration beside it.
+#[track_caller]
+fn part(path: &std::path::Path, max_bytes: u64) -> Vec<u64> {
+    let bytes = std::fs::read(path).expect("a recording");
+    assert!(bytes.len() as u64 <= max_bytes, "{} has {} bytes", path.display(), bytes.len());
+    let messages = MessageStream::new(&bytes).expect("an MCAP file");
+    let messages: Vec<_> = messages.collect::<Result<_, _>>().expect("whole messages");
+    let schemas = messages.iter().filter_map(|message| message.channel.schema.as_ref());
+    assert_eq!(schemas.count(), messages.len());
+    let times = |topic| of_topic(&messages, topic).iter().map(|(time_ns, _)| *time_ns).collect::<Vec<_>>();
+    assert_eq!(times("/camera/camera_info"), times("/camera/image"), "{}", path.display());
+    let summary = mcap::Summary::read(&bytes).expect("a file").expect("a summary");
+    let count = summary.stats.as_ref().expect("statistics").message_count;
+    assert_eq!((count, summary.channels.len()), (messages.len() as u64, 6));
+    // What belongs to a frame is in the frame's file.
+    let images = times("/camera/image");
+    for topic in ["/panel_0/outline", "/panel_0/message", "/panel_0/message_bytes"] {
+        assert!(times(topic).iter().all(|time_ns| images.contains(time_ns)), "{topic}");
+    }
+    images
+}
+
+#[test]
+fn a_recording_is_divided_without_a_loss() {
+    let folder = folder("recording-parts");
+    let path = |file: &str| name(&folder.join(file)).to_owned();
+    let (film, camera) = (path("film"), path("camera.toml"));
+    let link = ["link", "day", "--message", "ice", "--frames", "40", "--save", &film];
+    let size = ["--set=camera.width_px=480", "--set=camera.height_px=320"];
+    says(&vocc(&[&link[..], &size, &["--seed", "1"]].concat()), 0, &[]);
+    std::fs::write(&camera, "focal_px = 3636.4\n").expect("a file");
+    let receive = ["receive", &film, "--camera", &camera, "--mcap"];
+    says(&vocc(&[&receive[..], &[&path("whole.mcap")]].concat()), 0, &[]);
+    let max_bytes = 250_000;
+    let drive = path("drive.mcap");
+    let divided = [&receive[..], &[&drive, "--max-size", "250k"]].concat();
+    says(&vocc(&divided), 0, &[]);
+
+    let whole = part(&folder.join("whole.mcap"), u64::MAX);
+    assert_eq!(whole.len(), 40);
+    let mut parts: Vec<_> = std::fs::read_dir(&folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").file_name().into_string().expect("a plain name"))
+        .filter(|file| file.starts_with("drive"))
+        .collect();
+    parts.sort_by_key(|file| (file.len(), file.clone()));
+    let names = (0..parts.len()).map(|number| match number {
+        0 => "drive.mcap".to_owned(),
+        number => format!("drive-{number:04}.mcap"),
+    });
+    assert_eq!(parts, names.collect::<Vec<_>>());
+    assert!(parts.len() > 3, "{parts:?}");
+    let divided_times: Vec<u64> = parts.iter().flat_map(|file| part(&folder.join(file), max_bytes)).collect();
+    assert_eq!(divided_times, whole);
+    // All topics, times and contents, in order.
+    let contents = |file: &str| {
+        let bytes = std::fs::read(folder.join(file)).expect("a recording");
+        let messages = MessageStream::new(&bytes)
+            .expect("an MCAP file")
+            .map(|message| message.expect("whole"));
+        let content = |message: mcap::Message| (message.channel.topic.clone(), message.log_time, message.data.to_vec());
+        messages.map(content).collect::<Vec<_>>()
+    };
+    let divided_contents: Vec<_> = parts.iter().flat_map(|file| contents(file)).collect();
+    assert!(divided_contents == contents("whole.mcap"));
+
+    // No file of a recording is overwritten, finished or not.
+    let refused = |taken: &str| says(&vocc(&divided), 2, &[taken, "is there already, and stays as it is"]);
+    refused("drive-0001.mcap");
+    for file in &parts[..parts.len() - 1] {
+        std::fs::remove_file(folder.join(file)).expect("a file");
+    }
+    let last = parts.last().expect("a file");
+    let before = std::fs::read(folder.join(last)).expect("a file");
+    refused(last);
+    assert!(std::fs::read(folder.join(last)).expect("a file") == before);
+    std::fs::rename(folder.join(last), folder.join("drive-0007.mcap.active")).expect("moved");
+    refused("drive-0007.mcap.active");
+}
+
+#[test]
+fn a_maximum_size_is_of_files_and_no_small_one() {
+    let folder = folder("recording-size");
+    let frame = folder.join("frame.png");
+    says(&vocc(&["render", "day", "--out", name(&frame)]), 0, &[]);
+    let receive = ["receive", name(&frame)];
+    refused(&[&receive[..], &["--max-size", "1M"]].concat(), &["--mcap"]);
+    let mcap = ["--mcap", "/dev/null", "--max-size"];
+    refused(&[&receive[..], &mcap, &["1M"]].concat(), &["/dev/null is a device or a pipe"]);
+    refused(&[&receive[..], &mcap, &["2"]].concat(), &["give at least 100000 bytes"]);
+    // A frame that is larger than a file may be has a file of its own.
+    let recording = folder.join("drive.mcap");
+    let large = ["--mcap", name(&recording), "--max-size", "100k"];
+    says(&vocc(&[&receive[..], &[name(&frame), name(&frame)], &large].concat()), 1, &[]);
+    for file in ["drive.mcap", "drive-0001.mcap", "drive-0002.mcap"] {
+        let bytes = std::fs::read(folder.join(file)).expect("a recording");
+        assert!(bytes.len() > 100_000);
+        let messages = MessageStream::new(&bytes).expect("an MCAP file");
+        let messages: Vec<_> = messages.collect::<Result<_, _>>().expect("whole messages");
+        assert_eq!(of_topic(&messages, "/camera/image").len(), 1, "{file}");
+    }
+    assert!(!folder.join("drive-0003.mcap").exists());
+}
+
+/// The file system refuses bytes beyond a limit, as a full disk does.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_ends_the_recording_and_not_the_reception() {
+    use common::bounded::run;
+    use common::recording::{MESSAGE, filmed, y4m};
+    let film = filmed("recording-full-frames", 40);
+    let folder = folder("recording-full");
+    std::fs::write(folder.join("film.y4m"), y4m(&film)).expect("a film");
+    let made = std::process::Command::new("mkfifo").arg(folder.join("camera.y4m")).status();
+    assert!(made.expect("mkfifo runs").success());
+    let limited = |options: &str| {
+        let program = env!("CARGO_BIN_EXE_vocc");
+        let script = format!("trap '' XFSZ; ulimit -f 400; exec {program} receive {options}");
+        run(std::process::Command::new("sh").args(["-c", &script]).current_dir(&folder))
+    };
+    let files = |start: &str| {
+        let entries = std::fs::read_dir(&folder).expect("a folder");
+        let names = entries.map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"));
+        names.filter(|name| name.starts_with(start)).count()
+    };
+    let words = ["cannot write drive.mcap: File too large", "going on without a recording"];
+    // Of a film, nothing is left.
+    let received = limited("film.y4m --mcap drive.mcap");
+    says(&received, 2, &words);
+    assert!(text(&received.stdout).contains(MESSAGE), "{received:?}");
+    assert_eq!(files("drive"), 0);
+    // Of a live source, what was kept each second may stay.
+    let mut camera = std::process::Command::new("sh")
+        .args(["-c", "cat film.y4m > camera.y4m"])
+        .current_dir(&folder)
+        .spawn()
+        .expect("sh runs");
+    let received = limited("camera.y4m --mcap drive.mcap");
+    camera.wait().expect("an end");
+    says(&received, 2, &words);
+    assert!(text(&received.stdout).contains(MESSAGE), "{received:?}");
+    assert!(!folder.join("drive.mcap").exists());
+    // Files within the limit are all written.
+    let received = limited("film.y4m --mcap small.mcap --max-size 190k");
+    says(&received, 0, &[]);
+    assert!(files("small") > 2);
+}

@@ -11,6 +11,15 @@ const LIBRARY: &str = concat!("vocc ", env!("CARGO_PKG_VERSION"));
 /// A chunk ends once it exceeds this size.
 const CHUNK_BYTES: usize = 1024 * 1024;
 
+/// What a message takes beside its content: the fields before it, and its place in the index.
+const MESSAGE_BYTES: usize = 31 + 16;
+/// What a chunk takes beside its messages: its record, and its place in the summary.
+const CHUNK_RECORD_BYTES: usize = 49 + 73;
+/// What a chunk takes for each of its channels: an index record, and its place in the summary.
+const CHUNK_CHANNEL_BYTES: usize = 15 + 10;
+/// The end of the data, the statistics without their channels, the offsets of four groups, the footer, and the magic.
+const SUMMARY_BYTES: usize = 13 + 55 + 4 * 26 + 29 + 8;
+
 /// Opcodes of the record types.
 mod op {
     pub const HEADER: u8 = 0x01;
@@ -40,6 +49,8 @@ pub struct Writer<W> {
     chunk: Chunk,
     /// The names of the schemas, with their records.
     schemas: Vec<(&'static str, Vec<u8>)>,
+    /// The records of schemas and channels, in their order.
+    definitions: Vec<u8>,
     /// The records of the channels, with their message counts.
     channels: Vec<(Vec<u8>, u64)>,
     chunk_indexes: Vec<Vec<u8>>,
@@ -64,6 +75,7 @@ impl<W: Write> Writer<W> {
             checksum: Hasher::new(),
             chunk: Chunk::default(),
             schemas: Vec::new(),
+            definitions: Vec::new(),
             channels: Vec::new(),
             chunk_indexes: Vec::new(),
             times_ns: None,
@@ -71,6 +83,28 @@ impl<W: Write> Writer<W> {
         writer.put(MAGIC)?;
         writer.put(&record(op::HEADER, &[&text("ros2"), &text(LIBRARY)]))?;
         Ok(writer)
+    }
+
+    /// Begins the next file of the same schemas and channels.
+    pub fn next(&self, file: W) -> io::Result<Self> {
+        let mut next = Self::new(file)?;
+        next.schemas.clone_from(&self.schemas);
+        next.channels = self.channels.iter().map(|(record, _)| (record.clone(), 0)).collect();
+        next.definitions.clone_from(&self.definitions);
+        next.chunk.records.clone_from(&self.definitions);
+        Ok(next)
+    }
+
+    /// Upper bound on the size of the finished file with further messages of these lengths.
+    pub fn finished_bytes(&self, lengths: impl Iterator<Item = usize>) -> u64 {
+        let channels = self.channels.len();
+        let indexed = self.chunk.indexes.values().map(Vec::len).sum::<usize>();
+        let new: usize = lengths.map(|length| MESSAGE_BYTES + length).sum();
+        let records = self.chunk.records.len() + indexed + new;
+        let chunks = 1 + records / CHUNK_BYTES;
+        let chunk_indexes: usize = self.chunk_indexes.iter().map(Vec::len).sum();
+        let summary = self.definitions.len() + chunk_indexes + SUMMARY_BYTES + 10 * channels;
+        self.position + (records + chunks * (CHUNK_RECORD_BYTES + CHUNK_CHANNEL_BYTES * channels) + summary) as u64
     }
 
     /// Adds a channel, and returns its id.
@@ -82,6 +116,7 @@ impl<W: Write> Writer<W> {
             let definition = text(schema.definition);
             let record = record(op::SCHEMA, &[&schema_id, &text(schema.name), &text("ros2msg"), &definition]);
             self.chunk.records.extend_from_slice(&record);
+            self.definitions.extend_from_slice(&record);
             self.schemas.push((schema.name, record));
         }
         let id = self.channels.len() as u16 + 1;
@@ -91,6 +126,7 @@ impl<W: Write> Writer<W> {
             &[&id.to_le_bytes(), &schema_id, &text(topic), &text("cdr"), &no_metadata],
         );
         self.chunk.records.extend_from_slice(&record);
+        self.definitions.extend_from_slice(&record);
         self.channels.push((record, 0));
         id
     }
@@ -312,6 +348,42 @@ mod tests {
         for messages in [vec![], vec![note(5, 3)], film] {
             let file = written(&messages);
             assert!(file == reference(&channels(), &messages), "{} messages", messages.len());
+        }
+    }
+
+    #[test]
+    fn the_next_file_has_the_same_channels() {
+        let mut writer = Writer::new(Vec::new()).expect("a file");
+        let _ = channels().map(|(topic, schema)| writer.channel(topic, schema));
+        writer.message(1, 5, b"first").expect("a message");
+        let mut next = writer.next(Vec::new()).expect("the next file");
+        next.message(3, 6, b"ice").expect("a message");
+        let messages = [(3, 6, b"ice".to_vec())];
+        assert!(next.finish().expect("a file") == reference(&channels(), &messages));
+        let messages = [(1, 5, b"first".to_vec())];
+        assert!(writer.finish().expect("a file") == reference(&channels(), &messages));
+    }
+
+    #[test]
+    fn the_size_of_a_file_is_known_before_it_is_finished() {
+        for (count, length) in [(0, 0), (1, 1), (300, 10), (20, 300_000), (3, 2_000_000)] {
+            let mut writer = Writer::new(Vec::new()).expect("a file");
+            let _ = channels().map(|(topic, schema)| writer.channel(topic, schema));
+            let new = count / 2;
+            for number in 0..count - new {
+                writer.message(1 + number % 3, 5, &vec![7; length]).expect("a message");
+            }
+            let bound = writer.finished_bytes((0..new).map(|_| length));
+            for number in 0..new {
+                writer.message(1 + number % 3, 5, &vec![7; length]).expect("a message");
+            }
+            let chunks = writer.chunk_indexes.len();
+            let bytes = writer.finish().expect("a file").len() as u64;
+            let slack = 200 * (1 + chunks) as u64;
+            assert!(
+                (bytes..=bytes + slack).contains(&bound),
+                "{count} of {length}: {bound} for {bytes} bytes"
+            );
         }
     }
 
