@@ -10,7 +10,7 @@ use std::time::SystemTime;
 
 use common::bounded::{self, Watchdog, writer};
 use common::ffmpeg::{Place, wait_for};
-use common::recording::{MESSAGE, filmed, y4m};
+use common::recording::{MESSAGE, film, filmed, pixels, y4m};
 use common::{command, folder, json_lines, name, refused, says, text};
 use serde_json::Value;
 
@@ -296,4 +296,76 @@ fn a_recording_that_was_cut_off_has_all_that_came() {
     assert_eq!(cdr::deserialize::<String>(&message.2).expect("a text"), MESSAGE);
     assert!(!place.0.join("drive.mcap").exists());
     says(&place.received(&arguments), 2, &["drive.mcap.active", "move it away"]);
+}
+
+#[test]
+fn two_cameras_are_received_side_by_side() {
+    let films = [("live-left", "bend ahead"), ("live-right", "ice ahead")];
+    let mut received = films.map(|(name, message)| {
+        let frames = y4m(&film(&format!("{name}-frames"), message, 48, 90));
+        let pipe_path = folder(name).join("camera.y4m");
+        pipe(&pipe_path);
+        let mut receive = command(&["receive", common::name(&pipe_path), "--json"]);
+        let receive = receive.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("vocc runs");
+        (receive, pipe_path, frames)
+    });
+    let _watchdogs = received.each_ref().map(|(receive, ..)| Watchdog::of(receive));
+    // Frame by frame in turn, so that neither ends before the other begins.
+    let mut cameras = received.each_ref().map(|(_, path, _)| writer(path));
+    let pieces = received.each_ref().map(|(.., frames)| frames.chunks(frames.len().div_ceil(48)));
+    let [left, right] = pieces;
+    for (left, right) in left.zip(right) {
+        cameras[0].write_all(left).expect("read");
+        cameras[1].write_all(right).expect("read");
+    }
+    drop(cameras);
+    for ((receive, ..), (_, message)) in received.each_mut().into_iter().zip(films) {
+        let mut told = String::new();
+        std::io::Read::read_to_string(&mut receive.stdout.take().expect("standard output"), &mut told).expect("text");
+        assert!(receive.wait().expect("an end").success());
+        let messages: Vec<Value> = told.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+        let messages: Vec<&Value> = messages
+            .iter()
+            .map(|line| &line["message"])
+            .filter(|message| message.is_string())
+            .collect();
+        assert!(!messages.is_empty() && messages.iter().all(|&told| told == message), "{told}");
+    }
+}
+
+#[test]
+fn two_panels_of_a_live_source_have_their_own_messages() {
+    let films = [("live-panel-left", "bend ahead"), ("live-panel-right", "ice ahead")];
+    let [left, right] = films.map(|(name, message)| pixels(&film(name, message, 96, 90)));
+    let mut stream = b"YUV4MPEG2 W640 H240 F100:1 Ip Cmono\n".to_vec();
+    for (left, right) in left.iter().zip(&right) {
+        stream.extend(b"FRAME\n");
+        for (left, right) in left.chunks(320).zip(right.chunks(320)) {
+            stream.extend_from_slice(left);
+            stream.extend_from_slice(right);
+        }
+    }
+    let path = folder("live-panels").join("camera.y4m");
+    pipe(&path);
+    let receive = command(&["receive", name(&path), "--json", "--panels", "2"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("vocc runs");
+    let _watchdog = Watchdog::of(&receive);
+    let writing = std::thread::spawn(move || writer(&path).write_all(&stream));
+    let received = receive.wait_with_output().expect("an end");
+    writing.join().expect("an end").expect("read");
+    let lines = json_lines(&received);
+    let panel_of = |message: &str| {
+        let mut told = lines
+            .iter()
+            .filter(|line| line["message"] == message)
+            .map(|line| line["panel"].as_u64());
+        let panel = told.next().flatten();
+        assert!(panel.is_some() && told.all(|other| other == panel), "{message}: {received:?}");
+        panel
+    };
+    assert_ne!(panel_of("bend ahead"), panel_of("ice ahead"));
+    assert_eq!(lines.last().expect("a line")["frames"], 96);
 }
