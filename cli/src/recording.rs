@@ -16,8 +16,11 @@
 //! A film's times are those of its frames, with the first at 0 or at `--start`. A live source's times are those of the wall clock: from the
 //! source if it uses that clock, otherwise the frame's arrival. A live recording is readable with one second of delay as
 //! `FILE.mcap.active`, which becomes `FILE.mcap` at the end.
+//!
+//! The same channels are served to Foxglove while they are recorded, or instead.
 
 mod files;
+mod foxglove;
 mod mcap;
 mod ros;
 
@@ -32,6 +35,8 @@ use rx_pipeline::pose::{Lens, Pose};
 use rx_pipeline::receiver::Reading;
 
 use self::files::Files;
+pub use self::foxglove::PORT as FOXGLOVE_PORT;
+use self::foxglove::Server;
 use self::mcap::Schema;
 use ros::Ros;
 
@@ -44,11 +49,11 @@ const START_MAX_S: f64 = i32::MAX as f64;
 #[derive(Clone, Debug, clap::Args)]
 pub struct RecordingArguments {
     /// The frame of reference that the recording's images and poses are in.
-    #[arg(long, default_value = "camera", value_name = "NAME", requires = "mcap")]
+    #[arg(long, default_value = "camera", value_name = "NAME", requires = "recordings")]
     frame_id: String,
     /// When a film's first frame was taken, in seconds since 1970, so that the recording merges with others; without it, 0. Live sources
     /// tell their own times.
-    #[arg(long, value_name = "UNIX_S", requires = "mcap", value_parser = start)]
+    #[arg(long, value_name = "UNIX_S", requires = "recordings", value_parser = start)]
     start: Option<f64>,
     /// Maximum size of a recording's file in bytes, or with k, M or G for thousands, millions or billions, such as 200M: FILE.mcap, then
     /// FILE-0001.mcap and so on, each complete. A larger frame has a file of its own.
@@ -73,7 +78,7 @@ fn start(text: &str) -> Result<f64, String> {
 
 /// A recording of frames, panels and messages.
 pub struct Recording {
-    files: Files,
+    sink: Sink,
     image: u16,
     /// Created with the first frame whose lens is known.
     camera_info: Option<u16>,
@@ -83,6 +88,32 @@ pub struct Recording {
     time_ns: u64,
     /// Time of the last flush; `None` for a film.
     kept: Option<Instant>,
+}
+
+/// Where a recording's messages go.
+enum Sink {
+    Files(Box<Files>),
+    Foxglove(Server),
+}
+
+impl Sink {
+    /// Adds a channel for messages of one type.
+    fn channel_of<Message: Ros>(&mut self, topic: &str) -> u16 {
+        let (name, definition) = (Message::NAME, Message::DEFINITION);
+        let schema = Schema { name, definition };
+        match self {
+            Self::Files(files) => files.channel(topic, schema),
+            Self::Foxglove(server) => server.channel(topic, &schema),
+        }
+    }
+
+    /// Whether messages of a channel are of use.
+    fn is_wanted(&self, channel: u16) -> bool {
+        match self {
+            Self::Files(_) => true,
+            Self::Foxglove(server) => server.is_wanted(channel),
+        }
+    }
 }
 
 /// A panel's channels.
@@ -98,39 +129,66 @@ struct Panel {
 impl Recording {
     /// Creates a recording of a number of panels, with or without verdicts; a live one can be read while it grows.
     pub fn create(path: &Path, panels: usize, with_verdicts: bool, arguments: &RecordingArguments, is_live: bool) -> anyhow::Result<Self> {
-        let mut files = Files::create(path, arguments.max_size, is_live)?;
-        let image = channel_of::<ros::CompressedImage>(&mut files, "/camera/image");
+        let files = Files::create(path, arguments.max_size, is_live)?;
+        let kept = is_live.then(Instant::now);
+        Ok(Self::of(Sink::Files(files.into()), panels, with_verdicts, arguments, kept))
+    }
+
+    /// Serves the channels of a recording to Foxglove at a port of this computer.
+    pub fn serve(port: u16, panels: usize, with_verdicts: bool, arguments: &RecordingArguments) -> anyhow::Result<Self> {
+        let sink = Sink::Foxglove(Server::start(port)?);
+        Ok(Self::of(sink, panels, with_verdicts, arguments, None))
+    }
+
+    fn of(mut sink: Sink, panels: usize, with_verdicts: bool, arguments: &RecordingArguments, kept: Option<Instant>) -> Self {
+        let image = sink.channel_of::<ros::CompressedImage>("/camera/image");
         let panels = (0..panels)
             .map(|number| Panel {
-                outline: channel_of::<ros::ImageAnnotations>(&mut files, &format!("/panel_{number}/outline")),
-                pose: channel_of::<ros::PoseWithCovarianceStamped>(&mut files, &format!("/panel_{number}/pose")),
-                message: channel_of::<ros::Text>(&mut files, &format!("/panel_{number}/message")),
-                bytes: channel_of::<ros::Bytes>(&mut files, &format!("/panel_{number}/message_bytes")),
-                verdict: with_verdicts.then(|| channel_of::<ros::Text>(&mut files, &format!("/panel_{number}/verdict"))),
+                outline: sink.channel_of::<ros::ImageAnnotations>(&format!("/panel_{number}/outline")),
+                pose: sink.channel_of::<ros::PoseWithCovarianceStamped>(&format!("/panel_{number}/pose")),
+                message: sink.channel_of::<ros::Text>(&format!("/panel_{number}/message")),
+                bytes: sink.channel_of::<ros::Bytes>(&format!("/panel_{number}/message_bytes")),
+                verdict: with_verdicts.then(|| sink.channel_of::<ros::Text>(&format!("/panel_{number}/verdict"))),
             })
             .collect();
-        Ok(Self {
-            files,
+        Self {
+            sink,
             image,
             camera_info: None,
             panels,
             arguments: arguments.clone(),
             time_ns: 0,
-            kept: is_live.then(Instant::now),
-        })
+            kept,
+        }
     }
 
     /// Records a frame taken `time_s` after the first, or `unix` since 1970, and its lens if known.
     pub fn frame(&mut self, time_s: f64, unix: Option<Duration>, frame: &Frame, lens: Option<&Lens>) -> anyhow::Result<()> {
-        self.files.end_frame()?;
+        if let Sink::Files(files) = &mut self.sink {
+            files.end_frame()?;
+        }
         self.keep_up()?;
         self.time_ns = match unix {
             Some(unix) => unix.as_nanos() as u64,
             None => (self.arguments.start.unwrap_or_default() * 1e9) as u64 + (time_s * 1e9).max(0.0) as u64,
         };
+        let size = [frame.width(), frame.height()].map(|side| side as u32);
+        if self.sink.is_wanted(self.image) {
+            self.image(frame, size)?;
+        }
+        let Some(lens) = lens else {
+            return Ok(());
+        };
+        let channel = self.camera_info;
+        let channel = channel.unwrap_or_else(|| self.sink.channel_of::<ros::CameraInfo>("/camera/camera_info"));
+        self.camera_info = Some(channel);
+        let camera_info = self.encoded(&ros::CameraInfo::of(self.header(), size, lens))?;
+        self.put(channel, &camera_info)
+    }
+
+    fn image(&mut self, frame: &Frame, size: [u32; 2]) -> anyhow::Result<()> {
         let pixels: Vec<u8> = frame.rows().flatten().copied().collect();
         let mut data = Vec::new();
-        let size = [frame.width(), frame.height()].map(|side| side as u32);
         PngEncoder::new_with_quality(&mut data, CompressionType::Fast, FilterType::Sub).write_image(
             &pixels,
             size[0],
@@ -140,15 +198,7 @@ impl Recording {
         let header = self.header();
         let format = "png";
         let image = self.encoded(&ros::CompressedImage { header, format, data })?;
-        self.put(self.image, &image)?;
-        let Some(lens) = lens else {
-            return Ok(());
-        };
-        let channel = self.camera_info;
-        let channel = channel.unwrap_or_else(|| channel_of::<ros::CameraInfo>(&mut self.files, "/camera/camera_info"));
-        self.camera_info = Some(channel);
-        let camera_info = self.encoded(&ros::CameraInfo::of(self.header(), size, lens))?;
-        self.put(channel, &camera_info)
+        self.put(self.image, &image)
     }
 
     /// Flushes a live recording if the interval has passed.
@@ -159,7 +209,9 @@ impl Recording {
             && kept.elapsed() >= KEEP_EVERY
         {
             *kept = Instant::now();
-            self.files.keep()?;
+            if let Sink::Files(files) = &mut self.sink {
+                files.keep()?;
+            }
         }
         Ok(())
     }
@@ -210,12 +262,18 @@ impl Recording {
         if self.kept.is_some() && self.time_ns == 0 {
             return Ok(());
         }
-        self.files.finish()
+        match self.sink {
+            Sink::Files(files) => files.finish(),
+            Sink::Foxglove(_) => Ok(()),
+        }
     }
 
     /// Context for its errors.
     pub fn about(&self) -> String {
-        format!("cannot write {}", self.files.path().display())
+        match &self.sink {
+            Sink::Files(files) => format!("cannot write {}", files.path().display()),
+            Sink::Foxglove(_) => "cannot serve Foxglove".into(),
+        }
     }
 
     fn header(&self) -> ros::Header<'_> {
@@ -227,17 +285,17 @@ impl Recording {
     }
 
     fn put(&mut self, channel: u16, encoded: &[u8]) -> anyhow::Result<()> {
-        self.files.message(channel, self.time_ns, encoded)
+        match &mut self.sink {
+            Sink::Files(files) => files.message(channel, self.time_ns, encoded),
+            Sink::Foxglove(server) => {
+                server.message(channel, self.time_ns, encoded);
+                Ok(())
+            }
+        }
     }
 
     fn write(&mut self, channel: u16, message: &impl Ros) -> anyhow::Result<()> {
         let encoded = self.encoded(message)?;
         self.put(channel, &encoded)
     }
-}
-
-/// Adds a channel for messages of one type.
-fn channel_of<Message: Ros>(files: &mut Files, topic: &str) -> u16 {
-    let (name, definition) = (Message::NAME, Message::DEFINITION);
-    files.channel(topic, Schema { name, definition })
 }

@@ -34,7 +34,7 @@ use crate::options::Shared;
 use crate::output::{self, Hex, Verdict};
 use crate::outputs;
 use crate::pose::PanelArguments;
-use crate::recording::RecordingArguments;
+use crate::recording::{FOXGLOVE_PORT, RecordingArguments};
 use crate::stop::{Input, stop};
 
 use film_clock::FilmClock;
@@ -43,6 +43,7 @@ use view::{View, ViewArguments};
 
 /// Arguments of `vocc receive`.
 #[derive(clap::Args)]
+#[command(group = clap::ArgGroup::new("recordings").multiple(true))]
 pub struct Arguments {
     /// A film (where ffmpeg is installed), a folder of frames (PNG, JPEG, PGM; in the order of their names, frame2 before frame10, and
     /// without those that begin with a dot), single frames, or `-` for y4m or raw grey bytes on standard input. Live, by ffmpeg: a camera
@@ -99,8 +100,18 @@ pub struct Arguments {
     #[command(flatten)]
     panel: PanelArguments,
     /// Write frames, outlines, poses and messages into this MCAP file, which Foxglove and the tools of ROS 2 open.
-    #[arg(long, value_name = "FILE.mcap")]
+    #[arg(long, value_name = "FILE.mcap", group = "recordings")]
     mcap: Option<PathBuf>,
+    /// Serve the same to Foxglove, at ws://127.0.0.1:PORT (0: any free port), for this computer alone.
+    #[arg(
+        long,
+        value_name = "PORT",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = FOXGLOVE_PORT,
+        group = "recordings"
+    )]
+    foxglove: Option<u16>,
     #[command(flatten)]
     recorded: RecordingArguments,
     /// Write the bytes of all messages into this file, one after another as they come.
@@ -119,10 +130,11 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Whether any option writes a file or shows a page.
+    /// Whether any option writes a file, shows a page or serves.
     fn keeps(&self) -> bool {
         let kept = [&self.show, &self.mcap, &self.save_camera, &self.out];
-        kept.iter().any(|path| path.is_some()) || self.trusting.counters().is_some() || self.view.is_asked()
+        let served = self.view.is_asked() || self.foxglove.is_some();
+        kept.iter().any(|path| path.is_some()) || self.trusting.counters().is_some() || served
     }
 
     /// How to open a stream.

@@ -54,6 +54,8 @@ pub struct Report<'a> {
     recording: Option<Recording>,
     /// The page, if requested.
     view: Option<Feed>,
+    /// The same for Foxglove.
+    served: Option<Recording>,
     /// The file of message bytes, if requested.
     bytes: Option<Growing>,
     /// Why drawing, recording or writing bytes stopped.
@@ -89,6 +91,10 @@ impl<'a> Report<'a> {
                 .map(|path| Recording::create(path, arguments.panels.into(), trust.is_some(), &arguments.recorded, is_live))
                 .transpose()?,
             view,
+            served: arguments
+                .foxglove
+                .map(|port| Recording::serve(port, arguments.panels.into(), trust.is_some(), &arguments.recorded))
+                .transpose()?,
             trust,
             bytes: arguments.out.as_deref().map(Growing::create).transpose()?,
             undrawn: None,
@@ -98,7 +104,11 @@ impl<'a> Report<'a> {
     }
 
     /// Records something of the current frame, if requested.
-    pub fn record(&mut self, write: impl FnOnce(&mut Recording) -> anyhow::Result<()>) {
+    pub fn record(&mut self, write: impl Fn(&mut Recording) -> anyhow::Result<()>) {
+        if let Some(Err(error)) = self.served.as_mut().map(&write) {
+            self.say(&format!("vocc: cannot serve Foxglove: {error:#}; going on without it"));
+            self.served = None;
+        }
         let Some(recording) = &mut self.recording else {
             return;
         };
