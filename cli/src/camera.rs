@@ -29,7 +29,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail, ensure};
 use link::camera::{Camera, Encoding};
 use reception::colour::Channel;
-use reception::{deep, learnt};
+use reception::deep::{self, SampleKind};
+use reception::learnt;
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::likelihood::LINE_DELAY_MAX;
 use serde::{Deserialize, Serialize};
@@ -148,9 +149,9 @@ impl CameraArguments {
 
 impl CameraHints {
     /// The camera with the encoding of the receiver's pixels: linear deep pictures are encoded for the receiver.
-    pub fn of_pixels(&self, deep: bool) -> Camera {
+    pub fn of_pixels(&self, samples: SampleKind) -> Camera {
         Camera {
-            encoding: if self.encodes(deep) {
+            encoding: if samples.are_encoded(self.encoding) {
                 Encoding::default()
             } else {
                 self.camera.encoding
@@ -160,23 +161,18 @@ impl CameraHints {
     }
 
     /// The encoding of the film's own samples, from the one learnt from the receiver's pixels.
-    fn of_samples(&self, learnt: Encoding, deep: bool) -> Encoding {
-        match self.encodes(deep) {
+    fn of_samples(&self, learnt: Encoding, samples: SampleKind) -> Encoding {
+        match samples.are_encoded(self.encoding) {
             true => deep::of_samples(learnt),
             false => learnt,
         }
     }
 
-    /// Whether pictures are encoded for the receiver.
-    fn encodes(&self, deep: bool) -> bool {
-        deep && deep::encodes(self.encoding)
-    }
-
-    /// Writes the learnt values and the pixel settings atomically, as a file that `--camera` reads. `deep`: whether the pictures had more
-    /// than 8 bits.
-    pub fn save(&self, path: &Path, learnt: &Learnt, deep: bool) -> anyhow::Result<()> {
+    /// Writes the learnt values and the pixel settings atomically, as a file that `--camera` reads; `samples` are
+    /// those of the pictures.
+    pub fn save(&self, path: &Path, learnt: &Learnt, samples: SampleKind) -> anyhow::Result<()> {
         let camera = learnt.camera;
-        let encoding = self.of_samples(camera.encoding, deep);
+        let encoding = self.of_samples(camera.encoding, samples);
         let camera = Camera { encoding, ..camera }.clamped();
         let geometry = self.calibration.keys();
         let file = File {
@@ -265,7 +261,7 @@ mod tests {
     }
 
     /// The settings that a saved file gives when read back.
-    fn saved(told: &CameraHints, camera: Camera, deep: bool) -> CameraHints {
+    fn saved(told: &CameraHints, camera: Camera, samples: SampleKind) -> CameraHints {
         let learnt = Learnt {
             camera,
             seen: camera,
@@ -296,7 +292,7 @@ mod tests {
             read_noise_e: 5.0,
         };
         let before = told("bayer = \"GRBG\"\nchannel = \"red\"\ndepth = 12\nfocal_px = 900\ndistortion = [0.1]").unwrap();
-        let again = saved(&before, camera, false);
+        let again = saved(&before, camera, SampleKind::Plain);
         assert_eq!(again.camera, camera);
         assert_eq!(again.pixels.bayer, before.pixels.bayer);
         assert_eq!(again.pixels.channel, Some(Channel::Red));
@@ -327,15 +323,15 @@ mod tests {
         };
         let untold = told("").unwrap();
         // Linear samples: encoded for the receiver both times.
-        let linear = saved(&untold, learnt(2.1), true);
+        let linear = saved(&untold, learnt(2.1), SampleKind::Deep);
         assert_eq!(linear.encoding, Some(Encoding::LINEAR));
-        assert_eq!(linear.of_pixels(true), untold.of_pixels(true));
+        assert_eq!(linear.of_pixels(SampleKind::Deep), untold.of_pixels(SampleKind::Deep));
         // Encoded samples keep their encoding.
-        let encoded = saved(&untold, learnt(3.96), true);
+        let encoded = saved(&untold, learnt(3.96), SampleKind::Deep);
         assert_eq!(encoded.encoding, Some(Encoding::Gamma(1.8)));
-        assert_eq!(saved(&encoded, learnt(1.7), true).encoding, Some(Encoding::Gamma(1.7)));
+        assert_eq!(saved(&encoded, learnt(1.7), SampleKind::Deep).encoding, Some(Encoding::Gamma(1.7)));
         // 8-bit samples are not encoded again.
-        assert_eq!(saved(&untold, learnt(2.1), false).encoding, Some(Encoding::Gamma(2.1)));
+        assert_eq!(saved(&untold, learnt(2.1), SampleKind::Plain).encoding, Some(Encoding::Gamma(2.1)));
     }
 
     #[test]

@@ -96,7 +96,7 @@ fn frames_of_another_depth_are_refused_and_the_rest_is_read() {
         &received,
         2,
         &[
-            "frame 3: its samples have more than 8 bits, those of the frames before have 8 bits",
+            "frame 3: its samples are levels of more than 8 bits, those of the frames before are levels of 8 bits",
             "1 of 6 frames",
         ],
     );

@@ -13,7 +13,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyInt, PyString};
 use reception::colour::Channel;
-use reception::deep::{self, Compander};
+use reception::deep::{Compander, SampleKind};
 use sim::input::SIDE_MAX;
 
 use crate::errors::refused;
@@ -103,12 +103,12 @@ impl<'py> Image<'py> {
 }
 
 impl<'a> Pixels<'a> {
-    /// Whether they are encoded for the receiver, where the camera's encoding is the one told: light is always.
-    pub fn are_encoded(&self, told: Option<Encoding>) -> bool {
+    /// The kind of their samples.
+    pub fn kind(&self) -> SampleKind {
         match self.samples {
-            Samples::Grey(_) | Samples::Colour(_) => false,
-            Samples::Deep(_) => deep::encodes(told),
-            Samples::Light(_) => true,
+            Samples::Grey(_) | Samples::Colour(_) => SampleKind::Plain,
+            Samples::Deep(_) => SampleKind::Deep,
+            Samples::Light(_) => SampleKind::Light,
         }
     }
 

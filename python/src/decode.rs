@@ -119,7 +119,7 @@ pub fn decode(
     let told = told.unwrap_or_default();
     let image = Image::of(image, "image")?;
     let pixels = image.pixels()?;
-    let are_encoded = pixels.are_encoded(told.told_encoding());
+    let are_encoded = pixels.kind().are_encoded(told.told_encoding());
     let (read, learnt) = guarded(|| {
         py.detach(|| {
             let grey = check(pixels.grey(channel, &mut deep))?;

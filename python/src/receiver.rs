@@ -114,8 +114,6 @@ pub struct Receiver {
     told: Camera,
     channel: Channel,
     deep: Compander,
-    /// Whether the pixels are encoded for it: what the first frame's are like.
-    are_encoded: Option<bool>,
     next: u64,
     is_closed: bool,
 }
@@ -162,7 +160,6 @@ impl Receiver {
             told,
             channel: check(channel.parse())?,
             deep: deep?,
-            are_encoded: None,
             next: 0,
             is_closed: false,
         })
@@ -170,7 +167,8 @@ impl Receiver {
 
     /// Takes in an image and tells what it has brought.
     ///
-    /// `image` is as for decode: what `cv2.VideoCapture.read` gives goes straight in. All are of one size. `frame` is its number, one more
+    /// `image` is as for decode: what `cv2.VideoCapture.read` gives goes straight in. All are of one size and of one kind of
+    /// samples: uint8, uint16 or float32. `frame` is its number, one more
     /// than that of the image before without it; numbers that are left out are lost frames. `late` says how many frame periods later than
     /// its number says it was taken.
     ///
@@ -227,7 +225,8 @@ impl Receiver {
     /// The camera as learnt by the first panel that was read; None until one has been read by maximum likelihood.
     #[getter]
     fn camera(&self, py: Python<'_>) -> PyResult<Option<LearntCamera>> {
-        let are_encoded = self.are_encoded.unwrap_or_default();
+        let kind = self.reception.samples();
+        let are_encoded = kind.is_some_and(|kind| kind.are_encoded(self.told.told_encoding()));
         let learnt = self.reception.learnt();
         learnt.map(|learnt| self.told.learnt(py, learnt, are_encoded)).transpose()
     }
@@ -264,11 +263,9 @@ impl Receiver {
         check(self.reception.check_size((width, height)))?;
         let grey = check(pixels.grey(self.channel, &mut self.deep))?;
         let frame = check(Frame::new(&grey, width, height))?;
-        if self.are_encoded.is_none() {
-            let are_encoded = pixels.are_encoded(self.told.told_encoding());
-            self.reception.set_camera(self.told.of_pixels(are_encoded));
-            self.are_encoded = Some(are_encoded);
-        }
+        let (told, kind) = (self.told, pixels.kind());
+        let camera = || told.of_pixels(kind.are_encoded(told.told_encoding()));
+        check(self.reception.check_samples(kind, camera))?;
         let lens = self.told.lens([width, height]);
         check(self.reception.frame(stamp, &frame, &lens, &mut ()))
     }

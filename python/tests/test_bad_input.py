@@ -66,6 +66,29 @@ def test_a_refused_image_leaves_the_receiver_as_it_was() -> None:
         receiver.feed(np.zeros((16, 16), np.uint8))
 
 
+def test_images_of_another_depth_are_refused_and_the_rest_is_read() -> None:
+    plain = vocc.Renderer("paper", level="fast", crop=True).render("8142241818244281")
+    light = (plain / 118.0) ** 2.2
+    kinds = {
+        "levels of 8 bits": plain,
+        "levels of more than 8 bits": np.round(light * 900).astype(np.uint16),
+        "numbers in proportion to light": light.astype(np.float32),
+    }
+    for first, other in itertools.permutations(kinds, 2):
+        receiver = vocc.Receiver(symbol_rate=100)
+        receiver.feed(kinds[first])
+        with pytest.raises(vocc.VoccError, match=f"its samples are {other}, those of the frames before are {first}"):
+            receiver.feed(kinds[other])
+        assert receiver.next_frame == 1
+        assert vocc.as_hex(receiver.feed(kinds[first]).readings[0].bits) == "8142241818244281"
+    with pytest.raises(vocc.VoccError, match="its samples are levels of more than 8 bits"):
+        list(vocc.receive([plain, kinds["levels of more than 8 bits"]]))
+    # Colours are 8 bits too.
+    receiver = vocc.Receiver(symbol_rate=100)
+    for image in (plain, np.repeat(plain[..., None], 3, axis=2)):
+        assert len(receiver.feed(image).readings) == 1
+
+
 def test_a_closed_receiver_says_so() -> None:
     with vocc.Receiver() as receiver:
         assert not receiver.closed

@@ -133,7 +133,7 @@ impl Decoder {
         }
         let image = picture.image;
         let (width, height) = (image.width() as usize, image.height() as usize);
-        let camera = self.hints.of_pixels(picture.is_deep);
+        let camera = self.hints.of_pixels(picture.samples);
         let frame = Frame::new(image.as_raw(), width, height)?;
         let decoded = self.still.decode(&frame, camera, given);
         let (read, learnt) = decoded.map_err(|error| match error {

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use image::{DynamicImage, GrayImage};
 use link::camera::Encoding;
-use reception::deep::Compander;
+use reception::deep::{Compander, SampleKind};
 use reception::picture;
 use sim::input::{self, Picture};
 use studies::stop::Stop;
@@ -26,8 +26,8 @@ pub struct PictureReader {
 /// A picture in 8-bit grey.
 pub struct GreyPicture {
     pub image: GrayImage,
-    /// Whether it had more than 8 bits.
-    pub is_deep: bool,
+    /// The kind of its own samples.
+    pub samples: SampleKind,
     /// A warning about its file, which was read nevertheless.
     pub remark: Option<String>,
 }
@@ -51,7 +51,7 @@ impl PictureReader {
         let step = film.len().div_ceil(LOOKED_AT).max(1);
         for path in film.step_by(step) {
             // An unreadable picture is reported in its turn.
-            if stop.is_asked() || self.read(path).is_ok_and(|picture| !picture.is_deep) {
+            if stop.is_asked() || self.read(path).is_ok_and(|picture| picture.samples == SampleKind::Plain) {
                 return;
             }
         }
@@ -66,7 +66,10 @@ impl PictureReader {
         self.unstretch(&mut picture);
         let lacks_end = picture.lacks_end;
         let mut image = picture.image;
-        let is_deep = samples_mut(&mut image).is_some();
+        let samples = match samples_mut(&mut image) {
+            Some(_) => SampleKind::Deep,
+            None => SampleKind::Plain,
+        };
         let (width, height) = (image.width(), image.height());
         let grey = self.grey(image).with_context(unusable)?;
         let remark = match lacks_end {
@@ -76,7 +79,7 @@ impl PictureReader {
         let image = GrayImage::from_raw(width, height, grey);
         Ok(GreyPicture {
             image: image.with_context(|| format!("{} has other pixels than its size says", path.display()))?,
-            is_deep,
+            samples,
             remark,
         })
     }

@@ -12,6 +12,38 @@ use link::camera::Encoding;
 /// Range of a learnt γ, relative to the encoding's, within which samples count as proportional to light.
 const AS_GOOD_AS_LINEAR: RangeInclusive<f32> = 0.8..=1.25;
 
+/// The kind of a picture's samples: the same level is another light in another kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SampleKind {
+    /// Grey levels of 8 bits.
+    Plain,
+    /// Levels of more than 8 bits.
+    Deep,
+    /// Numbers in proportion to light.
+    Light,
+}
+
+impl SampleKind {
+    /// Whether they are encoded for the receiver, if the camera has the encoding `told`.
+    pub fn are_encoded(self, told: Option<Encoding>) -> bool {
+        match self {
+            Self::Plain => false,
+            Self::Deep => encodes(told),
+            Self::Light => true,
+        }
+    }
+}
+
+impl std::fmt::Display for SampleKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Plain => "levels of 8 bits",
+            Self::Deep => "levels of more than 8 bits",
+            Self::Light => "numbers in proportion to light",
+        })
+    }
+}
+
 /// Whether samples of the configured encoding are encoded for the receiver. Those proportional to light are, and so are samples of an
 /// encoding that is not configured.
 pub fn encodes(told: Option<Encoding>) -> bool {

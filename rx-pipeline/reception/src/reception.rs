@@ -10,6 +10,7 @@ use rx_pipeline::pose::{Lens, PanelSize};
 use rx_pipeline::profile::{Profile, Stage};
 use rx_pipeline::receiver::{Loss, Outcome, Reading, ReceiverError, ReceiverSettings};
 
+use crate::deep::SampleKind;
 use crate::diagnosis::{Diagnosis, LinkRates};
 use crate::event::PanelEvent;
 use crate::panels::{self, MakePanels, Panels};
@@ -102,6 +103,17 @@ pub enum ReceptionError {
         /// The columns and rows of the frames before.
         film: (usize, usize),
     },
+    /// A frame's samples are of another kind than those before.
+    #[error(
+        "its samples are {samples}, those of the frames before are {film}: one level is another light in each; receive the frames of each \
+         kind by themselves"
+    )]
+    Samples {
+        /// The frame's samples.
+        samples: SampleKind,
+        /// Those of the frames before.
+        film: SampleKind,
+    },
 }
 
 /// The results of a frame for one panel.
@@ -127,6 +139,7 @@ pub struct Reception {
     /// Made with the first frame, for its size.
     receiver: Option<Box<dyn Panels>>,
     size: Option<(usize, usize)>,
+    samples: Option<SampleKind>,
     panels: Vec<Panel>,
     learnt: Vec<Option<Learnt>>,
     meter: PoseMeter,
@@ -180,6 +193,7 @@ impl Reception {
             make_receiver,
             receiver: None,
             size: None,
+            samples: None,
             panels: (0..panels).map(panel).collect(),
             learnt: vec![None; panels],
             meter: PoseMeter::new(settings.panel_size),
@@ -196,9 +210,26 @@ impl Reception {
         self.settings.of_receiver().validate()
     }
 
-    /// Sets the camera of the 8-bit grey frames. Call this before the first frame.
-    pub fn set_camera(&mut self, camera: Camera) {
-        self.settings.camera = camera;
+    /// Checks that a frame's samples are of the kind of the frames before; the first frame sets `camera`, that of the 8-bit grey made of
+    /// such samples.
+    ///
+    /// # Errors
+    /// [`ReceptionError::Samples`] if they are not.
+    pub fn check_samples(&mut self, samples: SampleKind, camera: impl FnOnce() -> Camera) -> Result<(), ReceptionError> {
+        match self.samples {
+            None => {
+                self.settings.camera = camera();
+                self.samples = Some(samples);
+                Ok(())
+            }
+            Some(film) if film != samples => Err(ReceptionError::Samples { samples, film }),
+            Some(_) => Ok(()),
+        }
+    }
+
+    /// The kind of the film's samples, by its first frame.
+    pub fn samples(&self) -> Option<SampleKind> {
+        self.samples
     }
 
     /// Checks that a frame's columns and rows are those of the frames before.

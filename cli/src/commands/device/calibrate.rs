@@ -8,6 +8,7 @@ use image::GrayImage;
 use link::camera::Encoding;
 use link::l2a_table::Interval;
 use link::serial::Measured;
+use reception::deep::SampleKind;
 use rx_pipeline::corners::Corners;
 use serde_json::json;
 use studies::photometry::{self, Area, Calibrated, CameraSetup, Estimate, PictureError, Shot, USUAL};
@@ -145,8 +146,8 @@ struct Series<'a> {
     arguments: &'a Arguments,
     reader: PictureReader,
     hints: CameraHints,
-    /// The first picture's size, and whether it is deep.
-    first: Option<(u32, u32, bool)>,
+    /// The first picture's size and kind of samples.
+    first: Option<(u32, u32, SampleKind)>,
     /// By the given encoding, and by the other possible ones.
     views: Vec<CameraSetup>,
     /// By each of them.
@@ -188,7 +189,7 @@ impl Series<'_> {
     fn read(&mut self, path: &Path) -> anyhow::Result<GrayImage> {
         let GreyPicture {
             image: grey,
-            is_deep,
+            samples,
             remark,
         } = self.reader.read(path)?;
         if let Some(remark) = remark {
@@ -196,29 +197,28 @@ impl Series<'_> {
         }
         // White that is guessed picture by picture is another one in dark pictures.
         ensure!(
-            !is_deep || self.hints.pixels.depth.is_some(),
+            samples == SampleKind::Plain || self.hints.pixels.depth.is_some(),
             "{} has more than 8 bits: say with --depth how many white has; programs that develop raw pictures give it 16",
             path.display()
         );
         let (width, height) = grey.dimensions();
-        let alike = (width, height, is_deep);
+        let alike = (width, height, samples);
         if self.first.is_none() {
             self.first = Some(alike);
-            self.views = views(self.arguments, &self.hints, is_deep);
+            self.views = views(self.arguments, &self.hints, samples);
         }
         ensure!(
             self.first == Some(alike),
-            "{} has {width} × {height} pixels of {} bits, others have not: all must be of one camera at one place",
-            path.display(),
-            if is_deep { "more than 8" } else { "8" }
+            "{} has {width} × {height} pixels, {samples}, others have not: all must be of one camera at one place",
+            path.display()
         );
         Ok(grey)
     }
 }
 
 /// By the given encoding, and by the other possible ones: raw pictures leave no doubt.
-fn views(arguments: &Arguments, hints: &CameraHints, is_deep: bool) -> Vec<CameraSetup> {
-    let camera = hints.of_pixels(is_deep);
+fn views(arguments: &Arguments, hints: &CameraHints, samples: SampleKind) -> Vec<CameraSetup> {
+    let camera = hints.of_pixels(samples);
     let is_raw = hints.encoding == Some(Encoding::LINEAR);
     let is_other = |usual: &Encoding| !is_raw && *usual != camera.encoding;
     std::iter::once(camera.encoding)

@@ -366,7 +366,7 @@ fn receive_files(mut session: Session, frames: &Frames, hints: CameraHints) -> a
         }
         let picture = pictures.read(path).and_then(|picture| {
             let size = (picture.image.width() as usize, picture.image.height() as usize);
-            session.check(size, picture.is_deep)?;
+            session.check(size, picture.samples)?;
             Ok(picture)
         });
         let GreyPicture { image, remark, .. } = match picture {

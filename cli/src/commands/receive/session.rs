@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use anyhow::ensure;
+use reception::deep::SampleKind;
 use reception::{Reception, ReceptionSettings, Stamp, USUAL_FPS};
 use rx_pipeline::frame::Frame;
 
@@ -25,8 +25,6 @@ pub struct Session<'a> {
     report: Report<'a>,
     /// The number of the next consecutive frame.
     next: u64,
-    /// Whether frames were reduced to 8 bits from more; `None` before the first.
-    is_deep: Option<bool>,
     times: StageTimes,
     latency: Latency,
 }
@@ -57,7 +55,6 @@ impl<'a> Session<'a> {
             arguments,
             report: Report::new(arguments, shared.json, with_pose, total, is_live, view)?,
             next: 0,
-            is_deep: None,
             times: StageTimes::default(),
             latency: Latency::default(),
         })
@@ -89,21 +86,10 @@ impl<'a> Session<'a> {
         self.report.has_message()
     }
 
-    /// Checks that a frame has the size and the depth of those before.
-    pub fn check(&mut self, size: (usize, usize), is_deep: bool) -> anyhow::Result<()> {
+    /// Checks that a frame has the size and the kind of samples of those before.
+    pub fn check(&mut self, size: (usize, usize), samples: SampleKind) -> anyhow::Result<()> {
         self.reception.check_size(size)?;
-        match self.is_deep {
-            None => self.reception.set_camera(self.hints.of_pixels(is_deep)),
-            Some(before) => ensure!(
-                before == is_deep,
-                "its samples have {}, those of the frames before have {}: their levels mean different light; receive the frames of each \
-                 depth by themselves",
-                bits(is_deep),
-                bits(before)
-            ),
-        }
-        self.is_deep = Some(is_deep);
-        Ok(())
+        Ok(self.reception.check_samples(samples, || self.hints.of_pixels(samples))?)
     }
 
     /// Prints a line on standard error.
@@ -180,7 +166,7 @@ impl<'a> Session<'a> {
             return Ok(());
         };
         match self.reception.learnt() {
-            Some(learnt) => self.hints.save(path, learnt, self.is_deep == Some(true)),
+            Some(learnt) => self.hints.save(path, learnt, self.reception.samples().unwrap_or(SampleKind::Plain)),
             None => {
                 self.say(&format!(
                     "no panel was read, so nothing was learnt of the camera: {} is not written",
@@ -190,9 +176,4 @@ impl<'a> Session<'a> {
             }
         }
     }
-}
-
-/// The sample depth in words.
-fn bits(is_deep: bool) -> &'static str {
-    if is_deep { "more than 8 bits" } else { "8 bits" }
 }
