@@ -64,10 +64,11 @@ fn what_came_before_a_fault_is_kept() {
 fn what_is_wrong_with_frames_is_said_and_not_that_the_pipe_was_closed() {
     let place = Place::new("closed", "/bin/cat frames || { echo 'Broken pipe' >&2; exit 1; }");
     for (header, words) in [
-        ("It W320 H240", ["the film is interlaced", "--progressive"]),
+        ("It W320 H240", ["the film is flagged as interlaced", "--progressive"]),
         ("W8200 H240", ["no W of 1 to 8192", "scale or cut"]),
     ] {
-        let frames = [format!("YUV4MPEG2 {header} Cmono\n").into_bytes(), vec![0; 1 << 22]].concat();
+        let frame = [b"FRAME\n".to_vec(), vec![0; 320 * 240]].concat();
+        let frames = [format!("YUV4MPEG2 {header} Cmono\n").into_bytes(), frame.repeat(60)].concat();
         std::fs::write(place.0.join("frames"), frames).expect("frames");
         let refused = place.received(&["film.mp4"]);
         says(&refused, 2, &words);

@@ -6,7 +6,7 @@ mod common;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-use common::recording::{MESSAGE, filmed, pixels, run, y4m};
+use common::recording::{MESSAGE, filmed, pixels, run};
 use common::{command, folder, name, refused, says, text};
 
 const SIZE: (u32, u32) = (320, 240);
@@ -125,14 +125,51 @@ fn a_jpeg_without_its_end_marker_is_read_with_a_word() {
     refused(&["decode", name(&path)], &["ends too soon"]);
 }
 
+/// A film that is flagged as interlaced, of these frames.
+fn flagged(path: &Path, frames: &[Vec<u8>]) {
+    let mut film = b"YUV4MPEG2 W320 H240 F100:1 It Cmono\n".to_vec();
+    for frame in frames {
+        film.extend(b"FRAME\n".iter().chain(frame));
+    }
+    std::fs::write(path, film).expect("a film");
+}
+
 #[test]
 fn progressive_films_that_are_flagged_as_interlaced_are_let_in() {
     let film = filmed("flagged", FRAMES);
-    let flagged = text(&y4m(&film)[..40]).replace(" Ip", " It");
     let path = film.join("film.y4m");
-    std::fs::write(&path, [flagged.as_bytes(), &y4m(&film)[40..]].concat()).expect("a film");
-    says(&receive(&path, &[]), 2, &["the film is interlaced", "--progressive"]);
-    delivers(&receive(&path, &["--progressive"]));
+    let frames = pixels(&film);
+    let piped = |arguments: &[&str]| {
+        let mut receive = command(&["receive", "-"]);
+        run(receive.args(arguments).stdin(std::fs::File::open(&path).expect("a film")))
+    };
+    flagged(&path, &frames);
+    for received in [receive(&path, &[]), piped(&[])] {
+        delivers(&received);
+        says(&received, 0, &["flagged as interlaced, and its frames are read as whole pictures"]);
+    }
+    // Too few frames to tell.
+    flagged(&path, &frames[..6]);
+    for received in [receive(&path, &[]), piped(&[])] {
+        says(&received, 2, &["too little moves in its first frames", "--progressive"]);
+    }
+    for received in [receive(&path, &["--progressive", "--bits"]), piped(&["--progressive", "--bits"])] {
+        assert!(text(&received.stdout).contains("frame 5:"), "{}", text(&received.stderr));
+    }
+}
+
+#[test]
+fn films_of_two_pictures_a_frame_are_refused() {
+    let film = filmed("woven", 2 * FRAMES);
+    let path = film.join("film.y4m");
+    let lines = |pair: &[Vec<u8>]| {
+        let lines = pair[0].chunks(320).zip(pair[1].chunks(320)).enumerate();
+        lines
+            .flat_map(|(y, (one, other))| if y % 2 == 0 { one } else { other }.to_vec())
+            .collect()
+    };
+    flagged(&path, &pixels(&film).chunks(2).map(lines).collect::<Vec<Vec<u8>>>());
+    says(&receive(&path, &[]), 2, &["the film is interlaced", "bwdif", "--progressive"]);
 }
 
 #[test]

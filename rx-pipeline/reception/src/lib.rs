@@ -34,6 +34,7 @@
 pub mod bring_up;
 pub mod bytes;
 pub mod colour;
+mod combing;
 pub mod deep;
 mod diagnosis;
 mod event;

@@ -3,9 +3,11 @@
 //! The crate y4m (0.8) reports a stream that is cut inside a frame as complete, and multiplies the sides in the header unchecked. Guarding
 //! against both takes more lines than reading the format.
 
+use std::collections::VecDeque;
 use std::io::{BufRead, Read};
 
 use crate::colour::{Channel, Standard};
+use crate::combing::{Combing, FRAMES_MIN};
 
 /// Maximum number of columns or rows of a frame.
 pub const SIDE_MAX: usize = rx_pipeline::frame::SIDE_MAX;
@@ -13,6 +15,9 @@ pub const SIDE_MAX: usize = rx_pipeline::frame::SIDE_MAX;
 const Y4M: &[u8] = b"YUV4MPEG2";
 /// The first bytes of each of its frames.
 const FRAME: &[u8] = b"FRAME";
+/// Maximum number of frames to examine, and of their bytes.
+const AHEAD_MAX: usize = 32;
+const AHEAD_BYTES_MAX: usize = 1 << 28;
 /// Maximum length of a line in a y4m header.
 const LINE_MAX: u64 = 1024;
 
@@ -64,13 +69,17 @@ pub enum StreamError {
         /// W or H.
         tag: &'static str,
     },
-    /// The frames are interlaced: each has two times.
+    /// The frames are interlaced, or may be: each has two times.
     #[error(
-        "the film is interlaced: each of its frames is two pictures of different times, a line from each in turn, and a panel may show two \
-         symbols in them; make it a film of whole pictures by `ffmpeg -i FILM -vf bwdif=mode=send_field -f yuv4mpegpipe -`, which has \
-         twice as many frames a second"
+        "the film is {}: each of its frames is two pictures of different times, a line from each in turn, and a panel may show two symbols \
+         in them; make it a film of whole pictures by `ffmpeg -i FILM -vf bwdif=mode=send_field -f yuv4mpegpipe -`, which has twice as \
+         many frames a second",
+        if *is_seen { "interlaced" } else { "flagged as interlaced, and too little moves in its first frames to show that it is not" }
     )]
-    Interlaced,
+    Interlaced {
+        /// Whether a frame shows it; otherwise only the header says so.
+        is_seen: bool,
+    },
     /// The frames are of an unsupported kind.
     #[error("y4m frames of kind C{kind} cannot be read: make them grey by `ffmpeg … -pix_fmt gray -f yuv4mpegpipe -`")]
     Kind {
@@ -110,6 +119,8 @@ pub struct Stream<R> {
     colours: Vec<u8>,
     /// The difference of the channel and luma for each pixel of a row.
     above: Vec<i16>,
+    /// Frames that were looked at when it was opened.
+    ahead: VecDeque<Vec<u8>>,
 }
 
 /// The layout of y4m frames.
@@ -130,11 +141,40 @@ struct Video {
 
 impl<R: BufRead> Stream<R> {
     /// Opens a stream: y4m with its header, or raw frames of the given size. From colours it takes one `channel`.
+    ///
+    /// If the header says that the film is interlaced, the first frames are examined.
+    ///
+    /// # Errors
+    /// [`StreamError::Interlaced`] unless these frames show that each is a single picture.
     pub fn open(input: R, raw: Option<(usize, usize)>, channel: Channel) -> Result<Self, StreamError> {
-        let stream = Self::open_progressive(input, raw, channel)?;
-        match stream.video {
-            Some(Video { is_interlaced: true, .. }) => Err(StreamError::Interlaced),
-            _ => Ok(stream),
+        let mut stream = Self::open_progressive(input, raw, channel)?;
+        if stream.is_flagged() {
+            stream.look_ahead()?;
+        }
+        Ok(stream)
+    }
+
+    /// Whether the header says that the film is interlaced.
+    pub fn is_flagged(&self) -> bool {
+        self.video.is_some_and(|video| video.is_interlaced)
+    }
+
+    /// Looks at the first frames, and keeps them to be given.
+    fn look_ahead(&mut self) -> Result<(), StreamError> {
+        let most = (AHEAD_BYTES_MAX / (self.size.0 * self.size.1)).clamp(FRAMES_MIN as usize + 1, AHEAD_MAX);
+        let mut combing = Combing::new(self.size.0);
+        let mut ahead = VecDeque::new();
+        while ahead.len() < most && !combing.are_single() && !combing.is_combed() {
+            let Some(frame) = self.next_frame()? else { break };
+            combing.look(frame);
+            ahead.push_back(frame.to_vec());
+        }
+        self.ahead = ahead;
+        match combing.are_single() {
+            true => Ok(()),
+            false => Err(StreamError::Interlaced {
+                is_seen: combing.is_combed(),
+            }),
         }
     }
 
@@ -162,6 +202,7 @@ impl<R: BufRead> Stream<R> {
             grey: vec![0; bytes(samples)],
             colours: vec![0; bytes(colours)],
             above: vec![0; size.0],
+            ahead: VecDeque::new(),
         })
     }
 
@@ -182,6 +223,11 @@ impl<R: BufRead> Stream<R> {
 
     /// The next frame; none at the end of the stream.
     pub fn next_frame(&mut self) -> Result<Option<&[u8]>, StreamError> {
+        if let Some(frame) = self.ahead.pop_front() {
+            let grey = &mut self.grey[..frame.len()];
+            grey.copy_from_slice(&frame);
+            return Ok(Some(grey));
+        }
         if self.video.is_some() {
             match line(&mut self.input)? {
                 None => return Ok(None),
@@ -402,9 +448,24 @@ mod tests {
     #[test]
     fn frames_that_are_only_flagged_as_interlaced_may_be_read() {
         let bytes = b"YUV4MPEG2 W2 H1 It Cmono\nFRAME\n\x10\x20";
-        assert!(matches!(open(bytes), Err(StreamError::Interlaced)));
+        assert!(matches!(open(bytes), Err(StreamError::Interlaced { is_seen: false })));
         let mut stream = Stream::open_progressive(&bytes[..], None, Channel::Brightest).unwrap();
         assert_eq!(stream.next_frame().unwrap(), Some(&[16, 32][..]));
+        // What moves shows that they are: half of each picture, 32 × 32, is white in turn.
+        let mut bytes = b"YUV4MPEG2 W32 H32 It Cmono\n".to_vec();
+        for frame in 0..40u8 {
+            bytes.extend(b"FRAME\n");
+            bytes.extend((0..32 * 32).map(|at| if (at / 512 == 0) == (frame % 2 == 0) { 200 } else { frame }));
+        }
+        let mut stream = open(&bytes).unwrap();
+        assert!(stream.is_flagged());
+        for frame in 0..40u8 {
+            let grey = stream.next_frame().unwrap().unwrap();
+            assert_eq!((grey[0], grey[1023]), if frame % 2 == 0 { (200, frame) } else { (frame, 200) });
+        }
+        assert_eq!(stream.next_frame().unwrap(), None);
+        // An end before that is what is wrong.
+        assert!(matches!(open(&bytes[..5 * 1030]), Err(StreamError::Cut { .. })));
     }
 
     #[test]

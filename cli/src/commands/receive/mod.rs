@@ -69,7 +69,8 @@ pub struct Arguments {
     /// Size of the raw frames on standard input, or in a named pipe.
     #[arg(long, value_name = "WxH", value_parser = size)]
     raw: Option<(usize, usize)>,
-    /// Read each frame of a film as one picture, even if the film is flagged as interlaced, such as 25 pictures a second in 50i.
+    /// Read each frame of a film as one picture, even if the film is flagged as interlaced and its first frames do not show that they are
+    /// single pictures, such as 25 pictures a second in 50i.
     #[arg(long)]
     progressive: bool,
     /// Frames a second of the camera. Default: those of the film or the y4m stream, else 100. If the folder has a file timestamps.csv
@@ -304,7 +305,7 @@ fn receive(arguments: &Arguments, shared: &Shared, view: Option<&View>) -> anyho
 /// Explains a stream error, with the option that helps.
 fn explained(error: StreamError) -> anyhow::Error {
     match error {
-        StreamError::Interlaced => anyhow::anyhow!(
+        StreamError::Interlaced { .. } => anyhow::anyhow!(
             "{error}. If only its flag says so, and each frame is one picture, such as 25 pictures a second in 50i, give --progressive"
         ),
         error => error.into(),
@@ -323,6 +324,9 @@ fn receive_stream(
     let stop = stop();
     let (width, height) = stream.size();
     let rate = stream.rate();
+    if stream.is_flagged() {
+        session.say("the film is flagged as interlaced, and its frames are read as whole pictures");
+    }
     let mut clock = times.map(|times| FilmClock::new(Some(times), (width, height), rate.unwrap_or(USUAL_FPS)));
     if let (Some(rate), None) = (rate, &clock) {
         session.set_usual_fps(rate)?;
