@@ -33,7 +33,7 @@ use reception::deep::{self, SampleKind};
 use reception::learnt;
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::likelihood::LINE_DELAY_MAX;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use sim::input;
 
 use crate::files::write;
@@ -61,6 +61,7 @@ pub struct CameraArguments {
 #[derive(Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct File {
+    #[serde(default, deserialize_with = "encoding_in_file")]
     encoding: Option<Encoding>,
     black_grey: Option<f32>,
     blur_sigma_px: Option<f32>,
@@ -112,25 +113,33 @@ impl CameraArguments {
         self.camera.clone()
     }
 
+    /// The camera of these options, or else of a file, or else the usual one.
+    fn over(&self, file: &File) -> Camera {
+        let usual = Camera::default();
+        Camera {
+            encoding: self.encoding.or(file.encoding).unwrap_or(usual.encoding),
+            black_grey: self.black.or(file.black_grey).unwrap_or(usual.black_grey),
+            blur_sigma_px: self.blur.or(file.blur_sigma_px).unwrap_or(usual.blur_sigma_px),
+            blur_aspect: file.blur_aspect.unwrap_or(usual.blur_aspect),
+            read_noise_e: file.read_noise_e.unwrap_or(usual.read_noise_e),
+        }
+    }
+
     /// Reads the file, if given, and checks all values.
     pub fn hints(&self, pixels: PixelArguments) -> anyhow::Result<CameraHints> {
         let (file, calibration) = match &self.camera {
             Some(path) => read(path)?,
             None => Default::default(),
         };
-        let usual = Camera::default();
         let encoding = self.encoding.or(file.encoding);
-        let camera = Camera {
-            encoding: encoding.unwrap_or(usual.encoding),
-            black_grey: self.black.or(file.black_grey).unwrap_or(usual.black_grey),
-            blur_sigma_px: self.blur.or(file.blur_sigma_px).unwrap_or(usual.blur_sigma_px),
-            blur_aspect: file.blur_aspect.unwrap_or(usual.blur_aspect),
-            read_noise_e: file.read_noise_e.unwrap_or(usual.read_noise_e),
-        };
-        let checked = camera.checked();
+        // First without the file, so that it is not blamed for an option.
+        let camera = self.over(&File::default()).checked()?;
         let camera = match &self.camera {
-            Some(path) => checked.with_context(|| format!("in the camera's file {}", path.display()))?,
-            None => checked?,
+            Some(path) => {
+                let checked = self.over(&file).checked();
+                checked.with_context(|| format!("in the camera's file {}", path.display()))?
+            }
+            None => camera,
         };
         let pixels = pixels.or(PixelArguments {
             channel: file.channel,
@@ -245,6 +254,28 @@ fn encoding(text: &str) -> Result<Encoding, String> {
     }
 }
 
+/// An encoding as a file has it: as the option does, or as it is saved.
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "no encoding: give \"linear\", \"srgb\", \"rec709\", or a gamma of 1 to 4 as { gamma = 2.2 }"
+)]
+enum FileEncoding {
+    Gamma(f32),
+    Curve(Encoding),
+    Name(String),
+}
+
+fn encoding_in_file<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Encoding>, D::Error> {
+    let told = FileEncoding::deserialize(deserializer)?;
+    let encoding = match told {
+        FileEncoding::Gamma(gamma) => Ok(Encoding::Gamma(gamma)),
+        FileEncoding::Curve(encoding) => Ok(encoding),
+        FileEncoding::Name(name) => encoding(&name),
+    };
+    encoding.map(Some).map_err(serde::de::Error::custom)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -274,7 +305,7 @@ mod tests {
         assert!(learnt::as_text(&learnt).ends_with("; broken LEDs: row 2 column 2"));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("camera.toml");
-        told.save(&path, &learnt, deep).unwrap();
+        told.save(&path, &learnt, samples).unwrap();
         let arguments = CameraArguments {
             camera: Some(path),
             ..CameraArguments::default()
@@ -316,6 +347,43 @@ mod tests {
     }
 
     #[test]
+    fn an_error_names_where_the_value_is_from() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("camera.toml");
+        let said = |text: &str, blur: Option<f32>| {
+            std::fs::write(&path, text).unwrap();
+            let arguments = CameraArguments {
+                camera: Some(path.clone()),
+                blur,
+                ..CameraArguments::default()
+            };
+            format!("{:#}", arguments.hints(PixelArguments::default()).unwrap_err())
+        };
+        assert!(said("blur_sigma_px = 9", None).contains("camera.toml"));
+        let option = said("blur_sigma_px = 1", Some(9.0));
+        assert!(option.contains("a blur of 9 px") && !option.contains("camera.toml"), "{option}");
+    }
+
+    #[test]
+    fn a_file_names_encodings_as_the_option_does() {
+        for (text, encoding) in [
+            ("encoding = \"linear\"", Encoding::LINEAR),
+            ("encoding = \"srgb\"", Encoding::Srgb),
+            ("encoding = 1.8", Encoding::Gamma(1.8)),
+            ("encoding = 2", Encoding::Gamma(2.0)),
+            ("encoding = { gamma = 1.8 }", Encoding::Gamma(1.8)),
+        ] {
+            assert_eq!(told(text).unwrap().encoding, Some(encoding), "{text}");
+        }
+        for text in ["encoding = \"log\"", "encoding = true", "encoding = { gama = 2 }"] {
+            let said = format!("{:#}", told(text).unwrap_err());
+            assert!(said.contains("no encoding: give") && said.contains("linear"), "{said}");
+        }
+        let focal = format!("{:#}", told("focal_px = \"3636\"").unwrap_err());
+        assert!(focal.contains("give one number of pixels, or [x, y]"), "{focal}");
+    }
+
+    #[test]
     fn a_deep_film_is_read_alike_by_what_was_learnt_of_it() {
         let learnt = |gamma| Camera {
             encoding: Encoding::Gamma(gamma),
@@ -344,6 +412,7 @@ mod tests {
             "blur = 2",
             "focal_px = 0",
             "focal_length_mm = 25",
+            "focal_length_mm = -25\npixel_pitch_um = -6.875",
             "focal_px = [3000, nan]",
             "distortion = [0, 0, 0]",
             "principal_px = [1e9, 0]",

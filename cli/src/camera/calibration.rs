@@ -44,7 +44,7 @@ pub struct Keys {
 
 /// One focal length, or one per axis.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "no focal length: give one number of pixels, or [x, y]")]
 pub enum Focal {
     /// The same along x and y.
     One(f64),
@@ -58,7 +58,14 @@ impl Keys {
         let focal_px = match (self.focal_px, self.focal_length_mm, self.pixel_pitch_um) {
             (Some(Focal::One(focal_px)), None, None) => Some([focal_px; 2]),
             (Some(Focal::Two(focal_px)), None, None) => Some(focal_px),
-            (None, Some(focal_length_mm), Some(pitch_um)) => Some([focal_length_mm * 1e3 / pitch_um; 2]),
+            (None, Some(focal_length_mm), Some(pitch_um)) => {
+                ensure!(
+                    focal_length_mm > 0.0 && pitch_um > 0.0,
+                    "a focal length of {focal_length_mm} mm and a pixel pitch of {pitch_um} µm are not both above 0: give those of the lens \
+                     and of the sensor"
+                );
+                Some([focal_length_mm * 1e3 / pitch_um; 2])
+            }
             (None, None, None) => None,
             (Some(_), ..) => bail!("the focal length is given twice: give focal_px, or focal_length_mm and pixel_pitch_um"),
             _ => bail!("half of a focal length is given: give both focal_length_mm and pixel_pitch_um"),
