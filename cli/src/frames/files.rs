@@ -10,7 +10,7 @@ use super::stamps::Stamps;
 pub use super::stamps::{FrameFile, Frames};
 
 /// File extensions of pictures.
-const PICTURES: [&str; 4] = ["png", "jpg", "jpeg", "pgm"];
+const PICTURES: [&str; 8] = ["png", "jpg", "jpeg", "jpe", "jfif", "pgm", "ppm", "pnm"];
 
 /// The frames of folders, in the [natural order](natural_order) of their names, and single files, in the given order. A list in byte order,
 /// such as a shell's expansion of `*`, is sorted naturally too.
