@@ -75,6 +75,9 @@ fn write_to(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()
     let whole = matches!(place, Place::File(_)).then(stop::writing);
     let mut growing = Growing::open(place, path)?;
     let written = write_through(&mut growing, write).and_then(|()| Ok(growing.put()?));
+    if written.is_ok() && whole.is_some() {
+        stop::written();
+    }
     drop(whole);
     stop::give_way();
     written
@@ -138,8 +141,12 @@ impl Growing {
     /// # Errors
     /// If not every byte can be written; the previous file is then unchanged.
     pub fn keep(self) -> std::io::Result<()> {
-        let _whole = (!matches!(self.0, Target::Through(_))).then(stop::writing);
-        self.put()
+        let whole = (!matches!(self.0, Target::Through(_))).then(stop::writing);
+        self.put()?;
+        if whole.is_some() {
+            stop::written();
+        }
+        Ok(())
     }
 
     /// Writes all bytes to the disk, so that little can fail, and little time passes, when it is kept.
@@ -209,6 +216,7 @@ impl Write for Growing {
     fn flush(&mut self) -> std::io::Result<()> {
         if let Target::Active(active) = &mut self.0 {
             active.stays = true;
+            stop::written();
         }
         self.writer().flush()
     }
@@ -254,9 +262,10 @@ pub fn keep_new(mut files: Vec<(PathBuf, Growing)>) -> anyhow::Result<()> {
             Ok(())
         })
     });
-    if put.is_err() {
+    match put {
+        Ok(()) => stop::written(),
         // Some of them without the others say nothing.
-        kept.iter().for_each(|path| drop(std::fs::remove_file(path)));
+        Err(_) => kept.iter().for_each(|path| drop(std::fs::remove_file(path))),
     }
     drop(whole);
     stop::give_way();

@@ -103,7 +103,11 @@ enum Command {
 
 fn main() -> ExitCode {
     match Arguments::try_parse() {
-        Ok(Arguments { command, shared }) => end(run(command, &shared)),
+        Ok(Arguments { command, shared }) => {
+            let answer = run(command, &shared);
+            stop::done();
+            end(answer)
+        }
         Err(told) if told.use_stderr() => {
             // The argument may be a file name with control characters.
             let text = told.render().to_string();

@@ -26,6 +26,10 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 static IS_HEARD: AtomicBool = AtomicBool::new(false);
 /// Whether the program must end now.
 static IS_OVERDUE: AtomicBool = AtomicBool::new(false);
+/// Whether a file has been written.
+static HAS_WRITTEN: AtomicBool = AtomicBool::new(false);
+/// Whether the command has returned, and only its error is left to print.
+static IS_DONE: AtomicBool = AtomicBool::new(false);
 /// Locked while a file is written.
 static WRITING: Mutex<()> = Mutex::new(());
 
@@ -71,11 +75,44 @@ fn end(signal: i32) {
     let _whole = writing();
     if is_heard {
         end_other();
-        output::tell("vocc: interrupted in the middle; what was kept before stays");
+        last_words();
         std::process::exit(1);
     }
     // Does not return.
     let _ = emulate_default_handler(signal);
+}
+
+/// Says that the command was interrupted, unless it has ended meanwhile: then only lets it exit. Nobody may read standard error, and the
+/// command itself may wait there: a thread that waits, too, holds up nothing.
+fn last_words() {
+    let (sender, told) = sync_channel::<()>(0);
+    let telling = std::thread::Builder::new().spawn(move || {
+        match IS_DONE.load(Ordering::Relaxed) {
+            true => std::thread::sleep(PATIENCE),
+            false => output::tell(overdue(HAS_WRITTEN.load(Ordering::Relaxed))),
+        }
+        drop(sender);
+    });
+    if telling.is_ok() {
+        let _ = told.recv_timeout(LOOK_EVERY);
+    }
+}
+
+fn overdue(has_written: bool) -> &'static str {
+    match has_written {
+        true => "vocc: interrupted in the middle; the files that were written before stay",
+        false => "vocc: interrupted in the middle",
+    }
+}
+
+/// Notes that a file has been written.
+pub fn written() {
+    HAS_WRITTEN.store(true, Ordering::Relaxed);
+}
+
+/// Notes that the command has returned.
+pub fn done() {
+    IS_DONE.store(true, Ordering::Relaxed);
 }
 
 /// The stop flag, for a command that ends by itself with its finished work.

@@ -1,6 +1,6 @@
 //! A run of a command under a fault, and its outcome.
 
-use std::io::Read;
+use std::io::{Read, Write};
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
@@ -50,7 +50,11 @@ pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool,
     };
     command.args(work.command.split_whitespace());
     command.args(&surroundings.arguments).current_dir(folder);
-    command.stdin(input(work, folder)).stderr(Stdio::piped());
+    let full = matches!(fault, Some(Fault::UnreadErrors(..))).then(full_pipe);
+    command.stdin(input(work, folder)).stderr(match &full {
+        Some((_, full)) => full.try_clone().expect("a pipe").into(),
+        None => Stdio::piped(),
+    });
     let is_looked_at = fault.is_none();
     command.stdout(match fault {
         Some(Fault::FullOutput) => device("/dev/full"),
@@ -68,7 +72,7 @@ pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool,
     });
     let errors = read(child.stderr.take());
     let signal = match fault {
-        Some(Fault::Signal(signal, after)) => Some((signal, after)),
+        Some(Fault::Signal(signal, after) | Fault::UnreadErrors(signal, after)) => Some((signal, after)),
         Some(Fault::SilentInput(_)) => Some((Signal::Interrupt, SILENCE)),
         _ => None,
     };
@@ -123,6 +127,17 @@ fn input(work: &Work, folder: &Path) -> Stdio {
         Some(name) => std::fs::File::open(folder.join(name)).expect("an input").into(),
         None => Stdio::null(),
     }
+}
+
+/// A pipe that is full as long as its reader is held.
+fn full_pipe() -> (std::io::PipeReader, std::io::PipeWriter) {
+    let (reader, mut writer) = std::io::pipe().expect("a pipe");
+    let full = writer.try_clone().expect("a pipe");
+    // More than a pipe takes: it waits for the reader's end.
+    std::thread::spawn(move || writer.write_all(&[b'x'; 1 << 20]));
+    // Until it is full.
+    std::thread::sleep(Duration::from_millis(50));
+    (reader, full)
 }
 
 fn device(path: &str) -> Stdio {

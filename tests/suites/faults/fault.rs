@@ -25,6 +25,8 @@ pub enum Fault {
     SilentInput(usize),
     /// A signal after a delay.
     Signal(Signal, Duration),
+    /// Standard error is a full pipe that nobody reads; a signal follows.
+    UnreadErrors(Signal, Duration),
 }
 
 /// Signals that end programs.
@@ -114,6 +116,7 @@ impl fmt::Display for Fault {
             Self::ReadOnlyPlace => write!(to, "files in a place where nobody may write"),
             Self::SilentInput(input) => write!(to, "input {input} a pipe that never answers"),
             Self::Signal(signal, after) => write!(to, "{signal:?} after {after:.3?}"),
+            Self::UnreadErrors(signal, after) => write!(to, "errors that nobody reads, {signal:?} after {after:.3?}"),
         }
     }
 }

@@ -152,7 +152,7 @@ impl Reference {
         let said = |why: String| Err(format!("{why}: {}", outcome.errors.trim()));
         let aborted = outcome.signal() == Some(ABORTED) && outcome.errors.contains("memory allocation of");
         let may_die_of = match fault {
-            Fault::Signal(signal, _) => Some(signal.number()),
+            Fault::Signal(signal, _) | Fault::UnreadErrors(signal, _) => Some(signal.number()),
             Fault::SilentInput(_) => Some(Signal::Interrupt.number()),
             // Rust's library aborts a program without memory.
             Fault::AddressSpace(_) if aborted => Some(ABORTED),
@@ -177,7 +177,7 @@ impl Reference {
         let causes = fault.causes();
         let is_named = causes.is_empty() || causes.iter().any(|cause| outcome.errors.contains(cause));
         match outcome.status.code() {
-            Some(2) if outcome.errors.is_empty() => said("it said nothing".into()),
+            Some(2) if outcome.errors.is_empty() && !matches!(fault, Fault::UnreadErrors(..)) => said("it said nothing".into()),
             Some(2) if self.status != 2 && !is_named => said("it named another cause".into()),
             Some(0 | 1) if matches!(fault, Fault::FullDevice | Fault::ReadOnlyPlace | Fault::FullOutput) => {
                 said("it ended as if all were well".into())

@@ -126,14 +126,26 @@ fn a_reader_who_leaves_changes_only_what_he_reads(workshop: &Workshop) {
     }
 }
 
-/// A stop at once or during the work ends every command.
+/// A stop at once, during the work or at any other time ends every command, whether or not its errors are read.
 fn every_command_ends_at_once_at_its_largest(workshop: &Workshop) {
     all(&LARGEST.iter().collect::<Vec<_>>(), |&work| {
         let known = Reference::unseen(work);
-        let stops = [(Signal::Interrupt, 100), (Signal::Terminate, 1200)];
-        stops.into_iter().try_for_each(|(signal, after_ms)| {
-            let fault = Fault::Signal(signal, Duration::from_millis(after_ms));
-            known.suffer(workshop, fault, false, patience()).map(drop)
+        let seed = work.arguments.bytes().fold(number("VOCC_FAULT_SEED", 1), |seed, byte| {
+            seed.wrapping_mul(31).wrapping_add(byte.into())
+        });
+        let any = ChaCha8Rng::seed_from_u64(seed).random_range(0..3000);
+        let after = Duration::from_millis;
+        let stops = [
+            Fault::Signal(Signal::Interrupt, after(100)),
+            Fault::Signal(Signal::Terminate, after(1200)),
+            Fault::Signal(Signal::Interrupt, after(any)),
+            Fault::UnreadErrors(Signal::Terminate, after(500)),
+        ];
+        stops.into_iter().try_for_each(|fault| {
+            known
+                .suffer(workshop, fault, false, patience())
+                .map(drop)
+                .map_err(|why| format!("{fault}: {why}"))
         })
     });
 }
@@ -213,5 +225,6 @@ fn kind(fault: Fault) -> &'static str {
         Fault::ReadOnlyPlace => "read-only place",
         Fault::SilentInput(_) => "silent input",
         Fault::Signal(..) => "signal",
+        Fault::UnreadErrors(..) => "unread errors",
     }
 }

@@ -1,0 +1,88 @@
+//! Stops that come late: the program ends within a second, whoever reads its output, and says nothing that is not so.
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::io::Read;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use common::recording::{filmed, pixels};
+use common::{command, folder, text};
+
+/// A second, on a machine that is busy.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// Asks a command to end as soon as it waits for a reader, and again shortly after; gives its exit status.
+fn stopped(run: &mut Child) -> ExitStatus {
+    let begun = Instant::now();
+    while !waits_for_a_reader(run.id()) {
+        assert!(run.try_wait().expect("a child").is_none(), "it has ended");
+        assert!(begun.elapsed() < Duration::from_secs(120), "it never waits");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let begun = Instant::now();
+    for _ in 0..2 {
+        let kill = Command::new("kill").args(["-TERM", &run.id().to_string()]).status();
+        assert!(kill.expect("kill runs").success());
+        std::thread::sleep(Duration::from_millis(100));
+    }
+    loop {
+        if let Some(status) = run.try_wait().expect("a child") {
+            return status;
+        }
+        if begun.elapsed() > PATIENCE {
+            let _ = run.kill();
+            panic!("it does not end");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Whether the main thread is in a write to a pipe.
+fn waits_for_a_reader(process: u32) -> bool {
+    let call = std::fs::read_to_string(format!("/proc/{process}/task/{process}/syscall"));
+    let is_write = |call: &str| ["1 ", "64 "].iter().any(|number| call.starts_with(number));
+    let is_same = || {
+        std::thread::sleep(Duration::from_millis(200));
+        std::fs::read_to_string(format!("/proc/{process}/task/{process}/syscall")).ok()
+    };
+    call.is_ok_and(|call| is_write(&call) && is_same() == Some(call))
+}
+
+/// More frames than a pipe holds lines of.
+fn long_film(name: &str) -> std::path::PathBuf {
+    let film = filmed(name, 16);
+    let raw = film.join("film.raw");
+    std::fs::write(&raw, pixels(&film).concat().repeat(25)).expect("room");
+    raw
+}
+
+fn errors(mut run: Child) -> String {
+    let mut said = Vec::new();
+    run.stderr.take().expect("a pipe").read_to_end(&mut said).expect("read");
+    text(&said)
+}
+
+#[test]
+fn a_stop_ends_what_waits_for_a_reader_of_its_errors() {
+    let place = folder("unread-errors");
+    for number in 0..1000 {
+        std::fs::write(place.join(format!("{number}.png")), "").expect("room");
+    }
+    let mut receive = command(&["receive"]);
+    receive.arg(&place).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut receive = receive.spawn().expect("vocc runs");
+    assert_eq!(stopped(&mut receive).code(), Some(1));
+}
+
+#[test]
+fn what_was_never_kept_is_not_said_to_stay() {
+    let raw = long_film("unread-bits");
+    let mut receive = command(&["receive", "-", "--raw", "320x240", "--bits", "--json"]);
+    receive.stdin(std::fs::File::open(&raw).expect("a film"));
+    let mut receive = receive.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("vocc runs");
+    assert_eq!(stopped(&mut receive).code(), Some(1));
+    let said = errors(receive);
+    assert!(said.contains("interrupted in the middle") && !said.contains("stay"), "{said}");
+}
