@@ -85,6 +85,10 @@ fn bad_messages_are_refused() {
     refused(&["link", "--message", &"x".repeat(1025)], &["1025", "1024"]);
     refused(&["transmit"], &["--message"]);
     refused(&["transmit", "--message-file", "none.txt"], &["none.txt"]);
+    refused(
+        &["transmit", "--message", "hi", "--count", "16777217"],
+        &["16777217", "0..=16777216"],
+    );
 }
 
 #[test]

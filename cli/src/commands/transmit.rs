@@ -20,6 +20,9 @@ use crate::options::{Message, Shared};
 use crate::output::{self, Verdict, line};
 use crate::outputs;
 
+/// The most panels at a time; more would fill a disk unnoticed.
+const COUNT_MAX: i64 = 1 << 24;
+
 /// Arguments of `vocc transmit`.
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -28,8 +31,8 @@ pub struct Arguments {
     /// Write the panels to this file instead of standard output.
     #[arg(long, value_name = "F")]
     symbols: Option<PathBuf>,
-    /// The number of panels. Default: the message once.
-    #[arg(long)]
+    /// The number of panels, up to 16777216: 285 MB of text, or 46 hours at 100 symbols a second. Default: the message once.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=COUNT_MAX))]
     count: Option<u32>,
     /// 64 payload bits a panel, without framing or error correction, as the paper sends them.
     #[arg(long)]

@@ -181,6 +181,11 @@ pub const LARGEST: &[Work] = &[
     work("", "--set camera.width_px=8192 --set camera.height_px=8192"),
     work("link", "day --message-file <long.txt --frames 18446744073709551615"),
     work(
+        "link",
+        "day --message-file <long.txt --frames 18446744073709551615 --save @saved/ --set camera.width_px=8192 --set \
+             camera.height_px=8192",
+    ),
+    work(
         "render",
         "--level reference --out @widest.png --linear @widest.npy --set camera.width_px=8192 --set \
              camera.height_px=8192",
@@ -202,14 +207,15 @@ pub const LARGEST: &[Work] = &[
     work("table push", "<table.toml --port %port --timeout 60"),
     work("table pull", "@pulled.toml --port %port --timeout 60"),
     work("table verify", "<table.toml --port %port --timeout 60"),
-    work("transmit", "--message-file <long.txt --count 4294967295 --symbols @symbols.txt"),
-    work("transmit", "--message-file <long.txt --raw --count 4294967295"),
+    work("transmit", "--message-file <long.txt --count 16777216 --symbols @symbols.txt"),
+    work("transmit", "--message-file <long.txt --raw --count 16777216"),
     work("transmit", "--message-file <long.txt --flicker --plot @flicker"),
     work("decode", "<widest.png"),
     Work {
         input: Some("/dev/zero"),
         ..work("receive", "- --raw 8192x8192 --panels 4 --mcap @received.mcap --out @bytes")
     },
+    work("receive", "frames frames frames frames --show @shown/ --bits --json"),
     work("device list", ""),
     work("device status", "--port %port --timeout 60"),
     work("device watch", "--interval 3600 --port %port --timeout 60"),

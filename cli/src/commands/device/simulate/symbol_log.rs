@@ -1,14 +1,14 @@
 //! The log of what the LEDs show, symbol by symbol.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{BufWriter, IntoInnerError, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use serde_json::json;
 
 use super::board::Symbol;
-use crate::files::{self, Pipe};
+use crate::files::{self, Growing, Pipe};
 use crate::output;
 
 /// Where it is written.
@@ -17,8 +17,8 @@ pub enum SymbolLog {
     Output,
     /// To a pipe or a device, at once.
     Pipe(Pipe),
-    /// In a file, at the end.
-    File(PathBuf, String),
+    /// In a file, which is there at the end.
+    File(PathBuf, BufWriter<Growing>),
 }
 
 impl SymbolLog {
@@ -28,7 +28,7 @@ impl SymbolLog {
             return Ok(Self::Output);
         }
         if files::check(path)? {
-            return Ok(Self::File(path.into(), String::new()));
+            return Ok(Self::File(path.into(), BufWriter::new(Growing::create(path)?)));
         }
         let pipe = File::options().append(true).open(path);
         let pipe = pipe.with_context(|| format!("cannot write {}", path.display()))?;
@@ -52,19 +52,18 @@ impl SymbolLog {
         match self {
             Self::Output => output::line(&entry),
             Self::Pipe(pipe) => Ok(writeln!(pipe, "{entry}")?),
-            Self::File(_, text) => {
-                text.push_str(&entry);
-                text.push('\n');
-                Ok(())
-            }
+            Self::File(path, file) => writeln!(file, "{entry}").with_context(|| cannot_write(path)),
         }
     }
 
-    /// Ends: writes what is to be in a file.
+    /// Ends, and puts a file into its place.
     pub fn finish(self) -> anyhow::Result<()> {
-        match self {
-            Self::File(path, text) => files::write(&path, text),
-            Self::Output | Self::Pipe(_) => Ok(()),
-        }
+        let Self::File(path, file) = self else { return Ok(()) };
+        let growing = file.into_inner().map_err(IntoInnerError::into_error);
+        growing.and_then(Growing::keep).with_context(|| cannot_write(&path))
     }
+}
+
+fn cannot_write(path: &Path) -> String {
+    format!("cannot write {}", path.display())
 }
