@@ -71,9 +71,9 @@ pub enum StreamError {
     },
     /// The frames are interlaced, or may be: each has two times.
     #[error(
-        "the film is {}: each of its frames is two pictures of different times, a line from each in turn, and a panel may show two symbols \
-         in them; make it a film of whole pictures by `ffmpeg -i FILM -vf bwdif=mode=send_field -f yuv4mpegpipe -`, which has twice as \
-         many frames a second",
+        "the film is {}: a frame of an interlaced film is two pictures of different times, a line from each in turn, and a panel may show \
+         two symbols in it; make it a film of whole pictures by `ffmpeg -i FILM -vf bwdif=mode=send_field -f yuv4mpegpipe -`, which has \
+         twice as many frames a second",
         if *is_seen { "interlaced" } else { "flagged as interlaced, and too little moves in its first frames to show that it is not" }
     )]
     Interlaced {
