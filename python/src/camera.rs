@@ -223,7 +223,7 @@ impl Camera {
         self.encoding
     }
 
-    /// For a receiver of pixels that are unchanged, or were encoded for it: see [`SampleKind::are_encoded`](reception::deep::SampleKind::are_encoded).
+    /// For a receiver of pixels that are unchanged, or were encoded for it: see `SampleKind::are_encoded`.
     pub fn of_pixels(&self, are_encoded: bool) -> camera::Camera {
         let mut camera = self.camera;
         if are_encoded {

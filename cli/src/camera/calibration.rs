@@ -61,8 +61,8 @@ impl Keys {
             (None, Some(focal_length_mm), Some(pitch_um)) => {
                 ensure!(
                     focal_length_mm > 0.0 && pitch_um > 0.0,
-                    "a focal length of {focal_length_mm} mm and a pixel pitch of {pitch_um} µm are not both above 0: give those of the lens \
-                     and of the sensor"
+                    "a focal length of {focal_length_mm} mm and a pixel pitch of {pitch_um} µm are not both above 0: give those of the \
+                     lens and of the sensor"
                 );
                 Some([focal_length_mm * 1e3 / pitch_um; 2])
             }
