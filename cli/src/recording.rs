@@ -54,7 +54,7 @@ pub struct RecordingArguments {
     /// When a film's first frame was taken, in seconds since 1970, so that the recording merges with others; without it, 0. Live sources
     /// tell their own times.
     #[arg(long, value_name = "UNIX_S", requires = "recordings", value_parser = start)]
-    start: Option<f64>,
+    start: Option<Duration>,
     /// Maximum size of a recording's file in bytes, or with k, M or G for thousands, millions or billions, such as 200M: FILE.mcap, then
     /// FILE-0001.mcap and so on, each complete. A larger frame has a file of its own.
     #[arg(long, value_name = "BYTES", requires = "mcap", value_parser = files::max_size)]
@@ -63,17 +63,20 @@ pub struct RecordingArguments {
 
 impl RecordingArguments {
     /// When a film's first frame was taken, if given.
-    pub fn start(&self) -> Option<f64> {
+    pub fn start(&self) -> Option<Duration> {
         self.start
     }
 }
 
-/// Parses seconds since 1970.
-fn start(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(start_s) if (0.0..=START_MAX_S).contains(&start_s) => Ok(start_s),
-        _ => Err(format!("give 0 to {START_MAX_S} seconds, such as `date +%s.%N` tells")),
-    }
+/// Parses seconds since 1970: decimals to the nanosecond, which an `f64` does not hold.
+fn start(text: &str) -> Result<Duration, String> {
+    let start_s = text.parse().ok().filter(|start_s| (0.0..=START_MAX_S).contains(start_s));
+    let start_s = start_s.ok_or_else(|| format!("give 0 to {START_MAX_S} seconds, such as `date +%s.%N` tells"))?;
+    let (seconds, decimals) = text.split_once('.').unwrap_or((text, ""));
+    Ok(match (seconds.parse(), format!("{decimals:0<9.9}").parse()) {
+        (Ok(seconds), Ok(nanoseconds)) => Duration::new(seconds, nanoseconds),
+        _ => Duration::from_secs_f64(start_s),
+    })
 }
 
 /// A recording of frames, panels and messages.
@@ -170,7 +173,7 @@ impl Recording {
         self.keep_up()?;
         self.time_ns = match unix {
             Some(unix) => unix.as_nanos() as u64,
-            None => (self.arguments.start.unwrap_or_default() * 1e9) as u64 + (time_s * 1e9).max(0.0) as u64,
+            None => (self.arguments.start.unwrap_or_default().as_nanos() as u64) + (time_s * 1e9).round().max(0.0) as u64,
         };
         let size = [frame.width(), frame.height()].map(|side| side as u32);
         if self.sink.is_wanted(self.image) {

@@ -82,7 +82,7 @@ fn a_films_start_and_its_frame_of_reference_may_be_told() {
     says(&vocc(&["render", "day", "--out", name(&frame)]), 0, &[]);
     let receive = ["receive", name(&frame), "--mcap", name(&recording)];
     says(
-        &vocc(&[&receive[..], &["--start", "1800000000.5", "--frame-id", "front"]].concat()),
+        &vocc(&[&receive[..], &["--start", "1800000000.123456789", "--frame-id", "front"]].concat()),
         1,
         &[],
     );
@@ -91,8 +91,8 @@ fn a_films_start_and_its_frame_of_reference_may_be_told() {
     let messages: Vec<_> = messages.collect::<Result<_, _>>().expect("whole messages");
     let images = of_topic(&messages, "/camera/image");
     let (header, _, _): (((i32, u32), String), String, Vec<u8>) = cdr::deserialize(images[0].1).expect("an image");
-    assert_eq!(images[0].0, 1_800_000_000_500_000_000);
-    assert_eq!(header, ((1_800_000_000, 500_000_000), "front".into()));
+    assert_eq!(images[0].0, 1_800_000_000_123_456_789);
+    assert_eq!(header, ((1_800_000_000, 123_456_789), "front".into()));
     // Nobody calibrated the camera.
     assert!(of_topic(&messages, "/camera/camera_info").is_empty());
     refused(&[&receive[..], &["--start", "soon"]].concat(), &["give 0 to 2147483647 seconds"]);
