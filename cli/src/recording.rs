@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | `/camera/image` | `sensor_msgs/msg/CompressedImage` | each frame, as PNG |
 //! | `/camera/camera_info` | `sensor_msgs/msg/CameraInfo` | with each frame, if the camera's calibration is known |
+//! | `/diagnostics` | `diagnostic_msgs/msg/DiagnosticArray` | the camera and each panel: see [`reception::diagnostics`] |
 //! | `/panel_0/outline` | `foxglove_msgs/msg/ImageAnnotations` | the panel's outline in the frame, and its bits |
 //! | `/panel_0/pose` | `geometry_msgs/msg/PoseWithCovarianceStamped` | the panel's pose, while it is known |
 //! | `/panel_0/message` | `std_msgs/msg/String` | each message, at the frame that completed it |
@@ -30,6 +31,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
+use reception::diagnostics::Status;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::pose::{Lens, Pose};
 use rx_pipeline::receiver::Reading;
@@ -38,6 +40,7 @@ use self::files::Files;
 pub use self::foxglove::PORT as FOXGLOVE_PORT;
 use self::foxglove::Server;
 use self::mcap::Schema;
+use crate::frames::waiting::Arrival;
 use ros::Ros;
 
 /// Maximum duration of a live recording that can be lost.
@@ -68,6 +71,13 @@ impl RecordingArguments {
     }
 }
 
+impl RecordingArguments {
+    /// The frame of reference, which names the camera.
+    pub fn frame_id(&self) -> &str {
+        &self.frame_id
+    }
+}
+
 /// Parses seconds since 1970: decimals to the nanosecond, which an `f64` does not hold.
 fn start(text: &str) -> Result<Duration, String> {
     let start_s = text.parse().ok().filter(|start_s| (0.0..=START_MAX_S).contains(start_s));
@@ -86,6 +96,7 @@ pub struct Recording {
     /// Created with the first frame whose lens is known.
     camera_info: Option<u16>,
     panels: Vec<Panel>,
+    diagnostics: u16,
     arguments: RecordingArguments,
     /// Time of the current frame.
     time_ns: u64,
@@ -154,11 +165,13 @@ impl Recording {
                 verdict: with_verdicts.then(|| sink.channel_of::<ros::Text>(&format!("/panel_{number}/verdict"))),
             })
             .collect();
+        let diagnostics = sink.channel_of::<ros::DiagnosticArray>("/diagnostics");
         Self {
             sink,
             image,
             camera_info: None,
             panels,
+            diagnostics,
             arguments: arguments.clone(),
             time_ns: 0,
             kept,
@@ -255,6 +268,23 @@ impl Recording {
             Some(channel) => self.write(channel, &ros::Text { data: verdict }),
             None => Ok(()),
         }
+    }
+
+    /// Time of the current frame, in nanoseconds.
+    pub fn time_ns(&self) -> u64 {
+        self.time_ns
+    }
+
+    /// Records the status of the camera and the panels, at the current frame.
+    pub fn diagnostics(&mut self, statuses: &[Status]) -> anyhow::Result<()> {
+        let report = self.encoded(&ros::DiagnosticArray::of(self.header(), statuses))?;
+        self.put(self.diagnostics, &report)
+    }
+
+    /// Records the status of a live source that is silent, at the time of the wall clock.
+    pub fn silence(&mut self, statuses: &[Status]) -> anyhow::Result<()> {
+        self.time_ns = Arrival::now().unix.as_nanos() as u64;
+        self.diagnostics(statuses)
     }
 
     /// Renames the file into place.

@@ -6,7 +6,7 @@ mod common;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 use common::bounded::{self, Watchdog, writer};
 use common::ffmpeg::{Place, wait_for};
@@ -368,4 +368,24 @@ fn two_panels_of_a_live_source_have_their_own_messages() {
     };
     assert_ne!(panel_of("bend ahead"), panel_of("ice ahead"));
     assert_eq!(lines.last().expect("a line")["frames"], 96);
+}
+
+#[test]
+fn a_silent_source_is_an_error_in_the_recording() {
+    let place = Place::with_frames("live-silence", &format!("{FRAMES}; exec /bin/sleep 600"));
+    let arguments = ["tcp://127.0.0.1:5000", "--mcap", "drive.mcap"];
+    let mut receive = place.receive(&arguments).stdout(Stdio::null()).spawn().expect("vocc runs");
+    let active = place.0.join("drive.mcap.active");
+    let silence = wait_for(|| {
+        let messages = recorded(&active);
+        let last_image = messages.iter().rev().find(|(topic, ..)| topic == "/camera/image")?.1;
+        let text = b"no frame has come for ";
+        let report = messages
+            .iter()
+            .find(|(topic, _, report)| topic == "/diagnostics" && report.windows(text.len()).any(|part| part == text))?;
+        Some(Duration::from_nanos(report.1 - last_image))
+    });
+    signal("-TERM", receive.id());
+    receive.wait().expect("an end");
+    assert!((2.5..60.0).contains(&silence.as_secs_f64()), "{silence:?}");
 }

@@ -12,6 +12,12 @@ type Pose = (((i32, u32), String), [f64; 3], [f64; 4], [[f64; 6]; 6]);
 /// What a calibration begins with: header, height and width, model and coefficients of the distortion.
 type CameraInfo = (((i32, u32), String), [u32; 2], String, Vec<f64>);
 
+/// A status of diagnostics: level, name, message, hardware, and keys with values.
+type Status = (u8, String, String, String, Vec<(String, String)>);
+
+/// Diagnostics: a header and statuses.
+type Report = (((i32, u32), String), Vec<Status>);
+
 /// The messages of a topic, each with its time in nanoseconds.
 fn of_topic<'a>(messages: &'a [mcap::Message], topic: &str) -> Vec<(u64, &'a [u8])> {
     let messages = messages.iter().filter(|message| message.channel.topic == topic);
@@ -67,6 +73,19 @@ fn what_is_received_is_recorded() {
     let ((_, frame_id), [height, width], model, d): CameraInfo = cdr::deserialize(infos[0].1).expect("a calibration");
     assert_eq!((&frame_id[..], width, height, &model[..]), ("camera", 480, 320, "plumb_bob"));
     assert_eq!(d, [0.0; 5]);
+
+    let reports = of_topic(&messages, "/diagnostics");
+    let status = |(_, report): &(u64, &[u8])| -> Report { cdr::deserialize(report).expect("a report") };
+    let (first, last) = (reports.first().expect("a report"), reports.last().expect("a report"));
+    assert_eq!((first.0, status(first).0), (0, ((0, 0), "camera".into())));
+    let [camera, panel] = &status(last).1[..] else {
+        panic!("{:?}", status(last));
+    };
+    assert_eq!((camera.0, &camera.1[..], &camera.3[..]), (0, "vocc: camera", "camera"));
+    assert_eq!((&panel.1[..], &panel.3[..]), ("vocc: panel 0", "panel_0"));
+    let frames = frames.to_string();
+    assert!(camera.4.contains(&("frames".into(), frames)), "{camera:?}");
+    assert!(panel.4.contains(&("frames_read".into(), readings.len().to_string())), "{panel:?}");
 
     let texts = of_topic(&messages, "/panel_0/message");
     let texts: Vec<String> = texts.iter().map(|(_, text)| cdr::deserialize(text).expect("a text")).collect();

@@ -1,10 +1,15 @@
 //! Processes successive frames into readings, poses and messages.
 
+use std::time::Duration;
+
 use link::orientation::Orientation;
 use numpy::PyArray2;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use reception::colour::Channel;
 use reception::deep::Compander;
+use reception::diagnostics::{self, Diagnostics};
+use reception::loss;
 use reception::whereabouts::told_size;
 use reception::{PANELS_MAX, PanelEvent, PanelReport, Reception, ReceptionSettings, Stamp, USUAL_FPS};
 use rx_pipeline::frame::Frame;
@@ -16,6 +21,9 @@ use crate::decode::{compander, llr, untrained};
 use crate::errors::{check, guarded, refused};
 use crate::pose::{self, Pose};
 use crate::record::record;
+
+/// Maximum time in seconds: its nanoseconds fit into a `u64`.
+const SECONDS_MAX: f64 = 1e10;
 
 record! {
     /// A panel that was read in a frame.
@@ -57,6 +65,8 @@ record! {
         frame: u64,
         /// The panel's number, from 0.
         panel: usize,
+        /// The reason in a word for counts, such as "covered" or "no_candidate".
+        kind: &'static str,
         /// The reason.
         why: String,
     }
@@ -94,6 +104,22 @@ record! {
     }
 }
 
+record! {
+    /// The status of the camera or of a panel, in the terms of ROS's diagnostic_msgs.
+    Status {
+        /// 0: as it should be; 1: worse; 2: it does not work.
+        level: u8,
+        /// Of what: "vocc: camera" or "vocc: panel 0".
+        name: String,
+        /// Why it has this level.
+        message: String,
+        /// The camera's name, or "panel_0".
+        hardware_id: String,
+        /// Counts and the like, by their keys.
+        values: Py<PyDict>,
+    }
+}
+
 /// Receives messages from successive frames, as `vocc receive` does.
 ///
 /// `fps` is the camera's frames a second (by default 100). `symbol_rate` is the transmitter's symbols a second; by default, the Pico's 90
@@ -116,6 +142,7 @@ pub struct Receiver {
     deep: Compander,
     next: u64,
     is_closed: bool,
+    diagnostics: Diagnostics,
 }
 
 #[pymethods]
@@ -162,6 +189,7 @@ impl Receiver {
             deep: deep?,
             next: 0,
             is_closed: false,
+            diagnostics: Diagnostics::new("camera"),
         })
     }
 
@@ -194,6 +222,7 @@ impl Receiver {
         let stamp = Stamp { number, late };
         let reports = guarded(|| py.detach(|| self.frame(stamp, pixels)))?;
         self.next = number + 1;
+        self.diagnostics.count(&reports);
         self.received(py, number, reports)
     }
 
@@ -206,6 +235,53 @@ impl Receiver {
         reception.close();
         let messages = events.into_iter().map(|(panel, event)| message(py, panel, event).transpose());
         messages.flatten().collect()
+    }
+
+    /// The status of the camera and of each panel, if a report is due: with the first image, once a second of `time_s`, when a panel is found
+    /// or given up, and after a silence; else None.
+    ///
+    /// `time_s` is the time of the last image, from any origin at or before the first one's; `latency_s` how long after it the messages of
+    /// that image were there; `dropped` the images that were left out before it, and `unusable` those that could not be fed.
+    ///
+    /// Raises VoccError of times that are not 0 to 1e10 s.
+    ///
+    /// >>> import vocc
+    /// >>> receiver, image = vocc.Receiver(), vocc.render("paper", level="fast", crop=True)
+    /// >>> _ = receiver.feed(image)
+    /// >>> [(status.name, status.level) for status in receiver.diagnose(0.0) or []]
+    /// [('vocc: camera', 0), ('vocc: panel 0', 0)]
+    /// >>> receiver.diagnose(0.5) is None
+    /// True
+    #[pyo3(signature = (time_s, *, latency_s=None, dropped=0, unusable=0))]
+    fn diagnose(
+        &mut self,
+        py: Python<'_>,
+        time_s: f64,
+        latency_s: Option<f64>,
+        dropped: u64,
+        unusable: u64,
+    ) -> PyResult<Option<Vec<Py<Status>>>> {
+        let time = duration("time_s", time_s)?;
+        if let Some(latency_s) = latency_s {
+            self.diagnostics.add_latency(duration("latency_s", latency_s)?);
+        }
+        self.diagnostics.count_dropped(dropped);
+        self.diagnostics.count_unusable(unusable);
+        let report = self.diagnostics.report_if_due(time.as_nanos() as u64, self.reception.learnt_each());
+        report.map(|report| statuses(py, report)).transpose()
+    }
+
+    /// The status of a camera from which no image has come for `since_s` seconds, if a report is due: after 3 s, and then once a second; else
+    /// None.
+    ///
+    /// Raises VoccError of a time that is not 0 to 1e10 s.
+    ///
+    /// >>> import vocc
+    /// >>> [(status.name, status.level) for status in vocc.Receiver().diagnose_silence(3.2) or []]
+    /// [('vocc: camera', 2)]
+    fn diagnose_silence(&mut self, py: Python<'_>, since_s: f64) -> PyResult<Option<Vec<Py<Status>>>> {
+        let report = self.diagnostics.report_silence(duration("since_s", since_s)?);
+        report.map(|report| statuses(py, report)).transpose()
     }
 
     /// Closes the receiver and frees its memory.
@@ -289,7 +365,8 @@ impl Receiver {
                 }
                 Err(loss) => {
                     let why = loss.to_string();
-                    received.losses.push(Py::new(py, Loss { frame, panel, why })?);
+                    let kind = loss::name(&loss);
+                    received.losses.push(Py::new(py, Loss { frame, panel, kind, why })?);
                 }
             }
         }
@@ -330,6 +407,32 @@ impl Receiver {
             no_pose,
         })
     }
+}
+
+/// Seconds, at most [`SECONDS_MAX`].
+fn duration(name: &str, seconds: f64) -> PyResult<Duration> {
+    match seconds {
+        0.0..=SECONDS_MAX => Ok(Duration::from_secs_f64(seconds)),
+        _ => Err(refused(format!("{name} = {seconds}: give seconds from 0 to {SECONDS_MAX}"))),
+    }
+}
+
+fn statuses(py: Python<'_>, report: Vec<diagnostics::Status>) -> PyResult<Vec<Py<Status>>> {
+    let record = |status: diagnostics::Status| {
+        let values = PyDict::new(py);
+        for (key, value) in status.values {
+            values.set_item(key, value)?;
+        }
+        let status = Status {
+            level: status.level as u8,
+            name: status.name,
+            message: status.message,
+            hardware_id: status.hardware_id,
+            values: values.unbind(),
+        };
+        Py::new(py, status)
+    };
+    report.into_iter().map(record).collect()
 }
 
 fn message(py: Python<'_>, panel: usize, event: PanelEvent) -> PyResult<Option<Py<Message>>> {

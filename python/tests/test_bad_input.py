@@ -283,3 +283,22 @@ def test_anything_may_be_given_for_bits_cameras_and_messages(thing: Any) -> None
             call(thing)
         except REFUSALS as fault:
             assert str(fault)
+
+
+@pytest.mark.parametrize("seconds", [-1.0, -1e-300, 1.1e10, 1e300, float("inf"), float("nan")])
+def test_times_of_diagnostics_have_a_range(seconds: float) -> None:
+    receiver = vocc.Receiver()
+    for name, call in {
+        "time_s": receiver.diagnose,
+        "latency_s": lambda seconds: receiver.diagnose(0, latency_s=seconds),
+        "since_s": receiver.diagnose_silence,
+    }.items():
+        with pytest.raises(vocc.VoccError, match=f"{name} = .*: give seconds from 0 to 10000000000"):
+            call(seconds)
+    for counts in ({"dropped": -1}, {"unusable": 2**64}):
+        with pytest.raises(OverflowError):
+            receiver.diagnose(0, **counts)
+    most = receiver.diagnose(1e10, dropped=2**64 - 1, unusable=2**64 - 1)
+    assert most is not None and most[0].level == 1
+    receiver.close()
+    assert receiver.diagnose_silence(1e10) is not None

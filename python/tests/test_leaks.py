@@ -1,6 +1,7 @@
 """Finished calls leave no memory allocated. VOCC_TEST_CASES=all makes a million of each short call."""
 
 import gc
+import itertools
 import os
 from collections.abc import Callable
 
@@ -17,6 +18,7 @@ LEEWAY_BYTES = 3 << 20
 image = np.full((40, 40), 118, np.uint8)
 renderer = vocc.Renderer(vocc.Scene("paper", distance_m=200), level="fast", crop=True)
 receiver = vocc.Receiver(detector="kmeans")
+seconds = itertools.count(1)
 scene = vocc.Scene("night")
 table = vocc.Table()
 
@@ -40,6 +42,7 @@ SHORT: dict[str, Callable[[], object]] = {
     "look up": lambda: (table.l2a(50, 1), table.ratios),
     "camera": lambda: vocc.Camera(encoding="srgb").to_dict(),
     "feed": fed,
+    "diagnose": lambda: receiver.diagnose(next(seconds)),
     "scene": lambda: scene.with_(distance_m=60).to_dict(),
 }
 LONG: dict[str, Callable[[], object]] = {

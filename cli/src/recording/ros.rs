@@ -1,6 +1,7 @@
 //! ROS 2 messages: their fields in order, and their definitions.
 
 use glam::{DMat3, DQuat};
+use reception::diagnostics::Status;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::pose::{Lens, Pose as PanelPose};
 use serde::Serialize;
@@ -151,6 +152,40 @@ impl<'a> PoseWithCovarianceStamped<'a> {
 }
 
 ros!(PoseWithCovarianceStamped<'_>, "geometry_msgs", "PoseWithCovarianceStamped");
+
+#[derive(Serialize)]
+pub struct DiagnosticArray<'a> {
+    header: Header<'a>,
+    status: Vec<DiagnosticStatus<'a>>,
+}
+
+impl<'a> DiagnosticArray<'a> {
+    pub fn of(header: Header<'a>, statuses: &'a [Status]) -> Self {
+        let status = statuses.iter().map(|status| DiagnosticStatus {
+            level: status.level as u8,
+            name: &status.name,
+            message: &status.message,
+            hardware_id: &status.hardware_id,
+            values: &status.values,
+        });
+        Self {
+            header,
+            status: status.collect(),
+        }
+    }
+}
+
+ros!(DiagnosticArray<'_>, "diagnostic_msgs", "DiagnosticArray");
+
+#[derive(Serialize)]
+struct DiagnosticStatus<'a> {
+    level: u8,
+    name: &'a str,
+    message: &'a str,
+    hardware_id: &'a str,
+    /// Keys with their values.
+    values: &'a [(String, String)],
+}
 
 /// Drawings on an image.
 #[derive(Serialize)]

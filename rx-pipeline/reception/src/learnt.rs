@@ -63,6 +63,6 @@ pub fn as_text(learnt: &Learnt) -> String {
 }
 
 /// The numbers of a mask's LEDs, 8·row + column.
-fn leds(mask: u64) -> Vec<usize> {
+pub fn leds(mask: u64) -> Vec<usize> {
     (0..LEDS).filter(|led| mask >> led & 1 == 1).collect()
 }

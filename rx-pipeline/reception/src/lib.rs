@@ -25,6 +25,8 @@
 //! | [`Reception`] | frame after frame, with up to [`PANELS_MAX`] panels; finds the symbol rate, diagnoses missing messages |
 //! | [`whereabouts`] | where panels are, in metres |
 //! | [`learnt`] | the learnt camera, in words |
+//! | [`diagnostics`] | reports on frames and panels in the terms of ROS diagnostics |
+//! | [`loss`] | why frames gave no reading, a word for each kind |
 //! | [`still`] | single frames |
 //! | [`bring_up`] | test panels, and the diagnosis of a panel from their pictures |
 //! | [`picture`], [`colour`], [`deep`] | 8-bit grey from pictures, from colours, and from 9 to 16 bits |
@@ -37,8 +39,10 @@ pub mod colour;
 mod combing;
 pub mod deep;
 mod diagnosis;
+pub mod diagnostics;
 mod event;
 pub mod learnt;
+pub mod loss;
 mod panels;
 pub mod picture;
 mod reception;

@@ -78,12 +78,11 @@ pub struct Latency {
 }
 
 impl Latency {
-    /// Adds a frame whose output is complete now: when its processing began, and the decoding time.
-    pub fn add(&mut self, moment: &Moment, begun: Instant, decoding: Duration) {
+    /// Adds a frame whose output is complete now: when its processing began, and the decoding time. Returns its latency; `None` for a
+    /// film.
+    pub fn add(&mut self, moment: &Moment, begun: Instant, decoding: Duration) -> Option<Duration> {
         self.dropped += moment.after_dropped;
-        let Some(arrival) = moment.arrival else {
-            return;
-        };
+        let arrival = moment.arrival?;
         let here = begun.elapsed();
         let queue = begun.saturating_duration_since(arrival.at);
         let source = moment.on_the_way();
@@ -91,7 +90,9 @@ impl Latency {
         self.queue.add(queue);
         self.reading.add(here.saturating_sub(decoding));
         self.decoding.add(decoding);
-        self.to_text.add(source.unwrap_or_default() + queue + here);
+        let to_text = source.unwrap_or_default() + queue + here;
+        self.to_text.add(to_text);
+        Some(to_text)
     }
 
     /// Time since a frame was taken, or since its arrival if that is unknown; `None` for a film.

@@ -9,6 +9,7 @@ mod report;
 mod session;
 mod stage_times;
 mod view;
+mod watch;
 
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -100,7 +101,7 @@ pub struct Arguments {
     pixels: PixelArguments,
     #[command(flatten)]
     panel: PanelArguments,
-    /// Write frames, outlines, poses and messages into this MCAP file, which Foxglove and the tools of ROS 2 open.
+    /// Write frames, outlines, poses, messages and diagnostics into this MCAP file, which Foxglove and the tools of ROS 2 open.
     #[arg(long, value_name = "FILE.mcap", group = "recordings")]
     mcap: Option<PathBuf>,
     /// Serve the same to Foxglove, at ws://127.0.0.1:PORT (0: any free port), for this computer alone.

@@ -103,6 +103,12 @@ impl<'a> Report<'a> {
         })
     }
 
+    /// Time of the current frame in the recording, or as it is served, in nanoseconds.
+    pub fn recorded_ns(&self) -> Option<u64> {
+        let recording = self.recording.as_ref().or(self.served.as_ref());
+        recording.map(Recording::time_ns)
+    }
+
     /// Records something of the current frame, if requested.
     pub fn record(&mut self, write: impl Fn(&mut Recording) -> anyhow::Result<()>) {
         if let Some(Err(error)) = self.served.as_mut().map(&write) {

@@ -11,6 +11,7 @@ use super::latency::Latency;
 use super::report::Report;
 use super::stage_times::StageTimes;
 use super::view::{Details, Feed};
+use super::watch::Watch;
 use crate::camera::CameraHints;
 use crate::frames::waiting::Moment;
 use crate::options::{self, Shared};
@@ -27,6 +28,7 @@ pub struct Session<'a> {
     next: u64,
     times: StageTimes,
     latency: Latency,
+    watch: Watch,
 }
 
 impl<'a> Session<'a> {
@@ -57,6 +59,7 @@ impl<'a> Session<'a> {
             next: 0,
             times: StageTimes::default(),
             latency: Latency::default(),
+            watch: Watch::new(arguments.recorded.frame_id()),
         })
     }
 
@@ -111,14 +114,17 @@ impl<'a> Session<'a> {
         let lens = self.hints.calibration.lens([frame.width(), frame.height()]);
         self.report
             .record(|recording| recording.frame(time_s, moment.unix(), frame, lens.as_ref().ok()));
-        for panel in self.reception.frame(stamp, frame, &lens, &mut self.times)? {
+        let panels = self.reception.frame(stamp, frame, &lens, &mut self.times)?;
+        self.watch.frame(&panels);
+        for panel in panels {
             let whereabouts = self.reception.whereabouts(panel.panel);
             self.report.panel(&panel, frame, whereabouts)?;
             self.report.view(|view| view.panel(panel, whereabouts));
         }
         self.report.deliver(&self.reception, moment)?;
         self.report.done();
-        self.latency.add(moment, begun, self.times.decoding() - decoded);
+        let latency = self.latency.add(moment, begun, self.times.decoding() - decoded);
+        self.watch.record(&mut self.report, &self.reception, moment.after_dropped, latency);
         let details = Details {
             symbol_rate_hz: self.reception.symbol_rate_hz(),
             latency: Latency::since(moment),
@@ -130,6 +136,7 @@ impl<'a> Session<'a> {
 
     /// Flushes the recording while no frame arrives.
     pub fn idle(&mut self) {
+        self.watch.silence(&mut self.report);
         self.report.record(Recording::keep_up);
     }
 
@@ -138,12 +145,14 @@ impl<'a> Session<'a> {
         self.next = number.saturating_add(1);
         self.report.begin(number);
         self.report.skip(why);
+        self.watch.unusable();
     }
 
     /// Reports the remaining news, and whether there was a message.
     pub fn finish(mut self) -> anyhow::Result<Verdict> {
         for (panel, event) in self.reception.finish() {
             self.report.event(panel, &event);
+            self.watch.event(panel, &event);
         }
         self.report.deliver(&self.reception, &Moment::default())?;
         for (panel, learnt) in self.reception.learnt_each().iter().enumerate() {
@@ -151,6 +160,7 @@ impl<'a> Session<'a> {
                 self.report.learnt(panel, learnt)?;
             }
         }
+        self.watch.finish(&mut self.report, &self.reception);
         self.report.latency(&self.latency)?;
         let saved = self.save_camera();
         if self.arguments.profile {
