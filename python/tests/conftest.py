@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from recorded import Recorded
 
 ROOT = Path(__file__).parents[2]
 
@@ -30,3 +31,8 @@ def vocc_json(program: Path) -> Callable[..., list[dict[str, Any]]]:
         return [json.loads(line) for line in done.stdout.splitlines()]
 
     return run
+
+
+@pytest.fixture(scope="session")
+def recorded(program: Path, tmp_path_factory: pytest.TempPathFactory, vocc_json: Callable[..., list[dict[str, Any]]]) -> Recorded:
+    return Recorded(tmp_path_factory.mktemp("recording"), program, vocc_json)
