@@ -3,6 +3,7 @@
 import json
 import os
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ import pytest
 from recorded import Recorded
 
 ROOT = Path(__file__).parents[2]
+# The package for ROS 2, which colcon would install.
+sys.path.insert(0, str(ROOT / "python" / "ros2"))
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,1 @@
+"""Optical camera communication between vehicles, for ROS 2: messages and poses of LED panels from an image topic."""
