@@ -1,5 +1,7 @@
 """Recordings of `vocc receive --mcap`, read by other software: mcap-ros2-support and rosbags find what `--json` printed of the film."""
 
+import subprocess
+import sys
 from collections import defaultdict
 from pathlib import Path
 from typing import Any
@@ -170,3 +172,14 @@ def test_definitions_are_those_of_ros(recorded: Recorded) -> None:
             if not found.msgtype.startswith("foxglove"):
                 assert bytes(store.serialize_cdr(store.deserialize_cdr(data, found.msgtype), found.msgtype)) == bytes(data)
         assert connection.msgcount > 0
+
+
+def test_tools_that_need_a_folder_get_one(recorded: Recorded, tmp_path: Path) -> None:
+    """The command in docs/live.md."""
+    convert = Path(sys.executable).with_name("rosbags-convert")
+    bag = tmp_path / "drive"
+    subprocess.run([convert, "--src", recorded.path, "--dst", bag], check=True)
+    assert (bag / "metadata.yaml").exists()
+    converted, direct = with_rosbags(bag), with_rosbags(recorded.path)
+    assert {topic: len(messages) for topic, messages in converted.items()} == {topic: len(messages) for topic, messages in direct.items()}
+    assert [time_ns for time_ns, _, _ in converted["/panel_0/pose"]] == [time_ns for time_ns, _, _ in direct["/panel_0/pose"]]
