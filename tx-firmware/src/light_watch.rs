@@ -142,10 +142,11 @@ impl LightWatch {
         let light = match evidence {
             Evidence::Light(_) => Light::Measured,
             Evidence::Daylight => Light::Daylight,
+            // One saturated reading is not a fault yet: the other range decides.
+            Evidence::None if self.doubt == Faults::SENSOR_SATURATED => return Evidence::None,
             Evidence::None => {
                 self.recovered = 0;
-                // One saturated reading is not a fault yet: the other range decides.
-                if self.doubt != Faults::SENSOR_SATURATED && matches!(self.light, Light::Measured | Light::Daylight) {
+                if matches!(self.light, Light::Measured | Light::Daylight) {
                     self.light = Light::Held;
                 }
                 return Evidence::None;
@@ -249,6 +250,19 @@ mod tests {
     use std::vec::Vec;
 
     const LUX: I32F32 = I32F32::lit("5000");
+
+    #[test]
+    fn a_lost_sensor_is_trusted_again_in_light_that_saturates_one_range() {
+        let mut watch = measured();
+        watch.watch(101 + HOLD_MS);
+        assert_eq!(watch.light(), Light::Lost);
+        for turn in 1..=u64::from(RECOVERY) {
+            let now_ms = 101 + HOLD_MS + 200 * turn;
+            watch.observe(now_ms, SensorRange::Operating, LightSample::Saturated);
+            watch.observe(now_ms + 100, SensorRange::CrossCheck, light(turn as u16));
+        }
+        assert_eq!(watch.light(), Light::Measured);
+    }
 
     fn light(word: u16) -> LightSample {
         LightSample::Light { lux: LUX, word }

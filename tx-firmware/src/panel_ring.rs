@@ -71,7 +71,7 @@ impl<O: PanelOutput> PanelRing<O> {
         self.ahead += 1;
     }
 
-    /// Whether fewer panels wait than `lead`. A ring that ran empty goes on from where the hardware is.
+    /// Whether fewer panels wait than `lead`, or than the ring holds. A ring that ran empty goes on from where the hardware is.
     pub fn is_short_of(&mut self, lead: usize) -> bool {
         let Some(waiting) = self.waiting() else {
             self.next = self.output.first_free(self.timing);
@@ -79,7 +79,7 @@ impl<O: PanelOutput> PanelRing<O> {
             return true;
         };
         self.ahead = waiting;
-        waiting < lead
+        waiting < lead.min(Self::LEAD_MAX)
     }
 
     /// Another rate or waveform, from one of the next symbols on.
@@ -133,7 +133,7 @@ impl<O: PanelOutput> PanelRing<O> {
 /// assert_eq!(lead_before_stop(SymbolRate::DEFAULT, 410), 37 + 3); // 90 a second
 /// ```
 pub const fn lead_before_stop(rate: SymbolRate, stop_ms: u32) -> usize {
-    (rate.millihertz() * stop_ms).div_ceil(1_000_000) as usize + LEAD
+    (rate.millihertz() as u64 * stop_ms as u64).div_ceil(1_000_000) as usize + LEAD
 }
 
 #[cfg(test)]
@@ -200,6 +200,15 @@ mod tests {
             ring.push(next);
             *next += 1;
         }
+    }
+
+    #[test]
+    fn a_lead_beyond_the_ring_only_fills_it() {
+        let mut next = 1;
+        fill(&mut ring(), usize::MAX, &mut next);
+        assert_eq!(next as usize + LEAD, 1 + PanelRing::<Counter>::LEAD_MAX);
+        // Half a day at the greatest rate.
+        assert!(lead_before_stop(SymbolRate::from_millihertz(300_000).unwrap(), 43_200_000) > 12_960_000);
     }
 
     #[test]

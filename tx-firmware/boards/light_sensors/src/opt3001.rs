@@ -83,6 +83,12 @@ impl<B: I2c> LightSensor for Sensor<B> {
             return Ok(None);
         }
         let (exponent, mantissa) = driver.read_raw().map_err(|_| Lost)?;
+        if let LuxRange::Manual(asked) = range
+            && exponent != asked
+        {
+            // Of the range before, or a register that does not change any more.
+            return Ok(None);
+        }
         let word = u16::from(exponent) << MANTISSA_BITS | mantissa;
         let lux = lux(exponent, mantissa);
         let full = status.has_overflown || mantissa == FULL_MANTISSA;
