@@ -78,7 +78,7 @@ fn a_camera_that_cannot_be_is_refused() {
         (
             "pitch.toml",
             "focal_length_mm = 25\npixel_pitch_um = 0\n".into(),
-            "focal length of inf px",
+            "a pixel pitch of 0 µm",
         ),
         (
             "many.toml",

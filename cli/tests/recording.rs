@@ -146,7 +146,7 @@ fn part(path: &std::path::Path, max_bytes: u64) -> Vec<u64> {
     assert_eq!(times("/camera/camera_info"), times("/camera/image"), "{}", path.display());
     let summary = mcap::Summary::read(&bytes).expect("a file").expect("a summary");
     let count = summary.stats.as_ref().expect("statistics").message_count;
-    assert_eq!((count, summary.channels.len()), (messages.len() as u64, 6));
+    assert_eq!((count, summary.channels.len()), (messages.len() as u64, 7));
     // What belongs to a frame is in the frame's file.
     let images = times("/camera/image");
     for topic in ["/panel_0/outline", "/panel_0/message", "/panel_0/message_bytes"] {
