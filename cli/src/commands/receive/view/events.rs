@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
@@ -74,13 +74,18 @@ pub struct News {
 
 impl State {
     fn event(&mut self, name: &str, data: &Value) -> Event {
-        self.number += 1;
-        Event {
-            number: self.number,
-            // JSON has no line ends in its texts.
-            text: format!("event: {name}\ndata: {data}\n\n").into(),
-        }
+        self.numbered(as_text(name, data))
     }
+
+    fn numbered(&mut self, text: Arc<str>) -> Event {
+        self.number += 1;
+        Event { number: self.number, text }
+    }
+}
+
+/// An event as it is sent. JSON has no line ends in its texts.
+fn as_text(name: &str, data: &Value) -> Arc<str> {
+    format!("event: {name}\ndata: {data}\n\n").into()
 }
 
 impl Events {
@@ -106,7 +111,7 @@ impl Events {
         }
     }
 
-    /// All locks are short: nothing is drawn, read or written meanwhile.
+    /// All locks are short: no picture is drawn or written as text, and nothing is sent, meanwhile.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -123,23 +128,9 @@ impl Events {
         self.frames.store(frames, Ordering::Relaxed);
     }
 
-    /// Makes a snapshot the newest and puts another one in its place, to be filled; `false` if that takes waiting, and is not done.
-    pub fn put(&self, snapshot: &mut Box<Snapshot>) -> bool {
-        let state = match self.state.try_lock() {
-            Ok(state) => state,
-            Err(TryLockError::Poisoned(state)) => state.into_inner(),
-            Err(TryLockError::WouldBlock) => return false,
-        };
-        self.replace(state, snapshot);
-        true
-    }
-
-    /// Makes a snapshot the newest, whatever that takes.
-    pub fn put_last(&self, snapshot: &mut Box<Snapshot>) {
-        self.replace(self.lock(), snapshot);
-    }
-
-    fn replace(&self, mut state: MutexGuard<State>, snapshot: &mut Box<Snapshot>) {
+    /// Makes a snapshot the newest and puts another one in its place, to be filled.
+    pub fn put(&self, snapshot: &mut Box<Snapshot>) {
+        let mut state = self.lock();
         let overtaken = state.newest.take().or_else(|| state.spare.take());
         state.newest = Some(std::mem::replace(snapshot, overtaken.unwrap_or_default()));
         drop(state);
@@ -177,8 +168,9 @@ impl Events {
             });
             match is_proof {
                 true => message.proof = report.clone(),
+                // It is not proven because an earlier one of the same words was.
                 false => {
-                    message.report = report.clone();
+                    (message.report, message.proof) = (report.clone(), Value::Null);
                     message.times += 1;
                 }
             }
@@ -219,10 +211,10 @@ impl Events {
         });
     }
 
-    /// Waits until all open pages have been shown everything.
-    pub fn wait_for_pages(&self, patience: Duration) {
+    /// Waits until all open pages have been shown everything; whether they have.
+    pub fn wait_for_pages(&self, patience: Duration) -> bool {
         let waited = self.changed.wait_timeout_while(self.lock(), patience, |state| state.watchers > 0);
-        drop(waited);
+        waited.unwrap_or_else(PoisonError::into_inner).0.watchers == 0
     }
 
     /// Whether a page was shown the end, within `patience`.
@@ -247,9 +239,9 @@ impl Events {
             state.is_drawing = true;
             drop(state);
             let begun = Instant::now();
-            let frame = snapshot.as_json();
+            let text = as_text("frame", &snapshot.as_json());
             self.change(|state| {
-                state.frame = Some(state.event("frame", &frame));
+                state.frame = Some(state.numbered(text));
                 state.spare = Some(snapshot);
                 state.is_drawing = false;
             });
@@ -324,19 +316,33 @@ mod tests {
     }
 
     #[test]
-    fn buffers_are_used_again_and_nobody_is_waited_for() {
+    fn buffers_are_used_again() {
         let events = Events::new();
         let mut filling = Box::<Snapshot>::default();
         let mut buffers = BTreeSet::new();
         for _ in 0..100 {
             buffers.insert(std::ptr::from_ref(&*filling));
-            assert!(events.put(&mut filling));
+            events.put(&mut filling);
         }
         assert_eq!(buffers.len(), 2);
-        let held = events.lock();
-        assert!(!events.put(&mut filling));
-        drop(held);
-        assert!(events.put(&mut filling));
+    }
+
+    #[test]
+    fn a_page_that_takes_nothing_holds_nothing_up() {
+        let events = Arc::new(Events::new());
+        let drawn = Arc::clone(&events);
+        std::thread::spawn(move || drawn.draw());
+        let _watcher = events.watch();
+        let mut filling = Box::<Snapshot>::default();
+        let mut buffers = BTreeSet::new();
+        for number in 0..10_000 {
+            filling.begin(number);
+            filling.complete(&Frame::new(&[90; 12], 4, 3).expect("a frame"), Default::default());
+            buffers.insert(std::ptr::from_ref(&*filling));
+            events.put(&mut filling);
+        }
+        // One is filled, one waits and one is drawn; a buffer that is freed may come again elsewhere.
+        assert!(buffers.len() <= 4, "{} buffers", buffers.len());
     }
 
     #[test]
@@ -375,7 +381,7 @@ mod tests {
         for number in 0..3 {
             filling.begin(number);
             filling.complete(&Frame::new(&[90; 12], 4, 3).expect("a frame"), Default::default());
-            events.put_last(&mut filling);
+            events.put(&mut filling);
         }
         events.end(None);
         let mut shown = Shown::default();
@@ -394,7 +400,7 @@ mod tests {
         assert!(!events.is_end_seen(Duration::ZERO));
         events.see_end();
         drop(watcher);
-        events.wait_for_pages(Duration::from_secs(60));
+        assert!(events.wait_for_pages(Duration::from_secs(60)));
         assert!(events.is_end_seen(Duration::ZERO));
     }
 }

@@ -1,7 +1,7 @@
 //! `--view`: a page on this computer that shows what is received.
 //!
-//! The receiver hands each frame over in a buffer that is used again, and never waits: if the buffer's lock is taken, the page misses the
-//! frame. One thread draws the newest frame while a page is open, at most 16 a second, and one thread a connection sends it as Server-Sent
+//! The receiver hands each frame over in a buffer that is used again, under a lock that is never held while a picture is drawn or sent. One
+//! thread draws the newest frame while a page is open, at most 16 a second, and one thread a connection sends it as Server-Sent
 //! Events:
 //!
 //! | event | data |
@@ -24,7 +24,7 @@ use std::io::IsTerminal;
 use std::net::{Ipv4Addr, TcpListener};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use reception::PanelReport;
@@ -40,7 +40,7 @@ pub use snapshot::Details;
 use snapshot::Snapshot;
 
 /// Maximum time for open pages to take the last events; less after Ctrl-C.
-const LAST_EVENTS: Duration = Duration::from_secs(1);
+const LAST_EVENTS: Duration = Duration::from_secs(5);
 const LAST_EVENTS_STOPPED: Duration = Duration::from_millis(200);
 /// Interval between two checks of the stop flag.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -117,7 +117,6 @@ impl View {
         Ok(Feed {
             events: Arc::clone(&self.events),
             filling: Box::default(),
-            is_missed: false,
         })
     }
 
@@ -129,10 +128,11 @@ impl View {
     pub fn end(self, answer: &anyhow::Result<Verdict>) {
         let stop = stop();
         self.events.end(answer.as_ref().err().map(output::explain).as_deref());
-        self.events.wait_for_pages(match stop.is_asked() {
-            true => LAST_EVENTS_STOPPED,
-            false => LAST_EVENTS,
-        });
+        let until = Instant::now() + LAST_EVENTS;
+        while !stop.is_asked() && Instant::now() < until && !self.events.wait_for_pages(LOOK_EVERY) {}
+        if stop.is_asked() {
+            self.events.wait_for_pages(LAST_EVENTS_STOPPED);
+        }
         if answer.is_err() || !std::io::stderr().is_terminal() || self.events.is_end_seen(Duration::ZERO) {
             return;
         }
@@ -145,8 +145,6 @@ impl View {
 pub struct Feed {
     events: Arc<Events>,
     filling: Box<Snapshot>,
-    /// Whether `filling` is a whole frame that the page has missed so far.
-    is_missed: bool,
 }
 
 impl Feed {
@@ -154,7 +152,6 @@ impl Feed {
     pub fn begin(&mut self, number: u64) {
         self.events.count(number.saturating_add(1));
         self.filling.begin(number);
-        self.is_missed = false;
     }
 
     /// Shows a panel of this frame.
@@ -165,7 +162,7 @@ impl Feed {
     /// Shows the frame.
     pub fn frame(&mut self, frame: &Frame, details: Details) {
         self.filling.complete(frame, details);
-        self.is_missed = !self.events.put(&mut self.filling);
+        self.events.put(&mut self.filling);
     }
 
     /// Shows a message or the proof of one, as `--json` prints them.
@@ -181,13 +178,5 @@ impl Feed {
     /// Shows the latencies at the end.
     pub fn latency(&self, latency: &Value) {
         self.events.latency(latency);
-    }
-}
-
-impl Drop for Feed {
-    fn drop(&mut self) {
-        if self.is_missed {
-            self.events.put_last(&mut self.filling);
-        }
     }
 }
