@@ -359,9 +359,7 @@ fn a_page_that_reads_nothing_keeps_no_frame_from_the_receiver() {
     page.write_all(served.request("/events").as_bytes()).expect("sent");
     (0..1000).for_each(|_| input.write_all(&[90; 64 * 48]).expect("read"));
     drop(input);
-    let output = served.end();
-    says(&output, 1, &[]);
-    assert_eq!(json_lines(&output).last().expect("a line")["frames"], 1000);
+    says(&served.end(), 1, &["no message in 1000 frames"]);
 }
 
 #[test]
