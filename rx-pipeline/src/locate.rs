@@ -39,6 +39,7 @@ pub use memory::{LocatorMemory, SearchMemory};
 
 use crate::coarse::Grid;
 use crate::corners::Corners;
+use crate::detect::bits_where;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::profile::{Profile, Stage};
@@ -47,6 +48,7 @@ use crate::spots::{GreyMetric, LatticeModel, PIXEL_VARIANCE, Residuals};
 use blob::{Blob, SIDE_PX};
 use core::ops::{Range, RangeInclusive};
 use link::camera::{Camera, CameraError};
+use link::panel::PanelFrame;
 pub(crate) use memory::Workspace;
 use pose_candidates::{Ground, LEAST_SHARE, POSE_CANDIDATES, Scope, Sharpened, Trial, View};
 use survey::{Peak, Survey};
@@ -140,6 +142,11 @@ pub struct Location {
 }
 
 impl Location {
+    /// The states of the fitted LEDs: in a single frame their bits.
+    pub fn states(&self) -> PanelFrame {
+        bits_where(|led| self.spots.state[led] > 0.5)
+    }
+
     /// Converts a panel from the pixels of a grid to those of the camera's frame.
     pub(crate) fn in_frame(&self, grid: &Grid) -> Result<Self, LocateError> {
         let spots = grid.spots_to_frame(&self.spots);

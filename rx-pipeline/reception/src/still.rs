@@ -1,15 +1,15 @@
 //! The bits of single frames.
 
 use link::camera::Camera;
-use link::panel::{LEDS, SIDE};
+use link::panel::{LEDS, PanelFrame, SIDE};
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::cells::{CellMap, CellsError};
-use rx_pipeline::corners::Corners;
+use rx_pipeline::corners::{Corners, Homography};
 use rx_pipeline::detect::{Detection, Method, check_white};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::MaximumLikelihood;
-use rx_pipeline::locate::{Locator, LocatorMemory};
+use rx_pipeline::locate::{Location, Locator, LocatorMemory};
 use rx_pipeline::receiver::{
     FrameSearch, NoSearch, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Search, SearchMemory,
 };
@@ -50,7 +50,7 @@ pub enum Place {
     Confirmed,
     /// It shows one with these corners, at least one LED of which is elsewhere.
     Elsewhere(Corners),
-    /// It does not show enough: the panel is faint, out of focus or partly covered, or there is none.
+    /// It does not show enough: the panel is faint, out of focus or partly covered, an outer line of LEDs is dark, or there is no panel.
     Unconfirmed,
 }
 
@@ -82,6 +82,24 @@ impl Place {
     }
 }
 
+/// Whether the LEDs of two lattices that are On are at the same places. Such lattices may differ in outer lines that are dark.
+fn show_the_same(read: (&Corners, PanelFrame), shown: (&Corners, PanelFrame)) -> bool {
+    let limit = f64::from(SAME * shown.0.pitch_px());
+    let [read, shown] = [read, shown].map(|(corners, bits)| lights(corners, bits));
+    let is_near = |[x, y]: [f64; 2]| shown.iter().any(|[u, v]| (x - u).hypot(y - v) <= limit);
+    read.len() == shown.len() && read.into_iter().all(is_near)
+}
+
+/// The places of LEDs that are On.
+fn lights(corners: &Corners, bits: PanelFrame) -> Vec<[f64; 2]> {
+    let map = corners.homography();
+    (0..LEDS).filter(|&led| bits.led(led)).map(|led| place_of(&map, led)).collect()
+}
+
+fn place_of(map: &Homography, led: usize) -> [f64; 2] {
+    map.to_image([led % SIDE, led / SIDE].map(|line| line as f64))
+}
+
 fn are_alike(read: &Corners, shown: &Corners) -> bool {
     leds_alike(read, shown) == LEDS
 }
@@ -91,8 +109,7 @@ fn leds_alike(read: &Corners, shown: &Corners) -> usize {
     let limit = f64::from(SAME * shown.pitch_px());
     let (read, shown) = (read.homography(), shown.homography());
     let is_alike = |led: &usize| {
-        let at = [led % SIDE, led / SIDE].map(|line| line as f64);
-        let ([x, y], [u, v]) = (read.to_image(at), shown.to_image(at));
+        let ([x, y], [u, v]) = (place_of(&read, *led), place_of(&shown, *led));
         (x - u).hypot(y - v) <= limit
     };
     (0..LEDS).filter(is_alike).count()
@@ -153,7 +170,7 @@ impl StillDecoder {
         match self.map.build(&corners, size.0, size.1) {
             // A receiver draws it in larger pixels. It expects a panel there more exactly than by a fraction of a pitch.
             Err(CellsError::TooLarge { .. }) => {
-                let shown = self.shown(frame, camera, &corners);
+                let shown = self.shown(frame, camera, &corners).map(|shown| shown.corners);
                 let mut receiver = self.receiver(camera, NoSearch)?;
                 receiver.place(shown.filter(|shown| are_alike(&corners, shown)).unwrap_or(corners), [0; 2], size)?;
                 return Ok(read_by(&mut receiver, frame));
@@ -185,9 +202,11 @@ impl StillDecoder {
     /// A reading with what the frame shows of its place.
     fn confirmed(&mut self, frame: &Frame, camera: Camera, reading: Reading) -> StillReading {
         let place = match self.shown(frame, camera, &reading.corners) {
-            Some(shown) if are_alike(&reading.corners, &shown) => Place::Confirmed,
-            Some(shown) => Place::Elsewhere(shown),
-            None => Place::Unconfirmed,
+            Some(shown) if are_alike(&reading.corners, &shown.corners) => Place::Confirmed,
+            Some(shown) if !show_the_same((&reading.corners, reading.detection.bits), (&shown.corners, shown.states())) => {
+                Place::Elsewhere(shown.corners)
+            }
+            _ => Place::Unconfirmed,
         };
         let detection = reading.detection.doubted(place.share(&reading.corners));
         StillReading {
@@ -197,11 +216,10 @@ impl StillDecoder {
     }
 
     /// The panel that the frame shows at those corners or near them.
-    fn shown(&mut self, frame: &Frame, camera: Camera, corners: &Corners) -> Option<Corners> {
+    fn shown(&mut self, frame: &Frame, camera: Camera, corners: &Corners) -> Option<Location> {
         self.larger.resize(frame.width() * frame.height(), 0);
         let locator = Locator::new(camera).ok()?;
-        let shown = locator.locate_at(frame, corners, &mut self.locator, &mut self.larger);
-        shown.ok().map(|location| location.corners)
+        locator.locate_at(frame, corners, &mut self.locator, &mut self.larger).ok()
     }
 
     fn detect(&mut self, frame: &Frame, corners: &Corners) -> Result<Detection, String> {
@@ -220,4 +238,22 @@ impl StillDecoder {
 fn read_by<S: Search<SEARCH_PIXELS>>(receiver: &mut StillReceiver<S>, frame: &Frame) -> Read {
     let reading = receiver.frame(0, frame).reading;
     (reading.map_err(|loss| loss.to_string()), receiver.learnt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lattices_that_differ_in_dark_outer_lines_show_the_same() {
+        let at =
+            |rows: f32| Corners::new([[10.0, 10.0], [80.0, 10.0], [80.0, 80.0], [10.0, 80.0]].map(|[x, y]| [x, y + 10.0 * rows])).unwrap();
+        let (here, below) = (at(0.0), at(1.0));
+        // The first row is dark, and so is the row below the last one.
+        let bits = 0x1234_5678_9abc_de00;
+        let [read, shown] = [bits, bits >> 8].map(PanelFrame::from_bits);
+        assert!(show_the_same((&here, read), (&below, shown)));
+        assert!(!show_the_same((&here, read), (&below, read)));
+        assert!(!show_the_same((&here, PanelFrame::from_bits(bits | 1)), (&below, shown)));
+    }
 }
