@@ -56,7 +56,7 @@ def main():
             draw_deceiver(given.seed, index, pictures, given.photographs)
         print(f"{given.deceivers} pictures without a panel in {pictures}", flush=True)
     if given.reliability:
-        for line in reliability(given.vocc, given.out / "single"):
+        for line in reliability(given.vocc, given.out):
             print(json.dumps(line), flush=True)
     if given.evaluate:
         films = report(evaluate_films(given.vocc, given.out), "films", "delivered", given.json)

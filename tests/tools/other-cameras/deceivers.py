@@ -7,6 +7,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 import surroundings
 from lens import lens
+from plane import homography
 from sensor import CURVES, Sensor
 
 SIZE = (1280, 720)
@@ -169,11 +170,8 @@ def quad(random, width, height, size):
 def onto(picture, corners, size):
     """A drawing mapped on four corners of a frame, and the share of each pixel that it covers."""
     height, width = picture.shape
-    rows = []
-    for (x, y), (u, v) in zip(corners * FINE, [(0, 0), (width, 0), (width, height), (0, height)]):
-        rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y], [0, 0, 0, x, y, 1, -v * x, -v * y]]
-    goal = [0, 0, width, 0, width, height, 0, height]
-    to_drawing = np.linalg.solve(np.array(rows, dtype=float), np.array(goal, dtype=float))
+    outline = [(0, 0), (width, 0), (width, height), (0, height)]
+    to_drawing = homography(corners * FINE, outline).ravel()[:8]
     fine = tuple(FINE * side for side in size)
     mapped = [
         Image.fromarray(layer.astype(np.float32)).transform(fine, Image.Transform.PERSPECTIVE, to_drawing, Image.Resampling.BILINEAR)

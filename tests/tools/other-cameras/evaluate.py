@@ -5,6 +5,8 @@ import subprocess
 
 import numpy as np
 
+from plane import homography, mapped
+
 # A frame whose exposure contains more than this share of the next symbol does not show its own symbol.
 MIXED = 0.02
 
@@ -61,25 +63,42 @@ def evaluate_films(vocc, folder):
         yield evaluate_film(vocc, path.parent, truth)
 
 
+def pictures(folder):
+    """Each single picture of a folder, and its truth."""
+    for path, truth in truths(folder, "*.json"):
+        yield next(path.with_suffix(end) for end in (".png", ".jpg") if path.with_suffix(end).exists()), truth
+
+
+def decode(vocc, picture, corners=None):
+    """What `vocc decode` says of a picture, at given corners if there are any."""
+    command = [vocc, "decode", "--json", str(picture)]
+    if corners is not None:
+        command.append("--corners=" + ",".join(f"{c:.3f}" for c in np.ravel(corners)))
+    ended = subprocess.run(command, capture_output=True, text=True)
+    return json.loads(ended.stdout.splitlines()[0]) if ended.stdout else {"found": False, "why": ended.stderr.strip()}
+
+
+def wrong_bits(truth, seen):
+    """How many bits of working LEDs are wrong, and of how many."""
+    bits = int("".join(truth["bits"])[::-1], 2)
+    working = sum(1 << led for led in range(64) if led not in truth["dead_leds"])
+    return ((bits ^ int(seen["bits"], 16)) & working).bit_count(), working.bit_count()
+
+
 def evaluate_pictures(vocc, folder):
     """All single pictures of a folder."""
-    for path, truth in truths(folder, "*.json"):
-        picture = next(path.with_suffix(end) for end in (".png", ".jpg") if path.with_suffix(end).exists())
-        seen = decode(vocc, picture, None)
-        result = {"picture": picture.name, "found": bool(seen.get("found")), "misplaced": 0, "errors": 0, "bits": 0}
-        result["why"] = "" if result["found"] else str(seen.get("why") or "refused")
+    for picture, truth in pictures(folder):
+        seen = decode(vocc, picture)
+        result = {"picture": picture.name, "found": bool(seen["found"]), "misplaced": 0, "errors": 0, "bits": 0, "why": str(seen["why"] or "")}
         if result["found"]:
             corners = np.array(truth["led_corner_centres_px"])
             pitch = np.hypot(*(corners[1] - corners[0])) / 7
             result["misplaced"] = int(np.hypot(*(corners.mean(axis=0) - seen["centre_px"])) > 0.4 * pitch)
-            bits = int("".join(truth["bits"])[::-1], 2)
-            working = sum(1 << led for led in range(64) if led not in truth["dead_leds"])
-            result["errors"] = ((bits ^ int(seen["bits"], 16)) & working).bit_count()
-            result["bits"] = working.bit_count()
+            result["errors"], result["bits"] = wrong_bits(truth, seen)
         yield result
 
 
-# Corners that are not the panel's, in columns and rows from its first LED: an LED beside, half of one, one or two corners off, a part of it.
+# Corners that are not the panel's, in columns and rows from its first LED.
 SQUARE = np.array([[0, 0], [7, 0], [7, 7], [0, 7]], dtype=float)
 DISTURBED = {
     "a column beside": SQUARE + [1, 0],
@@ -99,22 +118,21 @@ def reliability(vocc, folder):
     """Stated and true share of right bits in each bin of confidence: of panels that are found, and of corners that are given."""
     stated = {"found": [], "true corners": [], "disturbed corners": [], "without a panel": []}
     disturbed = list(DISTURBED.values())
-    for number, (path, truth) in enumerate(truths(folder, "*.json")):
-        picture = next(path.with_suffix(end) for end in (".png", ".jpg") if path.with_suffix(end).exists())
-        leds = np.array(truth["led_centres_px"]).reshape(8, 8, 2)
+    for number, (picture, truth) in enumerate(pictures(folder / "single")):
+        corners = np.array(truth["led_corner_centres_px"])
         given = {
             "found": None,
-            "true corners": leds[[0, 0, 7, 7], [0, 7, 7, 0]],
-            "disturbed corners": places(leds, disturbed[number % len(disturbed)]),
+            "true corners": corners,
+            "disturbed corners": mapped(homography(SQUARE, corners), disturbed[number % len(disturbed)]),
         }
         for kind, corners in given.items():
             seen = decode(vocc, picture, corners)
-            if seen.get("found"):
-                stated[kind].append((seen["confidence"], right_share(truth, seen)))
-    deceivers = folder.parent / "deceivers"
-    for picture in sorted(deceivers.iterdir()) if deceivers.exists() else ():
-        seen = decode(vocc, picture, None)
-        if seen.get("found"):
+            if seen["found"]:
+                wrong, bits = wrong_bits(truth, seen)
+                stated[kind].append((seen["confidence"], 1 - wrong / bits))
+    for picture in sorted((folder / "deceivers").glob("*")):
+        seen = decode(vocc, picture)
+        if seen["found"]:
             stated["without a panel"].append((seen["confidence"], 0.0))
     for kind, panels in stated.items():
         high = 1.1
@@ -127,33 +145,6 @@ def reliability(vocc, folder):
             high = low
 
 
-def decode(vocc, picture, corners):
-    """What `vocc decode` says of a picture, at given corners if there are any."""
-    command = [vocc, "decode", "--json", str(picture)]
-    if corners is not None:
-        command.append("--corners=" + ",".join(f"{c:.3f}" for c in np.ravel(corners)))
-    ended = subprocess.run(command, capture_output=True, text=True)
-    return json.loads(ended.stdout.splitlines()[0]) if ended.stdout else {}
-
-
-def places(leds, at):
-    """Positions in pixels of columns and rows, beyond the LEDs too, by the homography of the corner LEDs."""
-    corners = leds[[0, 0, 7, 7], [0, 7, 7, 0]]
-    rows = []
-    for (u, v), (x, y) in zip(SQUARE, corners):
-        rows += [[u, v, 1, 0, 0, 0, -x * u, -x * v], [0, 0, 0, u, v, 1, -y * u, -y * v]]
-    map_ = np.append(np.linalg.solve(np.array(rows), corners.ravel()), 1).reshape(3, 3)
-    plane = np.column_stack([at, np.ones(len(at))]) @ map_.T
-    return plane[:, :2] / plane[:, 2:]
-
-
-def right_share(truth, seen):
-    """The share of the working LEDs' bits that are right."""
-    bits = int("".join(truth["bits"])[::-1], 2)
-    working = sum(1 << led for led in range(64) if led not in truth["dead_leds"])
-    return 1 - ((bits ^ int(seen["bits"], 16)) & working).bit_count() / working.bit_count()
-
-
 def summary(results, what, good):
     """The sums over a set."""
     results = list(results)
@@ -164,9 +155,8 @@ def summary(results, what, good):
 def evaluate_deceivers(vocc, folder):
     """All pictures without a panel of a folder: is one seen?"""
     for picture in sorted(folder.iterdir()):
-        ended = subprocess.run([vocc, "decode", "--json", str(picture)], capture_output=True, text=True)
-        seen = json.loads(ended.stdout.splitlines()[0])
-        yield {"picture": picture.name, "found": bool(seen["found"]), "misplaced": 0, "errors": 0, "bits": 0, "why": str(seen.get("why") or "")}
+        seen = decode(vocc, picture)
+        yield {"picture": picture.name, "found": bool(seen["found"]), "misplaced": 0, "errors": 0, "bits": 0, "why": str(seen["why"] or "")}
 
 
 def report(results, what, good, as_json):
