@@ -115,7 +115,8 @@ fn what_is_damaged_is_read_or_refused(workshop: &Workshop) {
     assert!(faults.is_empty(), "{}:\n{}", faults.len(), faults.join("\n"));
 }
 
-/// Damages a kind and runs its command: what it is, and its exit status. Cases are reproducible individually.
+/// Damages a kind and runs its command: what it is, and its exit status. Cases are reproducible individually, but for what a board answers:
+/// that is damaged by pieces as they come.
 fn damage_one(workshop: &Workshop, seed: u64, case: u64, keeps: bool) -> (String, Result<i32, String>) {
     let random = &mut ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1 << 32) ^ case);
     let kind = &KINDS[(case % KINDS.len() as u64) as usize];

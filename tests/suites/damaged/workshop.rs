@@ -1,6 +1,8 @@
 //! Whole inputs of every kind, and runs over them.
 
+use std::fs::Permissions;
 use std::io::Read;
+use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -39,6 +41,13 @@ focal_length_mm = 25
 pixel_pitch_um = 6.875
 principal_px = [159.5, 119.5]
 distortion = [-0.1, 0.01, 0.001, 0.001, 0]
+";
+/// A key that is the same in each run: that of RFC 8032, 7.1, test 1.
+const KEY: &str = "\
+# A private key: whoever has it signs as its owner. `vocc keys show` prints the public one.
+name = \"key\"
+public = \"d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a\"
+secret = \"9d61b19deffd5a60ba844af492ec2cc44449c5697b326919703bac031cae7f60\"
 ";
 const STAMPS: &str = "frame,seconds\n0,17.00\n1,17.01\n2,17.02\n# late\n3,17.03\n";
 const LOG: &str = "\
@@ -100,7 +109,8 @@ impl Workshop {
         workshop.write("ros.yaml", ROS.as_bytes());
         workshop.write("camera_info.yaml", CAMERA_INFO.as_bytes());
         workshop.write("camera.toml", CAMERA.as_bytes());
-        workshop.make("keys new key.toml");
+        workshop.write("key.toml", KEY.as_bytes());
+        std::fs::set_permissions(workshop.inputs.path().join("key.toml"), Permissions::from_mode(0o600)).expect("set");
         let keys = workshop.make("keys show key.toml");
         workshop.write("keys.toml", &keys);
         workshop.make(
