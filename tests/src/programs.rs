@@ -1,8 +1,9 @@
 //! Builds the programs under test with a user's commands.
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::thread::JoinHandle;
 
 use crate::trials::Unready;
 
@@ -28,6 +29,25 @@ pub fn vocc() -> Result<PathBuf, Unready> {
             .args(optimised),
     )?;
     Ok(beside.join("vocc"))
+}
+
+/// The program that `VOCC_PROGRAM` names, or the one built here.
+pub fn vocc_given() -> Result<PathBuf, Unready> {
+    match std::env::var_os("VOCC_PROGRAM") {
+        Some(path) => Ok(std::fs::canonicalize(path)?),
+        None => vocc(),
+    }
+}
+
+/// Reads text to its end, beside other work.
+pub fn read_aside(from: Option<impl Read + Send + 'static>) -> JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        if let Some(mut from) = from {
+            let _ = from.read_to_end(&mut bytes);
+        }
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
 }
 
 /// Cargo's output folder for the profile of the running test.

@@ -5,7 +5,7 @@ use std::fmt;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use libtest_mimic::{Arguments, Trial};
 
@@ -37,6 +37,37 @@ macro_rules! tests {
     ($($test:path),* $(,)?) => {
         [$(($crate::trials::last_word(stringify!($test)), $test as Test)),*]
     };
+}
+
+/// Checks all items, `threads` at a time, and returns what is wrong with them.
+pub fn faults<I: Send>(
+    items: impl Iterator<Item = I> + Send,
+    threads: usize,
+    check: impl Fn(I) -> Result<(), String> + Sync,
+) -> Vec<String> {
+    let (items, faults) = (Mutex::new(items), Mutex::new(Vec::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..threads {
+            scope.spawn(|| {
+                loop {
+                    // Not `while let`, which would hold the lock during the check.
+                    let Some(item) = items.lock().expect("nobody panics").next() else {
+                        return;
+                    };
+                    if let Err(why) = check(item) {
+                        faults.lock().expect("nobody panics").push(why);
+                    }
+                }
+            });
+        }
+    });
+    faults.into_inner().expect("nobody panics")
+}
+
+/// The number in an environment variable, if it is set.
+pub fn number(name: &str) -> Option<u64> {
+    let told = std::env::var(name).ok()?;
+    Some(told.parse().unwrap_or_else(|_| panic!("{name}={told} is no number")))
 }
 
 /// A function's name without its module path.

@@ -62,7 +62,7 @@ pub fn damaged(whole: &[u8], random: &mut impl Rng) -> Vec<u8> {
     bytes
 }
 
-/// A random part of so many bytes.
+/// A random part of `length` bytes.
 fn part(length: usize, random: &mut impl Rng) -> Range<usize> {
     let from = random.random_range(0..=length);
     let most = [4, 64, length][random.random_range(0..3usize)].min(length - from);
@@ -168,18 +168,8 @@ fn mend_png(bytes: &mut [u8]) {
         if end.saturating_add(4) > bytes.len() {
             return;
         }
-        let sum = crc32(&bytes[at + 4..end]);
+        let sum = crc32fast::hash(&bytes[at + 4..end]);
         bytes[end..end + 4].copy_from_slice(&sum.to_be_bytes());
         at = end + 4;
     }
-}
-
-/// The CRC of PNG (W3C, 2003, annex D).
-fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(u32::MAX, |sum, &byte| {
-        (0..8).fold(
-            sum ^ u32::from(byte),
-            |sum, _| if sum & 1 == 1 { sum >> 1 ^ 0xedb8_8320 } else { sum >> 1 },
-        )
-    })
 }

@@ -13,7 +13,7 @@ pub struct Kind {
     pub is_input: bool,
     /// Exit status if it is whole.
     pub status: i32,
-    /// What is then printed.
+    /// A word of its output.
     pub word: &'static str,
 }
 
@@ -38,6 +38,9 @@ const fn input(name: &'static str, file: &'static str, command: &'static str, wo
 const fn answered_no(kind: Kind) -> Kind {
     Kind { status: 1, ..kind }
 }
+
+/// Reads a picture by a camera's file.
+const BY_CAMERA: &str = "decode grey.png --camera {} --interval 1 --led-diameter 0.03";
 
 /// All kinds.
 pub const KINDS: &[Kind] = &[
@@ -85,30 +88,10 @@ pub const KINDS: &[Kind] = &[
     ),
     answered_no(kind("table to compare", "table.toml", "table diff reach.toml {}", "")),
     kind("table of reaches", "reach.toml", "table regret {} --in {} --out robust.toml", ""),
-    kind(
-        "OpenCV's calibration",
-        "opencv.yml",
-        "decode grey.png --camera {} --interval 1 --led-diameter 0.03",
-        "confidence",
-    ),
-    kind(
-        "calibration of ROS",
-        "ros.yaml",
-        "decode grey.png --camera {} --interval 1 --led-diameter 0.03",
-        "confidence",
-    ),
-    kind(
-        "camera_info",
-        "camera_info.yaml",
-        "decode grey.png --camera {} --interval 1 --led-diameter 0.03",
-        "confidence",
-    ),
-    kind(
-        "camera",
-        "camera.toml",
-        "decode grey.png --camera {} --interval 1 --led-diameter 0.03",
-        "confidence",
-    ),
+    kind("OpenCV's calibration", "opencv.yml", BY_CAMERA, "confidence"),
+    kind("calibration of ROS", "ros.yaml", BY_CAMERA, "confidence"),
+    kind("camera_info", "camera_info.yaml", BY_CAMERA, "confidence"),
+    kind("camera", "camera.toml", BY_CAMERA, "confidence"),
     kind("key", "key.toml", "transmit --message hi --sign {} --counter 9", ""),
     kind("key to show", "key.toml", "keys show {}", "public"),
     kind("keys to trust", "keys.toml", "receive signed --trust {}", "hi"),

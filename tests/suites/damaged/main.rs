@@ -17,15 +17,13 @@ mod kinds;
 mod workshop;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use vocc_tests::trials::{self, Unready};
+use vocc_tests::trials::{self, number};
 use vocc_tests::{programs, tests};
 
 use damage::damaged;
@@ -41,43 +39,27 @@ type Test = fn(&Workshop);
 
 fn main() -> ExitCode {
     let tests = tests![what_is_whole_is_read, what_is_damaged_is_read_or_refused];
-    trials::run("damaged", Some(1), tests, || program().map(Workshop::new))
-}
-
-/// The program from the environment, or the one built here.
-fn program() -> Result<PathBuf, Unready> {
-    match std::env::var_os("VOCC_PROGRAM") {
-        Some(path) => Ok(std::fs::canonicalize(path)?),
-        None => programs::vocc(),
-    }
+    trials::run("damaged", Some(1), tests, || programs::vocc_given().map(Workshop::new))
 }
 
 /// Each kind is read to its end before it is damaged, so that damage to it means something.
 fn what_is_whole_is_read(workshop: &Workshop) {
-    let faults: Vec<String> = KINDS
-        .iter()
-        .filter_map(|kind| {
-            let ended = workshop.run(kind, &workshop.whole(kind), None, false);
-            match ended {
-                Ok(ended) if ended.status == kind.status && ended.says(kind.word) => None,
-                Ok(ended) => Some(format!("{}: {}: {}{}", kind.name, ended.status, ended.printed, ended.errors)),
-                Err(why) => Some(format!("{}: {why}", kind.name)),
-            }
-        })
-        .collect();
+    let faults = trials::faults(KINDS.iter(), AT_ONCE, |kind| {
+        match workshop.run(kind, &workshop.whole(kind), None, false) {
+            Ok(ended) if ended.status == kind.status && ended.says(kind.word) => Ok(()),
+            Ok(ended) => Err(format!("{}: {}: {}{}", kind.name, ended.status, ended.printed, ended.errors)),
+            Err(why) => Err(format!("{}: {why}", kind.name)),
+        }
+    });
     assert!(faults.is_empty(), "{}", faults.join("\n"));
-}
-
-/// The number in an environment variable.
-fn number(name: &str) -> Option<u64> {
-    let told = std::env::var(name).ok()?;
-    Some(told.parse().unwrap_or_else(|_| panic!("{name}={told} is no number")))
 }
 
 fn what_is_damaged_is_read_or_refused(workshop: &Workshop) {
     let time = number("VOCC_DAMAGE_SECONDS").map(Duration::from_secs);
     let seed = number("VOCC_DAMAGE_SEED").unwrap_or_else(|| match time {
-        Some(_) => rand::rng().random_range(0..1 << 32),
+        Some(_) => UNIX_EPOCH
+            .elapsed()
+            .map_or(0, |since| u64::from(since.subsec_nanos()) ^ since.as_secs() & u64::from(u32::MAX)),
         None => 1,
     });
     let all = number("VOCC_DAMAGE_CASE").map(|case| case..case + 1);
@@ -85,33 +67,21 @@ fn what_is_damaged_is_read_or_refused(workshop: &Workshop) {
     if time.is_some() {
         eprintln!("seed {seed}");
     }
-    let (next, begun) = (AtomicU64::new(all.start), Instant::now());
-    let (faults, ends) = (Mutex::new(Vec::new()), Mutex::new(BTreeMap::<_, u64>::new()));
-    std::thread::scope(|scope| {
-        for _ in 0..AT_ONCE {
-            scope.spawn(|| {
-                loop {
-                    let case = next.fetch_add(1, Ordering::Relaxed);
-                    if case >= all.end || time.is_some_and(|time| begun.elapsed() > time) {
-                        return;
-                    }
-                    let (what, ended) = damage_one(workshop, seed, case, all.end - all.start == 1);
-                    match ended {
-                        Ok(status) => *ends.lock().expect("nobody panics").entry(status).or_default() += 1,
-                        Err(why) => {
-                            eprintln!("{what}: {why}");
-                            faults.lock().expect("nobody panics").push(format!("{what}: {why}"));
-                        }
-                    }
-                }
-            });
-        }
+    let (begun, ends) = (Instant::now(), Mutex::new(BTreeMap::<_, u64>::new()));
+    let is_one = all.end - all.start == 1;
+    let cases = all.take_while(|_| time.is_none_or(|time| begun.elapsed() <= time));
+    let faults = trials::faults(cases, AT_ONCE, |case| {
+        let (what, ended) = damage_one(workshop, seed, case, is_one);
+        let status = ended
+            .map_err(|why| format!("{what}: {why}"))
+            .inspect_err(|fault| eprintln!("{fault}"))?;
+        *ends.lock().expect("nobody panics").entry(status).or_default() += 1;
+        Ok(())
     });
     eprintln!(
         "ends of seed {seed} by exit status: {:?}",
         ends.into_inner().expect("nobody panics")
     );
-    let faults = faults.into_inner().expect("nobody panics");
     assert!(faults.is_empty(), "{}:\n{}", faults.len(), faults.join("\n"));
 }
 

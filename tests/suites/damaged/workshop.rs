@@ -1,7 +1,6 @@
 //! Whole inputs of every kind, and runs over them.
 
 use std::fs::Permissions;
-use std::io::Read;
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -10,6 +9,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use rand_chacha::ChaCha8Rng;
+use vocc_tests::programs::read_aside;
 
 use crate::board::Board;
 use crate::kinds::Kind;
@@ -244,8 +244,8 @@ impl Workshop {
             .stderr(Stdio::piped())
             .spawn()
             .expect("prlimit runs");
-        let printed = text(run.stdout.take());
-        let errors = text(run.stderr.take());
+        let printed = read_aside(run.stdout.take());
+        let errors = read_aside(run.stderr.take());
         let begun = Instant::now();
         let mut asked: Option<Instant> = None;
         let status = loop {
@@ -276,17 +276,6 @@ impl Workshop {
             None => Err(format!("it ended with {status}: {errors}")),
         }
     }
-}
-
-/// Reads to the end.
-fn text(from: Option<impl Read + Send + 'static>) -> std::thread::JoinHandle<String> {
-    std::thread::spawn(move || {
-        let mut bytes = Vec::new();
-        if let Some(mut from) = from {
-            let _ = from.read_to_end(&mut bytes);
-        }
-        String::from_utf8_lossy(&bytes).into_owned()
-    })
 }
 
 /// Links all inputs into a folder; copies what is replaced, and the folder around it.

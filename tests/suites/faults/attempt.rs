@@ -3,11 +3,11 @@
 use std::io::{Read, Write};
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
-use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
-use std::thread::JoinHandle;
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use serialport::{SerialPort, TTYPort};
+use vocc_tests::programs::read_aside;
 
 use crate::commands::Work;
 use crate::fault::{Fault, Signal};
@@ -70,7 +70,7 @@ pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool,
             output.read_to_end(&mut text).is_ok() && !text.is_empty()
         })
     });
-    let errors = read(child.stderr.take());
+    let errors = read_aside(child.stderr.take());
     let signal = match fault {
         Some(Fault::Signal(signal, after) | Fault::UnreadErrors(signal, after)) => Some((signal, after)),
         Some(Fault::SilentInput(_)) => Some((Signal::Interrupt, SILENCE)),
@@ -110,16 +110,6 @@ fn end(child: &mut Child, begun: Instant, signal: Option<(Signal, Duration)>) ->
         }
         std::thread::sleep(Duration::from_millis(2));
     }
-}
-
-fn read(errors: Option<ChildStderr>) -> JoinHandle<String> {
-    std::thread::spawn(move || {
-        let mut bytes = Vec::new();
-        if let Some(mut errors) = errors {
-            let _ = errors.read_to_end(&mut bytes);
-        }
-        String::from_utf8_lossy(&bytes).into_owned()
-    })
 }
 
 fn input(work: &Work, folder: &Path) -> Stdio {

@@ -17,15 +17,13 @@ mod long_stream;
 mod workshop;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
 use std::process::{Command, ExitCode};
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use vocc_tests::trials::{self, Unready};
+use vocc_tests::trials::{self, number};
 use vocc_tests::{programs, tests};
 
 use commands::{LARGEST, REFUSING, WORKS, Work, listed};
@@ -61,15 +59,7 @@ fn main() -> ExitCode {
         nothing_is_lost_whatever_goes_wrong,
         a_long_stream_takes_no_more_memory_and_is_told_of_at_once,
     ];
-    trials::run("faults", Some(1), tests, || program().map(Workshop::new))
-}
-
-/// The program from the environment, or the one built here.
-fn program() -> Result<PathBuf, Unready> {
-    match std::env::var_os("VOCC_PROGRAM") {
-        Some(path) => Ok(std::fs::canonicalize(path)?),
-        None => programs::vocc(),
-    }
+    trials::run("faults", Some(1), tests, || programs::vocc_given().map(Workshop::new))
 }
 
 /// The judge finds fault with broken files.
@@ -100,20 +90,9 @@ fn every_command_is_disturbed(workshop: &Workshop) {
 
 /// Checks some commands, a few in parallel.
 fn all(works: &[&Work], check: impl Fn(&Work) -> Result<(), String> + Sync) {
-    let (next, faults) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
-    std::thread::scope(|scope| {
-        for _ in 0..AT_ONCE {
-            scope.spawn(|| {
-                while let Some(work) = works.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    if let Err(why) = check(work) {
-                        let what = format!("{} {}", work.command, work.arguments);
-                        faults.lock().expect("nobody panics").push(format!("{what}: {why}"));
-                    }
-                }
-            });
-        }
+    let faults = trials::faults(works.iter(), AT_ONCE, |work| {
+        check(work).map_err(|why| format!("{} {}: {why}", work.command, work.arguments))
     });
-    let faults = faults.into_inner().expect("nobody panics");
     assert!(faults.is_empty(), "{} of {}:\n{}", faults.len(), works.len(), faults.join("\n"));
 }
 
@@ -130,7 +109,7 @@ fn a_reader_who_leaves_changes_only_what_he_reads(workshop: &Workshop) {
 fn every_command_ends_at_once_at_its_largest(workshop: &Workshop) {
     all(&LARGEST.iter().collect::<Vec<_>>(), |&work| {
         let known = Reference::unseen(work);
-        let seed = work.arguments.bytes().fold(number("VOCC_FAULT_SEED", 1), |seed, byte| {
+        let seed = work.arguments.bytes().fold(number("VOCC_FAULT_SEED").unwrap_or(1), |seed, byte| {
             seed.wrapping_mul(31).wrapping_add(byte.into())
         });
         let any = ChaCha8Rng::seed_from_u64(seed).random_range(0..3000);
@@ -151,55 +130,37 @@ fn every_command_ends_at_once_at_its_largest(workshop: &Workshop) {
 }
 
 fn nothing_is_lost_whatever_goes_wrong(workshop: &Workshop) {
-    let (count, seed) = (number("VOCC_FAULTS", FEW), number("VOCC_FAULT_SEED", 1));
+    let (count, seed) = (number("VOCC_FAULTS").unwrap_or(FEW), number("VOCC_FAULT_SEED").unwrap_or(1));
     let is_gate = count == FEW;
     let known = |&work: &Work| match work.is_slow && is_gate {
         true => Reference::unseen(work),
         false => Reference::of(workshop, work),
     };
     let known: Vec<Reference> = WORKS.iter().map(known).collect();
-    let (next, counts) = (AtomicU64::new(0), Mutex::new(BTreeMap::<&str, u64>::new()));
-    let (faults, longest) = (Mutex::new(Vec::new()), Mutex::new((Duration::ZERO, String::new())));
-    std::thread::scope(|scope| {
-        for _ in 0..AT_ONCE {
-            scope.spawn(|| {
-                loop {
-                    let trial = next.fetch_add(1, Ordering::Relaxed);
-                    if trial >= count {
-                        return;
-                    }
-                    // Trials are reproducible individually.
-                    let random = &mut ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1 << 32) ^ trial);
-                    let (known, fault, over_old) = draw(&known, random);
-                    let what = format!("fault {trial} of seed {seed}: {:?}: {fault}", known.work.command);
-                    *counts.lock().expect("nobody panics").entry(kind(fault)).or_default() += 1;
-                    match known.suffer(workshop, fault, over_old, patience()) {
-                        Err(why) => faults.lock().expect("nobody panics").push(format!("{what}: {why}")),
-                        Ok(time) => {
-                            let mut longest = longest.lock().expect("nobody panics");
-                            if let Some(time) = time.filter(|time| *time > longest.0) {
-                                *longest = (time, what);
-                            }
-                        }
-                    }
-                }
-            });
+    let counts = Mutex::new(BTreeMap::<&str, u64>::new());
+    let longest = Mutex::new((Duration::ZERO, String::new()));
+    let faults = trials::faults(0..count, AT_ONCE, |trial| {
+        // Trials are reproducible individually.
+        let random = &mut ChaCha8Rng::seed_from_u64(seed.wrapping_mul(1 << 32) ^ trial);
+        let (known, fault, over_old) = draw(&known, random);
+        let what = format!("fault {trial} of seed {seed}: {:?}: {fault}", known.work.command);
+        *counts.lock().expect("nobody panics").entry(kind(fault)).or_default() += 1;
+        let time = known.suffer(workshop, fault, over_old, patience());
+        let time = time.map_err(|why| format!("{what}: {why}"))?;
+        let mut longest = longest.lock().expect("nobody panics");
+        if let Some(time) = time.filter(|time| *time > longest.0) {
+            *longest = (time, what);
         }
+        Ok(())
     });
     let (time, of) = longest.into_inner().expect("nobody panics");
     eprintln!("{count} faults of seed {seed}: {:?}", counts.into_inner().expect("nobody panics"));
     eprintln!("the longest way to an end after a signal: {time:.2?}, {of}");
-    let faults = faults.into_inner().expect("nobody panics");
     assert!(faults.is_empty(), "{} of {count}:\n{}", faults.len(), faults.join("\n"));
 }
 
 fn a_long_stream_takes_no_more_memory_and_is_told_of_at_once(workshop: &Workshop) {
-    long_stream::run(workshop, number("VOCC_STREAM_FRAMES", FEW_FRAMES));
-}
-
-/// The number in an environment variable.
-fn number(name: &str, usual: u64) -> u64 {
-    std::env::var(name).map_or(usual, |told| told.parse().unwrap_or_else(|_| panic!("{name}={told} is no number")))
+    long_stream::run(workshop, number("VOCC_STREAM_FRAMES").unwrap_or(FEW_FRAMES));
 }
 
 /// A random command by relative frequency, and a fault for it.
