@@ -17,7 +17,6 @@ pub const FRAMES_MIN: u32 = 8;
 /// Looks at frames one after another.
 pub struct Combing {
     width: usize,
-    before: Vec<u8>,
     single: u32,
     is_combed: bool,
 }
@@ -27,26 +26,21 @@ impl Combing {
     pub fn new(width: usize) -> Self {
         Self {
             width,
-            before: Vec::new(),
             single: 0,
             is_combed: false,
         }
     }
 
-    /// Looks at the next frame, row by row.
-    pub fn look(&mut self, frame: &[u8]) {
-        if self.before.len() == frame.len() {
-            let (moving, own, other) = misfits(&self.before, frame, self.width);
-            if moving >= MOVING_MIN {
-                match other >= SINGLE_MIN * own {
-                    true => self.single += 1,
-                    // A ratio in between is of either kind.
-                    false => self.is_combed |= 3 * own > 2 * other,
-                }
+    /// Looks at a frame and the one before, both row by row.
+    pub fn look(&mut self, before: &[u8], frame: &[u8]) {
+        let (moving, own, other) = misfits(before, frame, self.width);
+        if moving >= MOVING_MIN {
+            match other >= SINGLE_MIN * own {
+                true => self.single += 1,
+                // A ratio in between is of either kind.
+                false => self.is_combed |= 3 * own > 2 * other,
             }
         }
-        self.before.clear();
-        self.before.extend_from_slice(frame);
     }
 
     /// Whether the frames are single pictures: none is of two, and enough of them would have shown it.
@@ -120,7 +114,8 @@ mod tests {
 
     fn looked_at(frames: impl IntoIterator<Item = Vec<u8>>) -> Combing {
         let mut combing = Combing::new(WIDTH);
-        frames.into_iter().for_each(|frame| combing.look(&frame));
+        let frames: Vec<Vec<u8>> = frames.into_iter().collect();
+        frames.windows(2).for_each(|pair| combing.look(&pair[0], &pair[1]));
         combing
     }
 

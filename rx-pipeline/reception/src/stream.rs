@@ -163,10 +163,12 @@ impl<R: BufRead> Stream<R> {
     fn look_ahead(&mut self) -> Result<(), StreamError> {
         let most = (AHEAD_BYTES_MAX / (self.size.0 * self.size.1)).clamp(FRAMES_MIN as usize + 1, AHEAD_MAX);
         let mut combing = Combing::new(self.size.0);
-        let mut ahead = VecDeque::new();
+        let mut ahead = VecDeque::<Vec<u8>>::new();
         while ahead.len() < most && !combing.are_single() && !combing.is_combed() {
             let Some(frame) = self.next_frame()? else { break };
-            combing.look(frame);
+            if let Some(before) = ahead.back() {
+                combing.look(before, frame);
+            }
             ahead.push_back(frame.to_vec());
         }
         self.ahead = ahead;
