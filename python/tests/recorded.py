@@ -20,6 +20,22 @@ FOCAL_PX = 3636.4
 DISTORTION = [0.01, -0.002, 0.0001, 0.0002, 0.003]
 
 
+def rotation_of(x: float, y: float, z: float, w: float) -> np.ndarray:
+    """The matrix of a unit quaternion."""
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def values(status: Any) -> dict[str, str]:
+    """The values of a status, by their keys."""
+    return {value.key: value.value for value in status.values}
+
+
 class Recorded:
     """A film, what was printed of it, and its recording. Two LEDs are dead, and the panel is hidden for a while."""
 

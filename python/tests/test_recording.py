@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
-from recorded import DEAD_LEDS, DISTORTION, FOCAL_PX, FRAME_ID, FRAMES, MESSAGE, PERIOD_NS, START_NS, Recorded
+from recorded import DEAD_LEDS, DISTORTION, FOCAL_PX, FRAME_ID, FRAMES, MESSAGE, PERIOD_NS, START_NS, Recorded, rotation_of, values
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
@@ -64,10 +64,6 @@ def frame_of(time_ns: int) -> int:
     return number
 
 
-def values(status: Any) -> dict[str, str]:
-    return {value.key: value.value for value in status.values}
-
-
 def test_all_channels_are_there_with_their_stamps(read: Read) -> None:
     assert {topic: messages[0][1] for topic, messages in read.items()} == TYPES
     for topic, messages in read.items():
@@ -112,12 +108,7 @@ def test_outlines_and_poses_are_those_that_were_printed(recorded: Recorded, read
         pose, told = content.pose.pose, row["pose"]
         assert [pose.position.x, pose.position.y, pose.position.z] == told["translation_m"]
         assert list(content.pose.covariance) == np.ravel(told["covariance"]).tolist()
-        x, y, z, w = (getattr(pose.orientation, axis) for axis in "xyzw")
-        rotation = [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
+        rotation = rotation_of(*(getattr(pose.orientation, axis) for axis in "xyzw"))
         assert np.allclose(rotation, told["rotation"], atol=1e-9)
 
 

@@ -18,7 +18,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from recorded import FRAME_ID, FRAMES, MESSAGE, PERIOD_NS, START_NS, Recorded
+from recorded import FRAME_ID, FRAMES, MESSAGE, PERIOD_NS, START_NS, Recorded, rotation_of, values
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 from vocc_ros.images import ENCODINGS, UnsupportedImage, of_compressed, of_image
@@ -274,7 +274,7 @@ def test_an_unsupported_encoding_is_one_error_and_a_status() -> None:
     assert [value.value for value in again.status[0].values] == ["50"]
     publications = checked(receiver.image(image(film("x", 1)[0], time_ns=50 * PERIOD_NS)))
     camera = of_topic(publications, "/diagnostics")[0].status[0]
-    assert (camera.level, {value.key: value.value for value in camera.values}["frames_unusable"]) == (1, "50")
+    assert (camera.level, values(camera)["frames_unusable"]) == (1, "50")
 
 
 def test_faults_of_many_numbers_and_names_do_not_fill_the_log() -> None:
@@ -311,7 +311,7 @@ def test_silence_and_latency_are_by_the_node_s_clock() -> None:
     receiver = ImageReceiver({"fps": 100.0}, TYPES, lambda: now.ns, Log())
     now.ns += 30_000_000
     [report] = of_topic(checked(receiver.image(image(film("x", 1)[0], time_ns=START_NS))), "/diagnostics")
-    assert {value.key: value.value for value in report.status[0].values}["latency_s"] == "0.03"
+    assert values(report.status[0])["latency_s"] == "0.03"
     now.ns += 2_000_000_000
     assert receiver.silence() == []
     now.ns += 1_500_000_000
@@ -379,14 +379,7 @@ def test_quaternions_are_those_of_their_matrices() -> None:
     turns = [*np.eye(4), *random.normal(size=(200, 4)), *(random.normal(size=(50, 4)) * [1, 1, 1, 1e-9])]
     for turn in turns:
         x, y, z, w = turn / np.linalg.norm(turn)
-        rotation = np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-            ]
-        )
-        found = np.array(quaternion(rotation))
+        found = np.array(quaternion(rotation_of(x, y, z, w)))
         assert abs(np.linalg.norm(found) - 1) < 1e-12
         assert abs(found @ [x, y, z, w]) == pytest.approx(1, abs=1e-12)
 

@@ -15,14 +15,16 @@ class UnsupportedImage(ValueError):
     """An image that cannot be read: says why, and what helps."""
 
 
+# Where blue, green and red are in a pixel: slices, as other indices copy the image.
+BLUE_FIRST, RED_FIRST = slice(0, 3), slice(2, None, -1)
 # Samples of a pixel, and in which order they are blue, green and red.
 COLOURS = {
-    "bgr8": (3, [0, 1, 2]),
-    "8UC3": (3, [0, 1, 2]),
-    "rgb8": (3, [2, 1, 0]),
-    "bgra8": (4, [0, 1, 2]),
-    "8UC4": (4, [0, 1, 2]),
-    "rgba8": (4, [2, 1, 0]),
+    "bgr8": (3, BLUE_FIRST),
+    "8UC3": (3, BLUE_FIRST),
+    "rgb8": (3, RED_FIRST),
+    "bgra8": (4, BLUE_FIRST),
+    "8UC4": (4, BLUE_FIRST),
+    "rgba8": (4, RED_FIRST),
 }
 GREY = ("mono8", "8UC1")
 DEEP = ("mono16", "16UC1")

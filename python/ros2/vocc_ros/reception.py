@@ -23,7 +23,7 @@ FAULTS = 50
 # The first images, from which the rate is measured, and the most bytes that they may have.
 FIRST = 16
 FIRST_BYTES = 128 << 20
-# Stamps within so many seconds of the node's clock are of that clock.
+# Stamps within this time of the node's clock are of that clock, in seconds.
 SAME_CLOCK_S = 60.0
 # What a calibration gives of a vocc.Camera.
 LENS = ("focal_px", "principal_px", "distortion")
@@ -285,7 +285,7 @@ class ImageReceiver:
             self.lens = lens
             if self.receiver is not None:
                 self.log("info", "the calibration is new: the receiver begins anew")
-                self._begin(self.size, self._learnt())
+                self._begin(self.size)
 
     def silence(self) -> list[Publication]:
         """What there is to publish while no image comes, or none that can be read; call it once a second."""
@@ -339,13 +339,13 @@ class ImageReceiver:
             self.log("info", f"the camera takes {fps:.2f} images a second")
         self.clock = Clock(fps or 100.0)
         try:
-            self._begin(held[0].size, None)
+            self._begin(held[0].size)
         except ValueError as why:
             # Everything but the measured rate was checked before.
             return self._unusable(f"the stamps of images are {1e3 / self.clock.fps:.3g} ms apart: {why}", held[-1].header)
         return [publication for one in held for publication in self._feed(one)]
 
-    def _begin(self, size: tuple[int, int], learnt: vocc.LearntCamera | None) -> None:
+    def _begin(self, size: tuple[int, int]) -> None:
         """Begins with a new receiver, for images of a width and a height."""
         assert self.clock is not None
         lens = self.lens
@@ -354,16 +354,14 @@ class ImageReceiver:
             self._once("error", f"no poses: the calibration is of {told} pixels, and images have {seen}: calibrate the camera at this size")
             lens = None
         camera = camera_of(self.parameters, lens)
-        if learnt is not None:
-            # Its lens was that of the calibration before.
-            camera = {name: value for name, value in learnt.camera.to_dict().items() if name not in LENS} | camera
         if self.receiver is not None:
+            learnt = self.receiver.camera
+            if learnt is not None:
+                # Its lens was that of the calibration before.
+                camera = {name: value for name, value in learnt.camera.to_dict().items() if name not in LENS} | camera
             self.receiver.close()
         self.receiver = vocc.Receiver(camera, **{**self.settings, "fps": self.clock.fps})
         self.size = size
-
-    def _learnt(self) -> vocc.LearntCamera | None:
-        return None if self.receiver is None else self.receiver.camera
 
     def _feed(self, held: Held) -> list[Publication]:
         assert self.clock is not None and self.receiver is not None
@@ -371,8 +369,8 @@ class ImageReceiver:
         size = held.size
         if self.size != size:
             self.log("info", f"images are now of {size[0]} x {size[1]} pixels: the receiver begins anew")
-            self._begin(size, self._learnt())
-        before, is_first = self.clock.last, self.clock.last_ns is None
+            self._begin(size)
+        before = self.clock.last
         number, late = self.clock.number(stamp_ns(header))
         try:
             received = self.receiver.feed(pixels, frame=number, late=late)
@@ -387,7 +385,7 @@ class ImageReceiver:
         report = self.receiver.diagnose(
             max(0, stamp_ns(header)) / SECOND_NS,
             latency_s=self._latency_s(header),
-            dropped=0 if is_first else number - before - 1,
+            dropped=number - before - 1,
             unusable=self.unusable,
         )
         self.unusable = 0
