@@ -23,6 +23,7 @@ mod device;
 mod files;
 mod frames;
 mod keys;
+mod loopback;
 mod npy;
 mod numbers;
 mod options;

@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::time::Duration;
 
-use common::bounded::{Watchdog, writer};
+use common::bounded::{self, Watchdog, writer};
 use common::ffmpeg::wait_for;
 use common::recording::{MESSAGE, filmed, y4m};
 use common::{command, folder, name, refused};
@@ -31,7 +31,7 @@ impl Served {
     fn start(folder_name: &str, more: &[&str]) -> Self {
         let place = folder(folder_name);
         let pipe = place.join("camera.y4m");
-        assert!(Command::new("mkfifo").arg(&pipe).status().expect("mkfifo runs").success());
+        bounded::pipe(&pipe);
         let mut receive = command(&["receive", name(&pipe), "--foxglove=0"]);
         receive.args(more).current_dir(&place).stdout(Stdio::null()).stderr(Stdio::piped());
         let mut receive = receive.spawn().expect("vocc runs");
@@ -121,6 +121,19 @@ impl Client {
 }
 
 const PROTOCOL: (&str, &str) = ("Sec-WebSocket-Protocol", "other, foxglove.sdk.v1");
+
+#[test]
+fn a_client_stays_while_the_program_is_stopped_and_goes_on() {
+    let served = Served::start("foxglove-stopped", &[]);
+    let mut client = served.connect(&[PROTOCOL]).expect("a client");
+    for _ in 0..20 {
+        for name in ["-STOP", "-CONT"] {
+            bounded::signal(name, served.receive.id());
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+    client.ask(&json!({ "op": "subscribe", "subscriptions": [{ "id": 1, "channelId": 1 }] }));
+}
 
 #[test]
 fn what_is_recorded_is_served() {

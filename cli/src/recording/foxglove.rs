@@ -18,6 +18,7 @@ use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message, WebSocket};
 
 use super::mcap::Schema;
+use crate::loopback::{connections, is_silence};
 use crate::output::tell;
 
 /// Foxglove's default port.
@@ -117,8 +118,8 @@ impl Server {
             let wanted = client.subscriptions.iter().filter(|(_, wanted)| **wanted == u64::from(channel));
             let subscriptions: Vec<u32> = wanted.map(|(&subscription, _)| subscription).collect();
             for subscription in subscriptions {
-                let head = [&[MESSAGE_DATA][..], &subscription.to_le_bytes(), &time_ns.to_le_bytes()].concat();
-                client.put(Message::binary([&head, message].concat()));
+                let parts = [&[MESSAGE_DATA][..], &subscription.to_le_bytes(), &time_ns.to_le_bytes(), message];
+                client.put(Message::binary(parts.concat()));
             }
         }
     }
@@ -143,7 +144,7 @@ fn advertised(channels: &[Value]) -> Message {
 }
 
 fn accept(listener: &TcpListener, state: &Arc<Mutex<State>>) {
-    for stream in listener.incoming().flatten() {
+    for stream in connections(listener) {
         let mut open = lock(state);
         if open.has_ended {
             return;
@@ -232,7 +233,7 @@ fn serve(stream: TcpStream, id: u64, state: &Mutex<State>) -> Result<(), Error> 
         match socket.read() {
             Ok(Message::Text(text)) => change(id, state, |client| obey(client, text.as_str())),
             Ok(_) => {}
-            Err(Error::Io(error)) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+            Err(Error::Io(error)) if is_silence(&error) => {}
             Err(error) => return Err(error),
         }
         send_queued(&mut socket, id, state)?;

@@ -48,6 +48,18 @@ pub fn run(command: &mut Command) -> Output {
     child.wait_with_output().expect("an end")
 }
 
+/// Sends a signal, such as `-INT`, to a process.
+pub fn signal(signal: &str, process: u32) {
+    let kill = Command::new("kill").args([signal, &process.to_string()]).status();
+    assert!(kill.expect("kill runs").success());
+}
+
+/// Makes a named pipe.
+pub fn pipe(path: &Path) {
+    let made = Command::new("mkfifo").arg(path).status();
+    assert!(made.expect("mkfifo runs").success());
+}
+
 /// Opens a named pipe for writing as soon as it has a reader.
 pub fn writer(pipe: &Path) -> File {
     // Without this flag, the call blocks until a reader comes.

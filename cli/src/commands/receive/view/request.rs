@@ -1,8 +1,10 @@
 //! Requests for the page: one GET a connection, and only from the page itself.
 
-use std::io::{ErrorKind, Read, Write};
+use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
+
+use crate::loopback::is_silence;
 
 /// Maximum length of a request. A browser sends the cookies of all pages on 127.0.0.1, whatever their port.
 const REQUEST_MAX: usize = 16 << 10;
@@ -77,8 +79,8 @@ pub fn read(stream: &mut TcpStream, port: u16) -> Result<Option<String>, Refusal
         }
         let read = match stream.read(&mut piece) {
             Ok(read) => read,
-            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => return Err(Refusal::Late),
+            // It may be late now.
+            Err(error) if is_silence(&error) => continue,
             Err(_) => return Ok(None),
         };
         if read == 0 {

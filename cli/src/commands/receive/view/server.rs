@@ -1,6 +1,6 @@
 //! Serves the page and its events to browsers on this computer.
 
-use std::io::{ErrorKind, Read, Write};
+use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::events::{Events, Shown};
 use super::request::{self, Refusal};
+use crate::loopback::{connections, is_silence};
 
 /// Maximum number of connections. A browser opens up to six at once, and keeps one a page.
 const CONNECTIONS_MAX: usize = 12;
@@ -17,8 +18,6 @@ const STACK: usize = 256 << 10;
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 /// Interval between two signs of life, without which a page that was cut off keeps its connection.
 const SIGN_EVERY: Duration = Duration::from_secs(5);
-/// Wait after a connection that could not be accepted, for example because there are too many open files.
-const RETRY_AFTER: Duration = Duration::from_millis(50);
 
 const PAGE: &str = include_str!("page/index.html");
 // Both begin with files of the project's own page, which are linked here.
@@ -51,11 +50,7 @@ impl Drop for Connection {
 
 fn accept(listener: &TcpListener, port: u16, events: &Arc<Events>) {
     let open = Arc::new(AtomicUsize::new(0));
-    loop {
-        let Ok((mut stream, _)) = listener.accept() else {
-            std::thread::sleep(RETRY_AFTER);
-            continue;
-        };
+    for mut stream in connections(listener) {
         let is_one_too_many = open.fetch_add(1, Ordering::Relaxed) >= CONNECTIONS_MAX;
         let (connection, events) = (Connection(Arc::clone(&open)), Arc::clone(events));
         if is_one_too_many {
@@ -119,7 +114,7 @@ fn tell(stream: &mut TcpStream, events: &Events) -> std::io::Result<()> {
 fn is_closed(stream: &mut TcpStream) -> std::io::Result<bool> {
     match stream.read(&mut [0; 256]) {
         Ok(read) => Ok(read == 0),
-        Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted) => Ok(false),
+        Err(error) if is_silence(&error) => Ok(false),
         Err(error) => Err(error),
     }
 }

@@ -1,0 +1,24 @@
+//! What servers for this computer alone have in common.
+
+use std::io::ErrorKind;
+use std::net::{TcpListener, TcpStream};
+use std::time::Duration;
+
+/// Wait after a connection that could not be accepted, for example because there are too many open files.
+const RETRY_AFTER: Duration = Duration::from_millis(50);
+
+/// The connections, for ever.
+pub fn connections(listener: &TcpListener) -> impl Iterator<Item = TcpStream> + '_ {
+    std::iter::repeat_with(|| listener.accept()).filter_map(|accepted| match accepted {
+        Ok((stream, _)) => Some(stream),
+        Err(_) => {
+            std::thread::sleep(RETRY_AFTER);
+            None
+        }
+    })
+}
+
+/// Whether a peer has sent nothing yet. A program that was stopped and goes on is interrupted while it waits.
+pub fn is_silence(error: &std::io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
+}
