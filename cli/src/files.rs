@@ -110,15 +110,20 @@ impl Drop for Active {
     }
 }
 
+/// Where a file grows that can be read meanwhile.
+pub fn active(path: &Path) -> PathBuf {
+    let mut path = path.as_os_str().to_owned();
+    path.push(".active");
+    path.into()
+}
+
 impl Growing {
     /// A file with the suffix `.active` that can be read while it grows, and survives if the program is killed.
     pub fn create_active(path: &Path) -> anyhow::Result<Self> {
         let Place::File(place) = place(path).with_context(|| format!("cannot write {}", path.display()))? else {
             return Self::create(path);
         };
-        let mut path = place.clone().into_os_string();
-        path.push(".active");
-        let path = PathBuf::from(path);
+        let path = active(&place);
         let file = File::create_new(&path).with_context(|| match path.exists() {
             true => format!(
                 "{} is still written, or is left of a recording that was ended in the middle: move it away, or name another file",

@@ -69,9 +69,7 @@ impl RecordingArguments {
     pub fn start(&self) -> Option<Duration> {
         self.start
     }
-}
 
-impl RecordingArguments {
     /// The frame of reference, which names the camera.
     pub fn frame_id(&self) -> &str {
         &self.frame_id
@@ -89,9 +87,10 @@ fn start(text: &str) -> Result<Duration, String> {
     })
 }
 
-/// A recording of frames, panels and messages.
+/// A recording of frames, panels and messages: into files, for Foxglove, or both.
 pub struct Recording {
-    sink: Sink,
+    files: Option<Files>,
+    server: Option<Server>,
     image: u16,
     /// Created with the first frame whose lens is known.
     camera_info: Option<u16>,
@@ -102,32 +101,6 @@ pub struct Recording {
     time_ns: u64,
     /// Time of the last flush; `None` for a film.
     kept: Option<Instant>,
-}
-
-/// Where a recording's messages go.
-enum Sink {
-    Files(Box<Files>),
-    Foxglove(Server),
-}
-
-impl Sink {
-    /// Adds a channel for messages of one type.
-    fn channel_of<Message: Ros>(&mut self, topic: &str) -> u16 {
-        let (name, definition) = (Message::NAME, Message::DEFINITION);
-        let schema = Schema { name, definition };
-        match self {
-            Self::Files(files) => files.channel(topic, schema),
-            Self::Foxglove(server) => server.channel(topic, &schema),
-        }
-    }
-
-    /// Whether messages of a channel are of use.
-    fn is_wanted(&self, channel: u16) -> bool {
-        match self {
-            Self::Files(_) => true,
-            Self::Foxglove(server) => server.is_wanted(channel),
-        }
-    }
 }
 
 /// A panel's channels.
@@ -141,46 +114,67 @@ struct Panel {
 }
 
 impl Recording {
-    /// Creates a recording of a number of panels, with or without verdicts; a live one can be read while it grows.
-    pub fn create(path: &Path, panels: usize, with_verdicts: bool, arguments: &RecordingArguments, is_live: bool) -> anyhow::Result<Self> {
-        let files = Files::create(path, arguments.max_size, is_live)?;
-        let kept = is_live.then(Instant::now);
-        Ok(Self::of(Sink::Files(files.into()), panels, with_verdicts, arguments, kept))
-    }
-
-    /// Serves the channels of a recording to Foxglove at a port of this computer.
-    pub fn serve(port: u16, panels: usize, with_verdicts: bool, arguments: &RecordingArguments) -> anyhow::Result<Self> {
-        let sink = Sink::Foxglove(Server::start(port)?);
-        Ok(Self::of(sink, panels, with_verdicts, arguments, None))
-    }
-
-    fn of(mut sink: Sink, panels: usize, with_verdicts: bool, arguments: &RecordingArguments, kept: Option<Instant>) -> Self {
-        let image = sink.channel_of::<ros::CompressedImage>("/camera/image");
-        let panels = (0..panels)
-            .map(|number| Panel {
-                outline: sink.channel_of::<ros::ImageAnnotations>(&format!("/panel_{number}/outline")),
-                pose: sink.channel_of::<ros::PoseWithCovarianceStamped>(&format!("/panel_{number}/pose")),
-                message: sink.channel_of::<ros::Text>(&format!("/panel_{number}/message")),
-                bytes: sink.channel_of::<ros::Bytes>(&format!("/panel_{number}/message_bytes")),
-                verdict: with_verdicts.then(|| sink.channel_of::<ros::Text>(&format!("/panel_{number}/verdict"))),
-            })
-            .collect();
-        let diagnostics = sink.channel_of::<ros::DiagnosticArray>("/diagnostics");
-        Self {
-            sink,
-            image,
+    /// A recording into files from `path` on, for Foxglove at `port`, or both; `None` if neither is asked for. Files of a live one can be
+    /// read while they grow.
+    pub fn open(
+        path: Option<&Path>,
+        port: Option<u16>,
+        panels: usize,
+        with_verdicts: bool,
+        arguments: &RecordingArguments,
+        is_live: bool,
+    ) -> anyhow::Result<Option<Self>> {
+        let files = path.map(|path| Files::create(path, arguments.max_size, is_live)).transpose()?;
+        let server = port.map(Server::start).transpose()?;
+        if files.is_none() && server.is_none() {
+            return Ok(None);
+        }
+        let kept = (is_live && files.is_some()).then(Instant::now);
+        let mut recording = Self {
+            files,
+            server,
+            image: 0,
             camera_info: None,
-            panels,
-            diagnostics,
+            panels: Vec::new(),
+            diagnostics: 0,
             arguments: arguments.clone(),
             time_ns: 0,
             kept,
+        };
+        recording.image = recording.channel_of::<ros::CompressedImage>("/camera/image");
+        for number in 0..panels {
+            let panel = Panel {
+                outline: recording.channel_of::<ros::ImageAnnotations>(&format!("/panel_{number}/outline")),
+                pose: recording.channel_of::<ros::PoseWithCovarianceStamped>(&format!("/panel_{number}/pose")),
+                message: recording.channel_of::<ros::Text>(&format!("/panel_{number}/message")),
+                bytes: recording.channel_of::<ros::Bytes>(&format!("/panel_{number}/message_bytes")),
+                verdict: with_verdicts.then(|| recording.channel_of::<ros::Text>(&format!("/panel_{number}/verdict"))),
+            };
+            recording.panels.push(panel);
         }
+        recording.diagnostics = recording.channel_of::<ros::DiagnosticArray>("/diagnostics");
+        Ok(Some(recording))
+    }
+
+    /// Adds a channel for messages of one type. Files and server number their channels alike.
+    fn channel_of<Message: Ros>(&mut self, topic: &str) -> u16 {
+        let schema = Schema {
+            name: Message::NAME,
+            definition: Message::DEFINITION,
+        };
+        let served = self.server.as_ref().map(|server| server.channel(topic, &schema));
+        let written = self.files.as_mut().map(|files| files.channel(topic, schema));
+        written.or(served).unwrap_or_default()
+    }
+
+    /// Whether messages of a channel are of use.
+    fn is_wanted(&self, channel: u16) -> bool {
+        self.files.is_some() || self.server.as_ref().is_some_and(|server| server.is_wanted(channel))
     }
 
     /// Records a frame taken `time_s` after the first, or `unix` since 1970, and its lens if known.
     pub fn frame(&mut self, time_s: f64, unix: Option<Duration>, frame: &Frame, lens: Option<&Lens>) -> anyhow::Result<()> {
-        if let Sink::Files(files) = &mut self.sink {
+        if let Some(files) = &mut self.files {
             files.end_frame()?;
         }
         self.keep_up()?;
@@ -189,14 +183,14 @@ impl Recording {
             None => (self.arguments.start.unwrap_or_default().as_nanos() as u64) + (time_s * 1e9).round().max(0.0) as u64,
         };
         let size = [frame.width(), frame.height()].map(|side| side as u32);
-        if self.sink.is_wanted(self.image) {
+        if self.is_wanted(self.image) {
             self.image(frame, size)?;
         }
         let Some(lens) = lens else {
             return Ok(());
         };
         let channel = self.camera_info;
-        let channel = channel.unwrap_or_else(|| self.sink.channel_of::<ros::CameraInfo>("/camera/camera_info"));
+        let channel = channel.unwrap_or_else(|| self.channel_of::<ros::CameraInfo>("/camera/camera_info"));
         self.camera_info = Some(channel);
         let camera_info = self.encoded(&ros::CameraInfo::of(self.header(), size, lens))?;
         self.put(channel, &camera_info)
@@ -225,7 +219,7 @@ impl Recording {
             && kept.elapsed() >= KEEP_EVERY
         {
             *kept = Instant::now();
-            if let Sink::Files(files) = &mut self.sink {
+            if let Some(files) = &mut self.files {
                 files.keep()?;
             }
         }
@@ -291,21 +285,24 @@ impl Recording {
     ///
     /// # Errors
     /// If not every byte can be written; a previous file is then unchanged, as it is if no frame of a live source came.
-    pub fn finish(self) -> anyhow::Result<()> {
-        if self.kept.is_some() && self.time_ns == 0 {
-            return Ok(());
+    pub fn finish(&mut self) -> anyhow::Result<()> {
+        match self.files.take() {
+            Some(files) if self.kept.is_none() || self.time_ns > 0 => files.finish(),
+            _ => Ok(()),
         }
-        match self.sink {
-            Sink::Files(files) => files.finish(),
-            Sink::Foxglove(_) => Ok(()),
-        }
+    }
+
+    /// Goes on without files; whether anything is left to do.
+    pub fn drop_files(&mut self) -> bool {
+        self.kept = None;
+        self.files.take().is_some() && self.server.is_some()
     }
 
     /// Context for its errors.
     pub fn about(&self) -> String {
-        match &self.sink {
-            Sink::Files(files) => format!("cannot write {}", files.path().display()),
-            Sink::Foxglove(_) => "cannot serve Foxglove".into(),
+        match &self.files {
+            Some(files) => format!("cannot write {}", files.path().display()),
+            None => "cannot serve Foxglove".into(),
         }
     }
 
@@ -318,12 +315,12 @@ impl Recording {
     }
 
     fn put(&mut self, channel: u16, encoded: &[u8]) -> anyhow::Result<()> {
-        match &mut self.sink {
-            Sink::Files(files) => files.message(channel, self.time_ns, encoded),
-            Sink::Foxglove(server) => {
-                server.message(channel, self.time_ns, encoded);
-                Ok(())
-            }
+        if let Some(server) = &self.server {
+            server.message(channel, self.time_ns, encoded);
+        }
+        match &mut self.files {
+            Some(files) => files.message(channel, self.time_ns, encoded),
+            None => Ok(()),
         }
     }
 

@@ -174,14 +174,8 @@ fn numbered(first: &Path, number: u32) -> PathBuf {
     first.with_file_name(name)
 }
 
-fn active(path: &Path) -> PathBuf {
-    let mut path = path.as_os_str().to_owned();
-    path.push(".active");
-    path.into()
-}
-
 fn is_there(path: &Path) -> bool {
-    path.exists() || active(path).exists()
+    path.exists() || files::active(path).exists()
 }
 
 /// Checks that no file of an older recording has the name of one of this.

@@ -54,8 +54,6 @@ pub struct Report<'a> {
     recording: Option<Recording>,
     /// The page, if requested.
     view: Option<Feed>,
-    /// The same for Foxglove.
-    served: Option<Recording>,
     /// The file of message bytes, if requested.
     bytes: Option<Growing>,
     /// Why drawing, recording or writing bytes stopped.
@@ -75,7 +73,6 @@ impl<'a> Report<'a> {
         view: Option<Feed>,
     ) -> anyhow::Result<Self> {
         let progress = total.map_or_else(|| Progress::endless("frames"), |total| Progress::new(total, "frames"));
-        let recording = arguments.mcap.as_deref();
         let trust = arguments.trusting.trust()?;
         Ok(Self {
             arguments,
@@ -87,14 +84,15 @@ impl<'a> Report<'a> {
             latest: vec![None; arguments.panels.into()],
             withheld: 0,
             progress,
-            recording: recording
-                .map(|path| Recording::create(path, arguments.panels.into(), trust.is_some(), &arguments.recorded, is_live))
-                .transpose()?,
+            recording: Recording::open(
+                arguments.mcap.as_deref(),
+                arguments.foxglove,
+                arguments.panels.into(),
+                trust.is_some(),
+                &arguments.recorded,
+                is_live,
+            )?,
             view,
-            served: arguments
-                .foxglove
-                .map(|port| Recording::serve(port, arguments.panels.into(), trust.is_some(), &arguments.recorded))
-                .transpose()?,
             trust,
             bytes: arguments.out.as_deref().map(Growing::create).transpose()?,
             undrawn: None,
@@ -105,23 +103,18 @@ impl<'a> Report<'a> {
 
     /// Time of the current frame in the recording, or as it is served, in nanoseconds.
     pub fn recorded_ns(&self) -> Option<u64> {
-        let recording = self.recording.as_ref().or(self.served.as_ref());
-        recording.map(Recording::time_ns)
+        self.recording.as_ref().map(Recording::time_ns)
     }
 
     /// Records something of the current frame, if requested.
-    pub fn record(&mut self, write: impl Fn(&mut Recording) -> anyhow::Result<()>) {
-        if let Some(Err(error)) = self.served.as_mut().map(&write) {
-            self.say(&format!("vocc: cannot serve Foxglove: {error:#}; going on without it"));
-            self.served = None;
-        }
+    pub fn record(&mut self, write: impl FnOnce(&mut Recording) -> anyhow::Result<()>) {
         let Some(recording) = &mut self.recording else {
             return;
         };
         if let Err(error) = write(recording).with_context(|| recording.about()) {
             // Messages matter more than their recording.
             self.say(&format!("vocc: {error:#}; going on without a recording"));
-            self.recording = None;
+            self.recording.take_if(|recording| !recording.drop_files());
             self.unrecorded = Some(error);
         }
     }
@@ -172,7 +165,7 @@ impl<'a> Report<'a> {
     /// Finishes the outputs; without a message, reports why and what would help.
     pub fn end(mut self, advice: &[String]) -> anyhow::Result<Verdict> {
         // An error in one output must not lose the other.
-        let recorded = self.recording.take().map_or(Ok(()), |recording| {
+        let recorded = self.recording.as_mut().map_or(Ok(()), |recording| {
             let about = recording.about();
             recording.finish().context(about)
         });
