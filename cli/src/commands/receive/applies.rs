@@ -7,7 +7,10 @@ use crate::frames::live::Live;
 
 /// Checks that each option applies to the source.
 pub fn check(arguments: &Arguments, source: &Source) -> anyhow::Result<()> {
-    let name = name(source);
+    let name = match source {
+        Source::Files(frames) if frames.files.len() > 1 => "a series of pictures".into(),
+        _ => source.name(),
+    };
     let is_live = matches!(source, Source::Live(_));
     ensure!(
         arguments.ffmpeg.trim().is_empty() || matches!(source, Source::Live(live) if live.is_decoded(arguments.raw)),
@@ -26,14 +29,4 @@ pub fn check(arguments: &Arguments, source: &Source) -> anyhow::Result<()> {
         "--progressive is for films and streams, and {name} is neither: leave --progressive out"
     );
     Ok(())
-}
-
-fn name(source: &Source) -> String {
-    match source {
-        Source::Input => "standard input".into(),
-        Source::Film(film) => film.display().to_string(),
-        Source::Files(frames) if frames.files.len() == 1 => frames.files[0].path.display().to_string(),
-        Source::Files(_) => "a series of pictures".into(),
-        Source::Live(live) => live.name(),
-    }
 }

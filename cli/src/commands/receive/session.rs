@@ -127,7 +127,7 @@ impl<'a> Session<'a> {
         self.watch.record(&mut self.report, &self.reception, moment.after_dropped, latency);
         let details = Details {
             symbol_rate_hz: self.reception.symbol_rate_hz(),
-            latency: Latency::since(moment),
+            latency,
             dropped: self.latency.dropped(),
         };
         self.report.view(|view| view.frame(frame, details));

@@ -1,4 +1,4 @@
-//! What is to be shown, between the receiver, which never waits, and the browsers.
+//! The page's state, between the receiver and the browsers.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,6 +16,7 @@ const REMARKS_MAX: usize = 16;
 const DRAW_EVERY: Duration = Duration::from_millis(60);
 
 /// Everything to be shown.
+#[derive(Default)]
 pub struct Events {
     state: Mutex<State>,
     changed: Condvar,
@@ -23,6 +24,7 @@ pub struct Events {
     frames: AtomicU64,
 }
 
+#[derive(Default)]
 struct State {
     /// A snapshot to fill.
     spare: Option<Box<Snapshot>>,
@@ -33,6 +35,8 @@ struct State {
     number: u64,
     source: Option<Event>,
     messages: Vec<Message>,
+    /// Messages so far (count).
+    received: u64,
     remarks: VecDeque<(String, Event)>,
     frame: Option<Event>,
     latency: Value,
@@ -65,7 +69,7 @@ struct Message {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Shown(u64);
 
-/// What is new to a page.
+/// Events that are new to a page.
 pub struct News {
     pub events: Vec<Arc<str>>,
     /// Whether it is the last.
@@ -89,28 +93,6 @@ fn as_text(name: &str, data: &Value) -> Arc<str> {
 }
 
 impl Events {
-    pub fn new() -> Self {
-        let state = State {
-            spare: None,
-            newest: None,
-            is_drawing: false,
-            number: 0,
-            source: None,
-            messages: Vec::new(),
-            remarks: VecDeque::new(),
-            frame: None,
-            latency: Value::Null,
-            end: None,
-            watchers: 0,
-            is_end_seen: false,
-        };
-        Self {
-            state: Mutex::new(state),
-            changed: Condvar::new(),
-            frames: AtomicU64::new(0),
-        }
-    }
-
     /// All locks are short: no picture is drawn or written as text, and nothing is sent, meanwhile.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
@@ -130,11 +112,10 @@ impl Events {
 
     /// Makes a snapshot the newest and puts another one in its place, to be filled.
     pub fn put(&self, snapshot: &mut Box<Snapshot>) {
-        let mut state = self.lock();
-        let overtaken = state.newest.take().or_else(|| state.spare.take());
-        state.newest = Some(std::mem::replace(snapshot, overtaken.unwrap_or_default()));
-        drop(state);
-        self.changed.notify_all();
+        self.change(|state| {
+            let overtaken = state.newest.take().or_else(|| state.spare.take());
+            state.newest = Some(std::mem::replace(snapshot, overtaken.unwrap_or_default()));
+        });
     }
 
     /// Tells what is received.
@@ -172,6 +153,7 @@ impl Events {
                 false => {
                     (message.report, message.proof) = (report.clone(), Value::Null);
                     message.times += 1;
+                    state.received += 1;
                 }
             }
             let Message { times, report, proof, .. } = &message;
@@ -205,8 +187,7 @@ impl Events {
     pub fn end(&self, why: Option<&str>) {
         self.change(|state| {
             let frames = self.frames.load(Ordering::Relaxed);
-            let messages: u64 = state.messages.iter().map(|message| message.times).sum();
-            let end = json!({ "why": why, "frames": frames, "messages": messages, "latency": state.latency });
+            let end = json!({ "why": why, "frames": frames, "messages": state.received, "latency": state.latency });
             state.end = Some(state.event("end", &end));
         });
     }
@@ -317,7 +298,7 @@ mod tests {
 
     #[test]
     fn buffers_are_used_again() {
-        let events = Events::new();
+        let events = Events::default();
         let mut filling = Box::<Snapshot>::default();
         let mut buffers = BTreeSet::new();
         for _ in 0..100 {
@@ -329,7 +310,7 @@ mod tests {
 
     #[test]
     fn a_page_that_takes_nothing_holds_nothing_up() {
-        let events = Arc::new(Events::new());
+        let events = Arc::new(Events::default());
         let drawn = Arc::clone(&events);
         std::thread::spawn(move || drawn.draw());
         let _watcher = events.watch();
@@ -347,7 +328,7 @@ mod tests {
 
     #[test]
     fn a_page_is_shown_the_newest_messages_once() {
-        let events = Events::new();
+        let events = Events::default();
         let report = |number: usize| json!({ "panel": 0, "message": format!("line\nend {number}") });
         (0..2 * MESSAGES_MAX).for_each(|number| events.message(&report(number), false));
         let mut shown = Shown::default();
@@ -357,6 +338,12 @@ mod tests {
         // One line each, whatever the text is.
         assert!(first.iter().all(|text| text.trim_end().lines().count() == 2));
         assert_eq!(texts(&events, &mut shown).len(), 0);
+        // Those that are no longer shown count, too.
+        let all = Events::default();
+        (0..2 * MESSAGES_MAX).for_each(|number| all.message(&report(number), false));
+        all.end(None);
+        let end = texts(&all, &mut Shown::default()).pop().expect("an end");
+        assert!(end.contains(&format!("\"messages\":{}", 2 * MESSAGES_MAX)), "{end}");
 
         events.message(&report(MESSAGES_MAX + 1), false);
         events.message(
@@ -376,7 +363,7 @@ mod tests {
 
     #[test]
     fn the_end_comes_after_the_last_frame() {
-        let events = Arc::new(Events::new());
+        let events = Arc::new(Events::default());
         let mut filling = Box::<Snapshot>::default();
         for number in 0..3 {
             filling.begin(number);

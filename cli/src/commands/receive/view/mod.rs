@@ -94,7 +94,7 @@ impl ViewArguments {
         Ok(Some(View {
             listener,
             port,
-            events: Arc::new(Events::new()),
+            events: Arc::default(),
         }))
     }
 }
