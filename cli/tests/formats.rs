@@ -184,8 +184,7 @@ fn time_stamps_that_are_there_are_not_passed_over() {
     says(&receive(&film, &[]), 2, &["cannot read the time stamps", "no ordinary file"]);
     std::fs::remove_dir(&stamps).expect("the folder");
     if cfg!(unix) {
-        let made = std::process::Command::new("mkfifo").arg(&stamps).status();
-        assert!(made.expect("mkfifo runs").success());
+        common::bounded::pipe(&stamps);
         says(&receive(&film, &[]), 2, &["cannot read the time stamps", "no ordinary file"]);
         std::fs::remove_file(&stamps).expect("the pipe");
         let linked = std::process::Command::new("ln").args(["-s", "nowhere"]).arg(&stamps).status();

@@ -38,8 +38,7 @@ fn refused_soon(place: &Path, arguments: &[&str], words: &[&str]) {
 #[test]
 fn what_may_have_no_end_is_not_read() {
     let place = folder("endless");
-    let made = Command::new("mkfifo").arg(place.join("pipe")).status();
-    assert!(made.expect("mkfifo runs").success());
+    common::bounded::pipe(&place.join("pipe"));
     let pipe = place.join("pipe");
     let pipe = common::name(&pipe);
     let ordinary = &["no ordinary file"][..];

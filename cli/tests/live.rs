@@ -5,10 +5,10 @@ mod common;
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::{Duration, SystemTime};
 
-use common::bounded::{self, Watchdog, writer};
+use common::bounded::{self, Watchdog, pipe, signal, writer};
 use common::ffmpeg::{Place, wait_for};
 use common::recording::{MESSAGE, film, filmed, pixels, y4m};
 use common::{command, folder, json_lines, name, refused, says, text};
@@ -16,16 +16,6 @@ use serde_json::Value;
 
 /// Tells the times of 16 frames, and gives the frames.
 const FRAMES: &str = "/bin/cat times >&2; /bin/cat frames";
-
-fn signal(signal: &str, process: u32) {
-    let kill = Command::new("kill").args([signal, &process.to_string()]).status();
-    assert!(kill.expect("kill runs").success());
-}
-
-fn pipe(path: &Path) {
-    let made = Command::new("mkfifo").arg(path).status();
-    assert!(made.expect("mkfifo runs").success());
-}
 
 #[test]
 fn what_is_no_live_source_is_named() {
@@ -375,6 +365,7 @@ fn a_silent_source_is_an_error_in_the_recording() {
     let place = Place::with_frames("live-silence", &format!("{FRAMES}; exec /bin/sleep 600"));
     let arguments = ["tcp://127.0.0.1:5000", "--mcap", "drive.mcap"];
     let mut receive = place.receive(&arguments).stdout(Stdio::null()).spawn().expect("vocc runs");
+    let _watchdog = Watchdog::of(&receive);
     let active = place.0.join("drive.mcap.active");
     let silence = wait_for(|| {
         let messages = recorded(&active);

@@ -246,8 +246,7 @@ fn a_full_disk_ends_the_recording_and_not_the_reception() {
     let film = filmed("recording-full-frames", 40);
     let folder = folder("recording-full");
     std::fs::write(folder.join("film.y4m"), y4m(&film)).expect("a film");
-    let made = std::process::Command::new("mkfifo").arg(folder.join("camera.y4m")).status();
-    assert!(made.expect("mkfifo runs").success());
+    common::bounded::pipe(&folder.join("camera.y4m"));
     let limited = |options: &str| {
         let program = env!("CARGO_BIN_EXE_vocc");
         let script = format!("trap '' XFSZ; ulimit -f 400; exec {program} receive {options}");

@@ -4,7 +4,7 @@ mod common;
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::process::{Child, ChildStdout, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use common::grey_card::{PLACES, SCENE};
@@ -272,9 +272,7 @@ fn the_port_has_a_name_of_ones_own_for_as_long_as_it_is_there() {
     assert_eq!(board.status()["board"], "simulated");
     refused(&["device", "simulate", "--link", name(&link)], &["there already", "another name"]);
     assert!(link.exists());
-    let id = board.child.id().to_string();
-    let killed = Command::new("kill").args(["-TERM", &id]).status();
-    assert!(killed.expect("kill runs").success());
+    common::bounded::signal("-TERM", board.child.id());
     assert!(board.child.wait().expect("it ends").success());
     assert!(!link.is_symlink());
 
@@ -352,8 +350,7 @@ fn what_is_sent_is_filmed_and_received() {
 
     // The same film through a pipe, while it is shown.
     let pipe = place.join("pipe");
-    let made = Command::new("mkfifo").arg(&pipe).status();
-    assert!(made.expect("mkfifo runs").success());
+    common::bounded::pipe(&pipe);
     let film = std::fs::OpenOptions::new().read(true).write(true).open(&pipe);
     let film = film.expect("a pipe");
     let board = Simulator::start(&[&small[..], &["--film", name(&pipe), "--count", "200"]].concat());

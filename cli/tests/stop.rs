@@ -4,7 +4,7 @@
 mod common;
 
 use std::io::Read;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use common::recording::{filmed, pixels};
@@ -23,8 +23,7 @@ fn stopped(run: &mut Child) -> ExitStatus {
     }
     let begun = Instant::now();
     for _ in 0..2 {
-        let kill = Command::new("kill").args(["-TERM", &run.id().to_string()]).status();
-        assert!(kill.expect("kill runs").success());
+        common::bounded::signal("-TERM", run.id());
         std::thread::sleep(Duration::from_millis(100));
     }
     loop {

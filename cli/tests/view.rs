@@ -11,14 +11,12 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
+use common::bounded::{PATIENCE, Watchdog, signal};
 use common::ffmpeg::Place;
 use common::recording::{MESSAGE, filmed, pixels, y4m};
 use common::{command, folder, json_lines, name, paths, refused, says, text, vocc, words};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use serde_json::Value;
-
-/// Longer than anything takes on a busy computer.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The port in a line with the page's address.
 fn port_of(line: &str) -> Option<u16> {
@@ -29,6 +27,7 @@ fn port_of(line: &str) -> Option<u16> {
 /// A receiver with a page, and its port.
 struct Served {
     receive: Child,
+    _watchdog: Watchdog,
     port: u16,
     /// The lines of standard error after the address.
     said: Receiver<String>,
@@ -44,6 +43,7 @@ impl Served {
     }
 
     fn of(receive: Child, errors: impl Read + Send + 'static) -> Self {
+        let watchdog = Watchdog::of(&receive);
         let (say, said) = std::sync::mpsc::channel();
         // Whoever writes there must not wait.
         std::thread::spawn(move || {
@@ -58,7 +58,12 @@ impl Served {
                 break port;
             }
         };
-        Self { receive, port, said }
+        Self {
+            receive,
+            _watchdog: watchdog,
+            port,
+            said,
+        }
     }
 
     /// Starts to receive what the test writes.
@@ -341,8 +346,7 @@ fn a_live_source_shows_its_latency_and_stops() {
     let mut frames = events.by_ref().filter(|(event, _)| event == "frame");
     let (_, frame) = frames.find(|(_, frame)| frame["frame"] == 15).expect("the last frame");
     assert!(frame["latency_s"].as_f64().is_some_and(|latency_s| latency_s > 0.0), "{frame}");
-    let kill = Command::new("kill").args(["-INT", &served.receive.id().to_string()]).status();
-    assert!(kill.expect("kill runs").success());
+    signal("-INT", served.receive.id());
     let output = served.end();
     assert!(output.status.code().is_some_and(|code| code < 2), "{output:?}");
     let events: Vec<_> = events.collect();
@@ -399,8 +403,7 @@ fn a_person_who_has_not_opened_the_page_yet_is_waited_for() {
     let mut served = at_a_terminal(&film);
     served.wait_for("all is received");
     assert!(served.receive.try_wait().expect("runs").is_none());
-    let kill = Command::new("kill").args(["-INT", &served.receive.id().to_string()]).status();
-    assert!(kill.expect("kill runs").success());
+    signal("-INT", served.receive.id());
     says(&served.end(), 0, &[]);
 }
 
