@@ -58,8 +58,8 @@ pub trait LightSensor {
 /// };
 ///
 /// let mut sensor = PolledSensor::new(SimulatedSensor::new(I32F32::lit("5000")));
-/// assert_eq!(sensor.poll(0, || SensorRange::Operating), None); // it has just begun
-/// let reading = sensor.poll(100, || SensorRange::Operating);
+/// assert_eq!(sensor.poll(0, SensorRange::Operating), None); // it has just begun
+/// let reading = sensor.poll(100, SensorRange::Operating);
 /// let light = LightSample::Light { lux: I32F32::lit("5000"), word: 5000 };
 /// assert_eq!(reading, Some((SensorRange::Operating, light)));
 /// ```
@@ -78,8 +78,7 @@ impl<S: LightSensor> PolledSensor<S> {
 
     /// A new reading with its range, [`LightSample::Missing`] if the sensor does not answer or has nothing new for [`PATIENCE_MS`], or
     /// `None`. The sensor then measures in the range `wanted`.
-    pub fn poll(&mut self, now_ms: u64, wanted: impl FnOnce() -> SensorRange) -> Option<(SensorRange, LightSample)> {
-        let wanted = wanted();
+    pub fn poll(&mut self, now_ms: u64, wanted: SensorRange) -> Option<(SensorRange, LightSample)> {
         let Some((range, since_ms)) = self.measuring.filter(|measuring| measuring.0 == wanted) else {
             return self.measure(now_ms, wanted);
         };
@@ -218,7 +217,7 @@ mod tests {
         see: impl Fn(u64, &LightWatch),
     ) {
         for now_ms in times_ms.step_by(POLL_MS as usize) {
-            match sensor.poll(now_ms, || watch.next_range()) {
+            match sensor.poll(now_ms, watch.next_range()) {
                 Some((range, sample)) => _ = watch.observe(now_ms, range, sample),
                 None => watch.watch(now_ms),
             }
@@ -233,25 +232,25 @@ mod tests {
     #[test]
     fn another_range_is_begun_before_it_is_read() {
         let mut sensor = polled("5000");
-        assert_eq!(sensor.poll(0, || OPERATING), None);
-        assert_eq!(sensor.poll(90, || SensorRange::CrossCheck), None);
-        assert_eq!(sensor.poll(110, || SensorRange::CrossCheck), None);
+        assert_eq!(sensor.poll(0, OPERATING), None);
+        assert_eq!(sensor.poll(90, SensorRange::CrossCheck), None);
+        assert_eq!(sensor.poll(110, SensorRange::CrossCheck), None);
         let half = LightSample::Light {
             lux: I32F32::lit("5000"),
             word: 2500,
         };
-        assert_eq!(sensor.poll(190, || SensorRange::CrossCheck), Some((SensorRange::CrossCheck, half)));
+        assert_eq!(sensor.poll(190, SensorRange::CrossCheck), Some((SensorRange::CrossCheck, half)));
     }
 
     #[test]
     fn a_sensor_that_is_always_ready_changes_its_range_too() {
         let mut sensor = polled("5000");
         sensor.sensor_mut().conversion_ms = 0;
-        sensor.poll(0, || OPERATING);
-        assert!(matches!(sensor.poll(20, || OPERATING), Some((OPERATING, _))));
-        assert_eq!(sensor.poll(40, || SensorRange::CrossCheck), None);
+        sensor.poll(0, OPERATING);
+        assert!(matches!(sensor.poll(20, OPERATING), Some((OPERATING, _))));
+        assert_eq!(sensor.poll(40, SensorRange::CrossCheck), None);
         assert!(matches!(
-            sensor.poll(60, || SensorRange::CrossCheck),
+            sensor.poll(60, SensorRange::CrossCheck),
             Some((SensorRange::CrossCheck, _))
         ));
     }
@@ -261,14 +260,11 @@ mod tests {
         let mut sensor = polled("5000");
         sensor.sensor_mut().health = Health::Missing;
         for now_ms in [0, 20, 40] {
-            assert_eq!(sensor.poll(now_ms, || OPERATING), Some((OPERATING, LightSample::Missing)));
+            assert_eq!(sensor.poll(now_ms, OPERATING), Some((OPERATING, LightSample::Missing)));
         }
         sensor.sensor_mut().health = Health::Works;
-        assert_eq!(sensor.poll(60, || OPERATING), None);
-        assert!(matches!(
-            sensor.poll(160, || OPERATING),
-            Some((OPERATING, LightSample::Light { .. }))
-        ));
+        assert_eq!(sensor.poll(60, OPERATING), None);
+        assert!(matches!(sensor.poll(160, OPERATING), Some((OPERATING, LightSample::Light { .. }))));
     }
 
     #[test]
@@ -276,10 +272,10 @@ mod tests {
         let mut sensor = polled("5000");
         sensor.sensor_mut().health = Health::Silent;
         for now_ms in (0..PATIENCE_MS).step_by(20) {
-            assert_eq!(sensor.poll(now_ms, || OPERATING), None);
+            assert_eq!(sensor.poll(now_ms, OPERATING), None);
         }
-        assert_eq!(sensor.poll(PATIENCE_MS, || OPERATING), Some((OPERATING, LightSample::Missing)));
-        assert_eq!(sensor.poll(PATIENCE_MS + 20, || OPERATING), None);
+        assert_eq!(sensor.poll(PATIENCE_MS, OPERATING), Some((OPERATING, LightSample::Missing)));
+        assert_eq!(sensor.poll(PATIENCE_MS + 20, OPERATING), None);
     }
 
     #[test]

@@ -48,6 +48,7 @@ use link::{
 use thiserror::Error;
 
 use crate::calibration::Calibration;
+use crate::matrix::LedMatrix;
 
 #[cfg(feature = "signing")]
 mod signing;
@@ -172,6 +173,17 @@ pub struct Remembered {
     pub timing: SymbolTiming,
     /// Faults for values that are missing or unreadable.
     pub faults: Faults,
+}
+
+impl Remembered {
+    /// The settings for LEDs that may show no carrier: the program before may have driven others.
+    #[must_use]
+    pub fn for_leds<M: LedMatrix>(mut self) -> Self {
+        if !M::SHOWS_CARRIER {
+            self.timing = SymbolTiming::still(self.timing.rate());
+        }
+        self
+    }
 }
 
 /// A store in a part of a flash memory.

@@ -20,6 +20,7 @@ use crate::{
     light_watch::{Evidence, LightSample, LightWatch, SensorRange},
     matrix::{Duty, LedMatrix},
     schedule::{Repeats, Schedule},
+    store::Remembered,
 };
 
 /// Light in, panels out. A board's program calls it from its two timers, and a simulator from its own clock:
@@ -77,6 +78,14 @@ struct Test {
 }
 
 impl<M: LedMatrix> Transmitter<M> {
+    /// A transmitter with a store's settings and faults, before its first reading.
+    pub fn from_store(matrix: M, start: Remembered) -> Self {
+        let mut transmitter = Self::new(matrix, start.calibration, start.table, Smoothing::default());
+        transmitter.set_timing(start.timing);
+        transmitter.set_faults(start.faults, true);
+        transmitter
+    }
+
     /// A transmitter before its first reading, which shows beacons on a dark `matrix`.
     pub fn new(matrix: M, calibration: Calibration, table: L2aTable, smoothing: Smoothing) -> Self {
         let ambient = Ambient::new(calibration.measured().sensor_gain, smoothing);

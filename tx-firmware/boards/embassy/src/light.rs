@@ -29,7 +29,7 @@ pub async fn follow<L: RawMutex, M: Ringed>(
     let mut seen_at = Instant::now();
     loop {
         ticks.next().await;
-        let wanted = || shared.with(|transmitter| transmitter.next_range());
+        let wanted = shared.with(|transmitter| transmitter.next_range());
         let sample = sensor.poll(Instant::now().as_millis(), wanted);
         match sample {
             Some((range, sample)) => take_reading(shared, range, sample),

@@ -4,7 +4,6 @@ use core::{cell::RefCell, convert::Infallible};
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use tx_firmware::{
-    ambient::Smoothing,
     matrix::LedMatrix,
     panel_ring::{LEAD, PanelOutput, PanelRing},
     service::Device,
@@ -28,10 +27,7 @@ pub struct Shared<L: RawMutex, M>(Mutex<L, RefCell<Transmitter<M>>>);
 impl<L: RawMutex, M: Ringed> Shared<L, M> {
     /// Shares a transmitter with these LEDs, settings and faults.
     pub fn new(matrix: M, start: Remembered) -> Self {
-        let mut transmitter = Transmitter::new(matrix, start.calibration, start.table, Smoothing::default());
-        transmitter.set_timing(start.timing);
-        transmitter.set_faults(start.faults, true);
-        Self(Mutex::new(RefCell::new(transmitter)))
+        Self(Mutex::new(RefCell::new(Transmitter::from_store(matrix, start))))
     }
 
     /// A turn.
@@ -39,28 +35,28 @@ impl<L: RawMutex, M: Ringed> Shared<L, M> {
         self.0.lock(|transmitter| work(&mut transmitter.borrow_mut()))
     }
 
-    /// Makes the panels ready that are shown next: for the interrupt at the beginning of a symbol.
+    /// Makes the panels ready that are shown next: for the interrupt at the beginning of a symbol, which no sharer interrupts.
     pub fn prepare_symbols(&self) {
-        self.with(|transmitter| transmitter.matrix_mut().ring().begin_wanted_timing());
-        self.prepare(LEAD);
+        self.with(|transmitter| {
+            transmitter.matrix_mut().ring().begin_wanted_timing();
+            while prepare_one(transmitter, LEAD) {}
+        });
     }
 
-    /// Makes as many panels ready as are shown while the processor stops.
+    /// Makes as many panels ready as are shown while the processor stops, with a turn for each, so that interrupts have theirs.
     pub fn prepare_for_stop(&self, stop_ms: u32) {
-        self.prepare(self.with(|transmitter| transmitter.matrix_mut().ring().lead_before_stop(stop_ms)));
+        let lead = self.with(|transmitter| transmitter.matrix_mut().ring().lead_before_stop(stop_ms));
+        while self.with(|transmitter| prepare_one(transmitter, lead)) {}
     }
+}
 
-    /// A turn for each panel, so that interrupts have theirs.
-    fn prepare(&self, lead: usize) {
-        let prepare_one = |transmitter: &mut Transmitter<M>| {
-            let short = transmitter.matrix_mut().ring().is_short_of(lead);
-            if short {
-                let Ok(_) = transmitter.tick();
-            }
-            short
-        };
-        while self.with(prepare_one) {}
+/// Makes a panel ready if fewer wait than `lead`, and returns whether it did.
+fn prepare_one<M: Ringed>(transmitter: &mut Transmitter<M>, lead: usize) -> bool {
+    let is_short = transmitter.matrix_mut().ring().is_short_of(lead);
+    if is_short {
+        let Ok(_) = transmitter.tick();
     }
+    is_short
 }
 
 impl<L: RawMutex, M: Ringed> Device for &'static Shared<L, M> {

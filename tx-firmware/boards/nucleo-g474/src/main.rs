@@ -40,7 +40,7 @@ use embassy_stm32::{
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Delay, Duration};
 use light_sensors::Sensor;
-use link::{panel::PanelFrame, serial::Faults, waveform::SymbolTiming};
+use link::{panel::PanelFrame, serial::Faults};
 use on_embassy::{
     light::{self, WATCHDOG},
     port::{self, Clerk, RequestContext, SharedStore},
@@ -104,9 +104,7 @@ async fn main(_spawner: Spawner) {
     let (Ok(mut store), Ok(typical)) = (memory::store(board.FLASH), Calibration::new(leds::TYPICAL)) else {
         panic!("the store's place or the typical calibration is none");
     };
-    let mut start = store.remembered(typical);
-    // The program before may have driven other LEDs.
-    start.timing = SymbolTiming::still(start.timing.rate());
+    let mut start = store.remembered(typical).for_leds::<Panel>();
     start.faults.set(Faults::WATCHDOG, was_reset);
 
     let hardware = symbols::Hardware {

@@ -34,11 +34,11 @@ use embassy_rp::{
 use embassy_sync::mutex::Mutex;
 use embassy_time::Delay;
 use light_sensors::Sensor;
-use link::{panel::PanelFrame, serial::Faults, waveform::SymbolTiming};
+use link::{panel::PanelFrame, serial::Faults};
 use on_embassy::light::{self, WATCHDOG};
 use pico::bus::Bus;
 use static_cell::StaticCell;
-use tx_firmware::{calibration::Calibration, matrix::LedMatrix, panel_ring::PanelRing, store::Remembered};
+use tx_firmware::{calibration::Calibration, panel_ring::PanelRing, store::Remembered};
 
 use crate::{
     leds::Dimmer,
@@ -82,18 +82,13 @@ async fn main(_spawner: Spawner) {
     let (Ok(mut store), Ok(typical)) = (memory::store(board.FLASH), Calibration::new(leds::TYPICAL)) else {
         panic!("the store's place or the typical calibration is none");
     };
+    // Taken apart: the task keeps the memory of whatever was borrowed in it, and the table is large.
     let Remembered {
         calibration,
         table,
         timing,
         mut faults,
-    } = store.remembered(typical);
-    // The program before may have driven other LEDs.
-    let timing = if Panel::SHOWS_CARRIER {
-        timing
-    } else {
-        SymbolTiming::still(timing.rate())
-    };
+    } = store.remembered(typical).for_leds::<Panel>();
     faults.set(Faults::WATCHDOG, was_reset);
 
     #[cfg(not(feature = "max7219"))]

@@ -5,10 +5,9 @@ use std::time::Duration;
 use anyhow::Context;
 use link::panel::PanelFrame;
 use link::waveform::SymbolTiming;
-use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::service::{ANSWER_MAX, Identity, Service};
-use tx_firmware::store::{Remembered, Store};
+use tx_firmware::store::Store;
 use tx_firmware::transmitter::Transmitter;
 
 use super::flash::{FLASH_BYTES, Flash};
@@ -54,16 +53,9 @@ impl Board {
     pub fn start(flash: Flash, began: Duration) -> anyhow::Result<Self> {
         let mut store = Store::new(flash, 0..FLASH_BYTES as u32)?;
         let typical = Calibration::new(BENCH).context("the bench's panel")?;
-        let Remembered {
-            calibration,
-            table,
-            timing,
-            faults,
-        } = store.remembered(typical);
-        let leds = Leds::new(calibration.measured());
-        let mut transmitter = Transmitter::new(leds, calibration, table, Smoothing::default());
-        transmitter.set_timing(timing);
-        transmitter.set_faults(faults, true);
+        let start = store.remembered(typical);
+        let leds = Leds::new(start.calibration.measured());
+        let transmitter = Transmitter::from_store(leds, start);
         Ok(Self {
             transmitter,
             service: Service::new(IDENTITY),
