@@ -96,7 +96,7 @@ impl Client {
 
     fn ask(&mut self, request: &Value) {
         self.socket.send(Message::text(request.to_string())).expect("sent");
-        // What was asked before a ping is done before its answer.
+        // Requests before a ping are done before its answer.
         self.socket.send(Message::Ping(Vec::new().into())).expect("sent");
         while !self.socket.read().expect("an answer").is_pong() {}
     }

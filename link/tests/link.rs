@@ -443,7 +443,7 @@ fn random_panels_deliver_nothing() {
     );
 }
 
-/// Transmissions with so many errors that they can hardly be decoded, in which one panel in ten is replaced by another: the receiver
+/// Transmissions with errors up to the limit of the code, in which one panel in ten is replaced by another: the receiver
 /// delivers the sent message or nothing.
 #[test]
 fn damaged_panels_deliver_nothing_that_was_not_sent() {

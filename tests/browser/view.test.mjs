@@ -67,7 +67,8 @@ test("view: a film is shown as it is printed", async (t) => {
   for (const [name, value, sigma] of [["Range", "range_m", "range_sigma_m"], ["Bearing", "azimuth_deg", "azimuth_sigma_deg"]]) {
     const [, shown] = new RegExp(`${name}(−?[\\d.]+) ± `).exec(pose);
     // It is shown to two digits of what is known.
-    assert.ok(Math.abs(Number(shown.replace("−", "-")) - last.pose[value]) < last.pose[sigma] / 10, `${name} ${shown}: ${last.pose[value]}`);
+    const off = Math.abs(Number(shown.replace("−", "-")) - last.pose[value]);
+    assert.ok(off < last.pose[sigma] / 10, `${name} ${shown}: ${last.pose[value]}`);
   }
 
   const sent = lines().filter(({ message }) => message);

@@ -167,7 +167,8 @@ fn doubt(path: &Path, corners: &Corners, place: &Place) {
             ));
         }
         Place::Unconfirmed => output::tell(format_args!(
-            "vocc: {name}: the picture does not confirm that a panel is there: it is faint or out of focus, an outer line of LEDs is dark, or the corners are another's"
+            "vocc: {name}: the picture does not confirm that a panel is there: it is faint or out of focus, an outer line of LEDs is dark, \
+             or the corners are another's"
         )),
     }
     let quarters = corners.quarter_turns();

@@ -226,7 +226,7 @@ fn serve(stream: TcpStream, id: u64, state: &Mutex<State>) -> Result<(), Error> 
     let info = json!({ "op": "serverInfo", "name": name, "capabilities": [], "metadata": {} });
     socket.send(Message::text(info.to_string()))?;
     let known = advertised(&lock(state).channels);
-    // What was advertised since the client came is in `known`, too.
+    // Channels advertised since the client came are in `known`, too.
     change(id, state, |client| client.queue.clear());
     socket.send(known)?;
     loop {

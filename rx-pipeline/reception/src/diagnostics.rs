@@ -80,7 +80,7 @@ pub struct Diagnostics {
     silent_s: Option<u64>,
 }
 
-/// What was reported.
+/// The last report.
 #[derive(Debug)]
 struct Reported {
     time_ns: u64,

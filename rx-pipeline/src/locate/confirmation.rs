@@ -17,8 +17,8 @@ const ROOM: f32 = 5.0;
 const GROUNDS: [Ground; 4] = [Ground::Around, Ground::Edges, Ground::Smooth, Ground::Holes];
 
 impl Locator {
-    /// The panel that a single frame shows at `corners` or up to about a pitch away, by the same criteria as a search, and numbered from the
-    /// same corner. Larger panels than 90 px are drawn into `pixels` in larger pixels: as many bytes as the frame has pixels suffice.
+    /// The panel that a single frame shows at `corners` or up to about a pitch away, by the criteria of a search, and numbered from the same
+    /// corner. Panels larger than 90 px are drawn into `pixels` in larger pixels: as many bytes as the frame has pixels suffice.
     ///
     /// ```
     /// use link::camera::Camera;

@@ -123,7 +123,7 @@ pub fn frames_are_done_in_time(programs: &Programs, folder: &Path) {
     assert!(stack_bytes <= STACK_BYTES - SPARE_BYTES);
 }
 
-/// A text with so many inverted LEDs that code words can hardly be decoded, or not at all: a frame takes long, but the panel is not lost,
+/// A text whose code words can hardly be decoded, or not at all, because LEDs are inverted: a frame takes long, but the panel is not lost,
 /// and the watchdog does not trigger. The next text is read.
 pub fn code_words_that_can_hardly_be_decoded_are_done_in_time(programs: &Programs, folder: &Path) {
     let mut pair = sending(programs, folder, &["--time", FRAME]);

@@ -89,7 +89,8 @@ def evaluate_pictures(vocc, folder):
     """All single pictures of a folder."""
     for picture, truth in pictures(folder):
         seen = decode(vocc, picture)
-        result = {"picture": picture.name, "found": bool(seen["found"]), "misplaced": 0, "errors": 0, "bits": 0, "why": str(seen["why"] or "")}
+        result = {"picture": picture.name, "found": bool(seen["found"]), "misplaced": 0, "errors": 0, "bits": 0}
+        result["why"] = str(seen["why"] or "")
         if result["found"]:
             corners = np.array(truth["led_corner_centres_px"])
             pitch = np.hypot(*(corners[1] - corners[0])) / 7

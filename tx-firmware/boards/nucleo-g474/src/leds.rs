@@ -58,7 +58,7 @@ pub fn drive(measured: &Measured) -> Drive {
     Drive::new(measured, rcc::frequency::<TIM1>().0)
 }
 
-/// What is shifted for a panel.
+/// The bytes to shift for a panel.
 pub fn entry(panel: PanelFrame) -> [u8; 8] {
     chain_bytes(panel, LIT_BY)
 }

@@ -85,7 +85,7 @@ impl Dimmer {
         self.0.set(duty);
     }
 
-    /// What is shifted for a panel.
+    /// The bytes to shift for a panel.
     pub fn entry(&self, panel: PanelFrame) -> Entry {
         chain_bytes(panel, LIT_BY)
     }
