@@ -165,7 +165,16 @@ pub fn begin_events(stream: &mut TcpStream) -> std::io::Result<()> {
     stream.write_all(format!("HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\n{HEADERS}\r\n").as_bytes())
 }
 
-/// Refuses a request.
+/// Refuses a request without a wait for its rest.
+pub fn refuse_at_once(stream: &mut TcpStream, why: Refusal) -> std::io::Result<()> {
+    stream.set_nonblocking(true)?;
+    respond(stream, why.status(), "text/plain; charset=utf-8", &(why.text() + "\n"))?;
+    stream.shutdown(Shutdown::Write)?;
+    // If a request that has come is not read, the peer loses the answer.
+    stream.read(&mut [0; 4096]).map(drop)
+}
+
+/// Refuses a request, and reads its rest.
 pub fn refuse(stream: &mut TcpStream, why: Refusal) -> std::io::Result<()> {
     respond(stream, why.status(), "text/plain; charset=utf-8", &(why.text() + "\n"))?;
     stream.shutdown(Shutdown::Write)?;

@@ -55,7 +55,7 @@ fn accept(listener: &TcpListener, port: u16, events: &Arc<Events>) {
         let (connection, events) = (Connection(Arc::clone(&open)), Arc::clone(events));
         if is_one_too_many {
             // A peer that has left is no fault.
-            let _ = request::refuse(&mut stream, Refusal::Busy);
+            let _ = request::refuse_at_once(&mut stream, Refusal::Busy);
             continue;
         }
         let handle = move || {

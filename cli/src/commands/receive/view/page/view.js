@@ -7,10 +7,15 @@ const view = {
   panels: new Map(),
   /** By panel and text. @type {Map<string, HTMLElement>} */
   texts: new Map(),
-  /** The last frame that came, and the last that is shown. */
-  came: 0,
-  shown: 0,
+  /** The newest frame that waits for the one before it. @type {any} */
+  waiting: null,
+  isDecoding: false,
+  /** Connections so far. */
+  connections: 0,
 };
+
+/** Different texts that stay on the page; vocc keeps as many for a new page. */
+const TEXTS_MAX = 64;
 
 /** A panel's card: enlarged, its bits, its pose. */
 class PanelCard {
@@ -85,13 +90,27 @@ function decoded(picture) {
   return image.decode().then(() => image, () => null);
 }
 
+/** Decodes one frame at a time. Of those that come meanwhile only the newest is shown. @param {any} frame */
+async function offerFrame(frame) {
+  view.waiting = frame;
+  if (view.isDecoding) return;
+  view.isDecoding = true;
+  try {
+    while (view.waiting) {
+      const next = view.waiting;
+      view.waiting = null;
+      await showFrame(next);
+    }
+  } finally {
+    view.isDecoding = false;
+  }
+}
+
 /** @param {any} frame */
 async function showFrame(frame) {
-  const turn = (view.came += 1);
+  const connection = view.connections;
   const images = await Promise.all([frame, ...frame.panels].map(({ picture }) => decoded(picture)));
-  // A newer one may have been decoded sooner.
-  if (turn < view.shown) return;
-  view.shown = turn;
+  if (connection !== view.connections) return;
   const latency = frame.latency_s === null ? "" : `, latency ${shortTime(frame.latency_s)}`;
   const dropped = frame.dropped > 0 ? `, ${several(frame.dropped, "frame")} dropped` : "";
   const rate = `, ${short(frame.symbol_rate_hz)} symbols a second`;
@@ -129,7 +148,16 @@ function showMessage({ times, report, proof }) {
     place.append(make("small", { className: `verdict ${verdict}`, textContent: `${signer ? "signed" : "signature"}${by}: ${verdict}` }));
   }
   byId("texts").append(place);
+  while (view.texts.size > TEXTS_MAX) dropOldestText();
   byId("no-texts").hidden = true;
+}
+
+/** Drops the text that was not received for the longest time. */
+function dropOldestText() {
+  const oldest = byId("texts").firstElementChild;
+  const [key] = [...view.texts].find(([, place]) => place === oldest);
+  view.texts.delete(key);
+  oldest.remove();
 }
 
 /** @param {any} report @param {number} times @returns {string[]} */
@@ -171,8 +199,8 @@ function showEnd({ why, frames, messages, latency }) {
 function clear() {
   view.texts.clear();
   view.panels.clear();
-  view.came += 1;
-  view.shown = view.came;
+  view.waiting = null;
+  view.connections += 1;
   for (const id of ["texts", "panels", "remarks"]) byId(id).replaceChildren();
   byId("no-texts").hidden = false;
   byId("remarks-card").hidden = byId("latency-card").hidden = true;
@@ -182,7 +210,7 @@ function clear() {
 function connect() {
   const events = new EventSource("/events");
   events.addEventListener("open", clear);
-  const shows = { source: showSource, frame: showFrame, message: showMessage, remark: showRemark, end: showEnd };
+  const shows = { source: showSource, frame: offerFrame, message: showMessage, remark: showRemark, end: showEnd };
   for (const [name, show] of Object.entries(shows)) {
     events.addEventListener(name, (/** @type {MessageEvent} */ event) => show(JSON.parse(event.data)));
   }
