@@ -156,6 +156,18 @@ fn a_table_for_another_place_is_stored_with_a_warning() {
 }
 
 #[test]
+fn a_table_that_contradicts_its_own_search_is_not_stored() {
+    let board = Board::honest();
+    let searched = include_str!("../../docs/optimum/kmeans.toml");
+    let edited = file("edited.toml", &searched.replacen("[2.17, 3.753", "[3.95, 3.753", 1));
+    let stored = || json(&board.vocc(&["table", "verify", "--json"]))["table_crc"].clone();
+    let before = stored();
+    let pushed = board.vocc(&["table", "push", edited.to_str().unwrap()]);
+    ends(&pushed, 2, &["50 lx and interval 0.5 is 3.95", "found 2.170"]);
+    assert_eq!(stored(), before);
+}
+
+#[test]
 fn a_symbol_rate_that_is_not_kept_is_told() {
     // Whatever the request, the board reports the old rate.
     let board = Board::start(|fake, bytes| {

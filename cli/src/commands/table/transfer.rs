@@ -8,6 +8,7 @@ use link::serial::{Answer, Request};
 use serde_json::json;
 use sim::input;
 use sim::l2a::{read_table, table_file};
+use studies::table::TableFile;
 
 use crate::device::table::{pull, push};
 use crate::files;
@@ -27,7 +28,7 @@ pub struct Transfer {
 impl Transfer {
     /// Writes the table, which the transmitter stores and uses.
     pub fn push(&self, shared: &Shared) -> anyhow::Result<Verdict> {
-        let table = self.table()?;
+        let table = self.checked_table()?;
         let mut client = self.port.greet_transmitter()?;
         let mut progress = Progress::new(table.image().len() as u64, "bytes");
         push(&mut client, &table, |bytes| progress.done(bytes as u64)).with_context(|| self.port.name())?;
@@ -91,6 +92,16 @@ impl Transfer {
             }
         }
         Ok(if same { Verdict::Yes } else { Verdict::No })
+    }
+
+    /// The file's table if the rest of the file agrees with it, or the firmware's default.
+    fn checked_table(&self) -> anyhow::Result<L2aTable> {
+        let Some(path) = &self.file else {
+            return Ok(L2aTable::default());
+        };
+        let (file, table) = TableFile::read_with_table(path)?;
+        file.check().with_context(|| path.display().to_string())?;
+        Ok(table)
     }
 
     /// The file's table, or the firmware's default.
