@@ -295,7 +295,7 @@ fn two_cameras_are_received_side_by_side() {
         let frames = y4m(&film(&format!("{name}-frames"), message, 48, 90));
         let pipe_path = folder(name).join("camera.y4m");
         pipe(&pipe_path);
-        let mut receive = command(&["receive", common::name(&pipe_path), "--json"]);
+        let mut receive = command(&["receive", common::name(&pipe_path), "--json", "--panels", "2"]);
         let receive = receive.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("vocc runs");
         (receive, pipe_path, frames)
     });

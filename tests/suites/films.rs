@@ -102,7 +102,15 @@ fn films_of_all_kinds_are_received(ready: &Ready) {
         let film = ready.film(&format!("film.{ending}"), "100", &X264);
         assert_eq!(ready.delivers(&film, &[]), FRAMES, "{ending}");
     }
-    for (ending, codec) in [("h264", &X264[..]), ("mjpeg", &["-q:v", "2", "-pix_fmt", "yuvj420p"])] {
+    // Cameras name their MP4 files so.
+    let mp4 = ready.film("film.mp4", "100", &X264);
+    for ending in ["insv", "lrv"] {
+        let film = ready.path(&format!("film.{ending}"));
+        std::fs::copy(&mp4, &film).expect("room");
+        assert_eq!(ready.delivers(&film, &[]), FRAMES, "{ending}");
+    }
+    let jpeg = ["-f", "mjpeg", "-q:v", "2", "-pix_fmt", "yuvj420p"];
+    for (ending, codec) in [("h264", &X264[..]), ("mjpeg", &jpeg), ("mjpg", &jpeg)] {
         let film = ready.film(&format!("film.{ending}"), "100", codec);
         // A bare stream has no frame rate.
         assert_eq!(ready.delivers(&film, &["--fps", "100"]), FRAMES, "{ending}");
