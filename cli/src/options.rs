@@ -1,5 +1,6 @@
 //! Options that several commands share.
 
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::Read;
 use std::path::PathBuf;
@@ -34,7 +35,7 @@ pub struct Shared {
 
 impl Shared {
     /// The scene of that name or file, with the overrides applied.
-    pub fn scene(&self, name: &str) -> anyhow::Result<Scene> {
+    pub fn scene(&self, name: impl AsRef<OsStr>) -> anyhow::Result<Scene> {
         Ok(Scene::load(name, &self.set)?)
     }
 }

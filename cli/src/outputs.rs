@@ -1,5 +1,6 @@
 //! Checks a command's output files before it works: no input is overwritten, and an unwritable file fails before the computation.
 
+use std::ffi::OsStr;
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
@@ -85,13 +86,10 @@ pub fn lock(open: File, taken: impl FnOnce() -> String) -> anyhow::Result<Option
 }
 
 /// The files that a scene is read from; `name` is its name on the command line.
-pub fn files_of(name: &str, scene: &Scene) -> Vec<PathBuf> {
-    let own = preset_toml(name).is_none().then(|| name.to_owned());
-    [own, scene.link.table.clone(), scene.ambient.background_image.clone()]
-        .into_iter()
-        .flatten()
-        .map(PathBuf::from)
-        .collect()
+pub fn files_of(name: &OsStr, scene: &Scene) -> Vec<PathBuf> {
+    let own = name.to_str().and_then(preset_toml).is_none().then(|| PathBuf::from(name));
+    let others = [&scene.link.table, &scene.ambient.background_image];
+    own.into_iter().chain(others.into_iter().flatten().map(PathBuf::from)).collect()
 }
 
 /// Whether two paths are the same file.

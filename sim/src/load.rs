@@ -1,5 +1,6 @@
 //! Loads a checked scene from TOML, a preset's name and overrides.
 
+use std::ffi::OsStr;
 use std::path::Path;
 
 use toml::Table;
@@ -15,21 +16,24 @@ impl Scene {
     ///
     /// # Errors
     /// See [`SceneError`]: the fault, its place, the allowed range and the way out.
-    pub fn load(name: &str, overrides: &[String]) -> Result<Self, SceneError> {
-        Self::from_toml(name, &Self::toml(name)?, overrides)
+    pub fn load(name: impl AsRef<OsStr>, overrides: &[String]) -> Result<Self, SceneError> {
+        let name = name.as_ref();
+        Self::from_toml(&name.to_string_lossy(), &Self::toml(name)?, overrides)
     }
 
     /// The TOML text of the scene `name`: a preset, else a file.
     ///
     /// # Errors
     /// If it is neither, or cannot be read.
-    pub fn toml(name: &str) -> Result<String, SceneError> {
-        match preset_toml(name) {
-            Some(text) => Ok(text),
+    pub fn toml(name: impl AsRef<OsStr>) -> Result<String, SceneError> {
+        let name = name.as_ref();
+        let text = || name.to_string_lossy().into_owned();
+        match name.to_str().and_then(preset_toml) {
+            Some(preset) => Ok(preset),
             None if input::is_there(Path::new(name)) => {
-                input::read_text(Path::new(name), input::SCENE_MAX).map_err(|source| SceneError::Read { path: name.into(), source })
+                input::read_text(Path::new(name), input::SCENE_MAX).map_err(|source| SceneError::Read { path: text(), source })
             }
-            None => Err(SceneError::NotFound { name: name.into() }),
+            None => Err(SceneError::NotFound { name: text() }),
         }
     }
 

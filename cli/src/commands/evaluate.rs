@@ -1,5 +1,6 @@
 //! `vocc evaluate`: Monte Carlo at one setting.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -23,7 +24,7 @@ use crate::stop::stop;
 pub struct Arguments {
     /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
-    scene: String,
+    scene: OsString,
     /// Frames, each with random bits and a random sub-pixel phase.
     #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=MOST_FRAMES))]
     frames: u64,

@@ -1,5 +1,6 @@
 //! `vocc frames`: frames with the truth, for detectors that are not ours.
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -54,7 +55,7 @@ compare. Ctrl-C leaves no arrays, and with --format png the finished frames.";
 pub struct Arguments {
     /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
-    scene: String,
+    scene: OsString,
     /// A new folder, or a new FILE.npz of up to 4 GB.
     #[arg(long, value_name = "DIR|FILE.npz")]
     out: PathBuf,

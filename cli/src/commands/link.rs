@@ -1,5 +1,6 @@
 //! `vocc link`: a message over a simulated road.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -29,7 +30,7 @@ use crate::stop::stop;
 pub struct Arguments {
     /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
-    scene: String,
+    scene: OsString,
     #[command(flatten)]
     message: Message,
     /// Frames to film; two repeats of the message without it.

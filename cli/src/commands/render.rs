@@ -1,5 +1,6 @@
 //! `vocc render`: one camera frame.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
@@ -23,7 +24,7 @@ const LEDS: u32 = link::panel::LEDS as u32;
 pub struct Arguments {
     /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
-    scene: String,
+    scene: OsString,
     /// The picture to write, a PNG file.
     #[arg(long)]
     out: PathBuf,

@@ -6,6 +6,7 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use plotters::prelude::{DrawingArea, IntoDrawingArea, IntoFont, RGBColor, Text};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, FontTransform, TextStyle, register_font};
@@ -107,14 +108,17 @@ pub fn files_of(stem: &Path) -> [PathBuf; 2] {
 }
 
 /// Parses a drawing's name, without the extension of either file.
-pub fn stem(name: &str) -> Result<PathBuf, String> {
-    let name = Path::new(name);
+pub fn stem() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(without_ending)
+}
+
+fn without_ending(name: PathBuf) -> Result<PathBuf, String> {
     match name.extension().and_then(OsStr::to_str) {
         Some("svg" | "png") => Ok(name.with_extension("")),
         Some("jpg" | "jpeg" | "pdf" | "gif" | "webp" | "eps") => {
             Err("a plot is drawn as .svg and .png: give its name without an ending".into())
         }
-        _ => Ok(name.into()),
+        _ => Ok(name),
     }
 }
 

@@ -176,6 +176,16 @@ pub const REFUSING: &[Work] = &[
     work("sweep", "--status half"),
 ];
 
+/// Options that write files beside what the reader sees.
+pub const ASIDE: &[Work] = &[
+    work("table show", "<table.toml --plot @plot"),
+    work("transmit", "--message hi --flicker --plot @flicker"),
+    Work {
+        again: Again::Clears,
+        ..work("receive", "frames --symbol-rate 90 --out @bytes")
+    },
+];
+
 /// Every command with the largest arguments that extend its run time.
 pub const LARGEST: &[Work] = &[
     work("", "--set camera.width_px=8192 --set camera.height_px=8192"),

@@ -1,5 +1,5 @@
 //! Runs every command of the program under faults: a disk full at any byte, closed output, signals at any time, read-only folders, inputs
-//! that never answer, and too little memory.
+//! that never answer, hostile names, and too little memory.
 //!
 //! ```text
 //! cargo test -p vocc-tests --test faults                               # as the gate does
@@ -14,6 +14,7 @@ mod commands;
 mod fault;
 mod judge;
 mod long_stream;
+mod names;
 mod workshop;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,7 +27,7 @@ use rand_chacha::ChaCha8Rng;
 use vocc_tests::trials::{self, number};
 use vocc_tests::{programs, tests};
 
-use commands::{LARGEST, REFUSING, WORKS, Work, listed};
+use commands::{ASIDE, LARGEST, REFUSING, WORKS, Work, listed};
 use fault::{Fault, Signal};
 use judge::Reference;
 use workshop::Workshop;
@@ -55,6 +56,7 @@ fn main() -> ExitCode {
         what_is_broken_does_not_pass,
         every_command_is_disturbed,
         a_reader_who_leaves_changes_only_what_he_reads,
+        no_name_steers_a_terminal,
         every_command_ends_at_once_at_its_largest,
         nothing_is_lost_whatever_goes_wrong,
         a_long_stream_takes_no_more_memory_and_is_told_of_at_once,
@@ -65,6 +67,7 @@ fn main() -> ExitCode {
 /// The judge finds fault with broken files.
 fn what_is_broken_does_not_pass(_: &Workshop) {
     judge::passes_nothing_broken();
+    names::passes_nothing_that_steers();
 }
 
 /// The tested commands are exactly those in the program's help.
@@ -98,11 +101,18 @@ fn all(works: &[&Work], check: impl Fn(&Work) -> Result<(), String> + Sync) {
 
 /// If the reader closes standard output, every command still completes its files and returns its status.
 fn a_reader_who_leaves_changes_only_what_he_reads(workshop: &Workshop) {
-    let works: Vec<&Work> = WORKS.iter().filter(|work| !work.is_slow).chain(REFUSING).collect();
+    let works: Vec<&Work> = WORKS.iter().filter(|work| !work.is_slow).chain(REFUSING).chain(ASIDE).collect();
     all(&works, |&work| Reference::of(workshop, work).go_unread(workshop, patience()));
     for &work in REFUSING {
         assert_ne!(Reference::of(workshop, work).status, 0, "{work:?} is to be refused");
     }
+}
+
+/// Every command reads and writes files of any name, and prints none that steers a terminal.
+fn no_name_steers_a_terminal(workshop: &Workshop) {
+    let works = WORKS.iter().chain(REFUSING).chain(ASIDE);
+    let works: Vec<&Work> = works.filter(|work| !work.is_slow && names::has_some(work)).collect();
+    all(&works, |work| names::try_all(workshop, work));
 }
 
 /// A stop at once, during the work or at any other time ends every command, whether or not its errors are read.

@@ -10,6 +10,7 @@ mod tests;
 mod variances;
 mod variation;
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use sim::scene::Scene;
@@ -34,7 +35,7 @@ use variation::{DISTANCE, INTERVAL, L2A};
 pub struct Arguments {
     /// A preset (`vocc scene` lists them) or a TOML file; its interval, distance and L2A are varied.
     #[arg(default_value = "paper")]
-    scene: String,
+    scene: OsString,
     /// The folder to write to.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -261,7 +262,8 @@ fn figures(study: &Study, findings: &Findings) -> anyhow::Result<Vec<Figure>> {
 fn command(arguments: &Arguments, shared: &Shared, frames: u64) -> String {
     let mut words = vec![format!(
         "vocc figures {} --out DIR --frames {frames} --seed {}",
-        arguments.scene, shared.seed
+        arguments.scene.display(),
+        shared.seed
     )];
     words.extend(arguments.quick.then(|| "--quick".into()));
     words.extend(shared.set.iter().map(|set| format!("--set {set}")));

@@ -6,6 +6,7 @@ mod chart;
 mod places;
 mod rounds;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
@@ -44,7 +45,7 @@ On a cluster with Slurm, from a folder that all nodes see:
 pub struct Arguments {
     /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
-    scene: String,
+    scene: OsString,
     /// Normalised LED intervals, ascending: the table's columns.
     #[arg(long, value_delimiter = ',', default_values_t = [0.5, 1.0, 1.5, 2.0], allow_negative_numbers = true)]
     intervals: Vec<f64>,

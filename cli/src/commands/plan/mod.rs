@@ -2,6 +2,8 @@
 
 mod signalling;
 
+use std::ffi::OsString;
+
 use serde::Serialize;
 use sim::accuracy::Level;
 use sim::cost::{self, Cost};
@@ -16,7 +18,7 @@ use crate::output::{self, Verdict};
 #[derive(clap::Args)]
 pub struct Arguments {
     /// A preset (`vocc scene` lists them) or a TOML file; paper without it.
-    scene: Option<String>,
+    scene: Option<OsString>,
     #[command(flatten)]
     signalling: signalling::Options,
 }
@@ -38,7 +40,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     if let Some(camera) = arguments.signalling.camera() {
         return arguments.signalling.run(scene, camera, shared);
     }
-    let renderer = Renderer::new(&shared.scene(scene.unwrap_or("paper"))?, Level::Fast)?;
+    let renderer = Renderer::new(&shared.scene(scene.unwrap_or("paper".as_ref()))?, Level::Fast)?;
     let costs = cost::measure(&renderer, cost::BUDGET, system_clock);
     let rows = renderer.plan().decisions.iter().zip(&costs);
     if shared.json {

@@ -1,5 +1,6 @@
 //! `vocc plan --camera`: what a transmitter should show a camera.
 
+use std::ffi::{OsStr, OsString};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::Context;
@@ -23,7 +24,7 @@ pub struct Options {
     /// Say what the transmitter should show this camera: symbol rate, code and the net rate to expect. A preset or a TOML file, of which the
     /// `[camera]` is put into the scene (day, where none is named); --set camera.KEY=VALUE then changes it.
     #[arg(long, value_name = "CAMERA")]
-    camera: Option<String>,
+    camera: Option<OsString>,
     /// Bytes of the messages that are tried.
     #[arg(long, default_value_t = 48, requires = "camera", value_parser = clap::value_parser!(u16).range(1..=1024))]
     bytes: u16,
@@ -63,13 +64,13 @@ struct Beat {
 
 impl Options {
     /// The camera to advise on, if given.
-    pub fn camera(&self) -> Option<&str> {
+    pub fn camera(&self) -> Option<&OsStr> {
         self.camera.as_deref()
     }
 
     /// Tries the settings and prints the advice.
-    pub fn run(&self, scene: Option<&str>, camera: &str, shared: &Shared) -> anyhow::Result<Verdict> {
-        let mut scene = Scene::load(scene.unwrap_or(SCENE), &[])?;
+    pub fn run(&self, scene: Option<&OsStr>, camera: &OsStr, shared: &Shared) -> anyhow::Result<Verdict> {
+        let mut scene = Scene::load(scene.unwrap_or(SCENE.as_ref()), &[])?;
         let of_camera = Scene::load(camera, &[]).context("--camera names a preset or a scene file with a [camera]")?;
         scene.camera = of_camera.camera;
         // All tried rates are below the frame rate.

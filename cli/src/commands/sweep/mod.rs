@@ -105,7 +105,7 @@ fn read(path: &Path, shared: &Shared) -> anyhow::Result<PlanFile> {
 /// Creates the folder of a whole sweep if it does not exist, and checks that it is writable.
 fn check(folder: &Path, plan: &Path, sweep: &Sweep) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    let read = outputs::files_of(&plan.to_string_lossy(), &sweep.scene);
+    let read = outputs::files_of(plan.as_os_str(), &sweep.scene);
     results::check(&folder::whole(folder), "json", &["csv", "svg", "png"], read)
 }
 

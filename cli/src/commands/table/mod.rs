@@ -37,7 +37,7 @@ enum Action {
         rust: bool,
         /// Draw the ratio over the light with 95 % bands, as NAME.svg and NAME.png. For a table by reach also the reach over the ratio, for
         /// one of least regret the loss of each ratio.
-        #[arg(long, value_name = "NAME", value_parser = plot::stem, conflicts_with = "rust")]
+        #[arg(long, value_name = "NAME", value_parser = plot::stem(), conflicts_with = "rust")]
         plot: Option<PathBuf>,
     },
     /// Compare two tables: their ratios, and the cost in reach if one of them, or the table of --in, was made by reach. Status 1 if they

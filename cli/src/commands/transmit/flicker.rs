@@ -36,7 +36,7 @@ pub struct Options {
     )]
     symbol_rate: Vec<f64>,
     /// Draw the modulation over the frequency, a chart for each rate, as NAME.svg and NAME.png.
-    #[arg(long, value_name = "NAME", value_parser = plot::stem, requires = "flicker")]
+    #[arg(long, value_name = "NAME", value_parser = plot::stem(), requires = "flicker")]
     plot: Option<PathBuf>,
 }
 

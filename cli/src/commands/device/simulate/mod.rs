@@ -14,6 +14,7 @@ mod orders;
 mod symbol_log;
 mod terminal;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -43,7 +44,7 @@ const PATIENCE: Duration = Duration::from_millis(4);
 pub struct Arguments {
     /// A preset or a TOML file: the light on the board, and the camera that films it.
     #[arg(default_value = "day")]
-    scene: String,
+    scene: OsString,
     /// The light, 0.1 to 200000 lx. Default: the scene's. `light LX` on standard input changes it.
     #[arg(long, value_name = "LX", value_parser = orders::illuminance)]
     light_lx: Option<f64>,
