@@ -35,6 +35,15 @@ pub enum EvaluateError {
         "this scene simulates no noise, and rare errors are looked for in noise: count them (without rare events), or set effects.noise=on"
     )]
     NoNoise,
+    /// The panel has a carrier.
+    #[error(
+        "link.carrier_cycles = {cycles}: single frames are evaluated here, and with a carrier one frame does not tell its bits from their \
+         complement: set link.carrier_cycles=0 for still panels, or send messages with it (vocc link, vocc plan --camera)"
+    )]
+    Carrier {
+        /// Cycles of the carrier a symbol.
+        cycles: u16,
+    },
     /// The detector cannot be trained.
     #[error("the detector cannot be trained on this scene: {0}")]
     Training(#[from] FisherError),
@@ -56,7 +65,7 @@ impl EvaluateError {
         match self {
             Self::View(fault) => matches!(fault, Behind { .. } | OffSensor { .. } | Folded { .. } | TooSmall { .. }),
             Self::Corners(_) | Self::Cells(_) | Self::Features(_) | Self::Frame(_) | Self::Training(_) => true,
-            Self::Accumulator(_) | Self::NoNoise | Self::NoReceiver | Self::Stopped => false,
+            Self::Accumulator(_) | Self::Carrier { .. } | Self::NoNoise | Self::NoReceiver | Self::Stopped => false,
         }
     }
 }

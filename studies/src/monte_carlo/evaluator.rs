@@ -158,6 +158,9 @@ impl Evaluator {
     }
 
     fn begun(scene: &Scene, settings: Settings, experience: Option<Experience>, method: Option<Method>) -> Result<Self, EvaluateError> {
+        if let Some(cycles @ 1..) = scene.link.carrier_cycles {
+            return Err(EvaluateError::Carrier { cycles });
+        }
         let renderer = Renderer::of(view(scene, settings.random_reflectance)?, settings.level);
         let region = renderer.cells_region(0);
         let corners = renderer.corners_in(region, &renderer.moment(settings.seed, 0))?;
