@@ -129,7 +129,8 @@ impl Transfer {
     }
 }
 
-/// Warnings if the transmitter's illuminance or LED interval is outside the table; it then uses the nearest entry.
+/// Warnings if the transmitter's illuminance or LED interval is outside the table, of which it then uses the nearest entry, or if it shows
+/// a carrier.
 fn outside(table: &L2aTable, client: &mut Connection) -> Vec<String> {
     let light = client.ask(&Request::Status, |answer| match answer {
         Answer::Status(status) => Some(status.illuminance_lx.map(|lux| lux.to_num())),
@@ -144,7 +145,24 @@ fn outside(table: &L2aTable, client: &mut Connection) -> Vec<String> {
     // Skip values that the transmitter does not report.
     let light = light.ok().flatten().and_then(|lux| beyond("light, in lx,", lux, &lights));
     let interval = interval.ok().and_then(|own| beyond("LED interval", own, &intervals));
-    light.into_iter().chain(interval).collect()
+    let carrier = client.ask(&Request::ReadCarrier, |answer| match answer {
+        Answer::Carrier { millihertz, cycles } => Some((f64::from(millihertz) / 1e3, cycles)),
+        _ => None,
+    });
+    let carrier = carrier.ok().and_then(|(rate_hz, cycles)| with_carrier(rate_hz, cycles));
+    light.into_iter().chain(interval).chain(carrier).collect()
+}
+
+/// A warning if symbols have a carrier: all tables are made for still panels, because single frames are evaluated for them.
+fn with_carrier(rate_hz: f64, cycles: u16) -> Option<String> {
+    let carrier_hz = rate_hz * f64::from(cycles);
+    (cycles > 0).then(|| {
+        format!(
+            "it shows a carrier of {carrier_hz} Hz, and the table is made for still panels: with a carrier Off LEDs glow, too, and another \
+             ratio may reach farther; vocc link --set link.carrier_cycles={cycles} --set link.symbol_rate_hz={rate_hz} --set link.l2a=… \
+             compares ratios"
+        )
+    })
 }
 
 /// A warning if a value is outside a table's axis.
@@ -198,4 +216,16 @@ fn differences(wanted: &L2aTable, found: &L2aTable) -> Vec<String> {
         }
     }
     differences
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_on_a_board_with_a_carrier_is_warned_of() {
+        assert_eq!(with_carrier(90.0, 0), None);
+        let warning = with_carrier(90.0, 17).expect("a warning");
+        assert!(warning.contains("1530 Hz") && warning.contains("still panels") && warning.contains("link.carrier_cycles=17"));
+    }
 }
