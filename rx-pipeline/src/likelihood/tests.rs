@@ -7,6 +7,7 @@ use link::camera::Camera;
 use link::panel::PanelFrame;
 use properties::prelude::*;
 use std::boxed::Box;
+use std::sync::LazyLock;
 
 fn detector() -> Box<MaximumLikelihood<16384>> {
     Box::new(MaximumLikelihood::new(Camera::default()))
@@ -403,7 +404,9 @@ properties! {
     ) {
         let before = SoftPanel(before.try_into().unwrap());
         let scene = Scene { next: (next, share), noise_grey, light, ..Scene::PLAIN };
-        let mut detector = acquainted(1.0);
+        static KNOWN: LazyLock<Experience> = LazyLock::new(|| acquainted(1.0).experience());
+        let mut detector = detector();
+        detector.set_experience(*KNOWN);
         if let Ok(detection) = detector.detect_after(&before, &scene.render().frame(), &scene.corners(), None) {
             prop_assert!((0.5..=1.0).contains(&detection.confidence));
             for soft in detection.mixed.iter().flat_map(|mixture| [mixture.ending, mixture.beginning]) {

@@ -93,6 +93,24 @@ properties! {
         }
     }
 
+    /// Nothing panics, whatever the frame and the outline.
+    #[test]
+    fn any_outline_is_survived(pixels in prop::collection::vec(any::<u8>(), 400), points in prop::array::uniform8(-1e6f32..1e6)) {
+        let [a, b, c, d, e, f, g, h] = points;
+        let frame = Frame::new(&pixels, 20, 20).unwrap();
+        if let Ok(corners) = Corners::new([[a, b], [c, d], [e, f], [g, h]]) {
+            let mut outline = Outline::of(&corners);
+            if let Some(samples) = Samples::take(&frame, &outline) {
+                let bits = Decision::of(&samples).map_or(u64::MAX, |decision| decision.bits);
+                outline.correct(&samples, bits);
+            }
+        }
+    }
+}
+
+properties! {
+    #![cases(properties::cases(32, 256))]
+
     /// From corners with an error of a tenth of a pitch, a few frames reduce the error to a twentieth, and the bits are right.
     #[test]
     fn following_comes_to_the_panel(
@@ -117,24 +135,6 @@ properties! {
             prop_assert!((found - truth).abs() < 0.12 * pitch, "{found} instead of {truth}");
         }
     }
-
-    /// Nothing panics, whatever the frame and the outline.
-    #[test]
-    fn any_outline_is_survived(pixels in prop::collection::vec(any::<u8>(), 400), points in prop::array::uniform8(-1e6f32..1e6)) {
-        let [a, b, c, d, e, f, g, h] = points;
-        let frame = Frame::new(&pixels, 20, 20).unwrap();
-        if let Ok(corners) = Corners::new([[a, b], [c, d], [e, f], [g, h]]) {
-            let mut outline = Outline::of(&corners);
-            if let Some(samples) = Samples::take(&frame, &outline) {
-                let bits = Decision::of(&samples).map_or(u64::MAX, |decision| decision.bits);
-                outline.correct(&samples, bits);
-            }
-        }
-    }
-}
-
-properties! {
-    #![cases(64)]
 
     #[test]
     fn a_panel_is_found_and_its_message_read_however_it_is_turned(pitch in 3.2f32..4.6, roll in -3.2f32..3.2, fresh: bool) {
