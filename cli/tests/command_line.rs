@@ -50,6 +50,18 @@ fn bad_scenes_are_refused() {
 const ADVICE: &str = "plan --camera phone --bytes 4 --runs 1 --set camera.width_px=160 --set=camera.height_px=120";
 
 #[test]
+fn studies_of_single_frames_refuse_a_carrier() {
+    let carrier = "--set=link.carrier_cycles=16";
+    for command in [
+        &["evaluate", "day", "--frames", "8"][..],
+        &["optimize", "day", "--frames", "64", "--intervals", "1"],
+        &["optimize", "day", "--criterion", "reach", "--frames", "64", "--intervals", "1"],
+    ] {
+        refused(&[command, &[carrier]].concat(), &["link.carrier_cycles = 16", "vocc link"]);
+    }
+}
+
+#[test]
 fn a_camera_is_told_what_to_be_shown() {
     let advised = vocc(&[&words(ADVICE)[..], &["--set=panel.pwm_hz=2050", "--json"]].concat());
     let lines = json_lines(&advised);
