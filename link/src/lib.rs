@@ -96,6 +96,8 @@ pub mod framing;
 pub mod geometry;
 pub mod intensity;
 pub mod l2a_table;
+#[cfg(feature = "signing")]
+pub mod lock;
 pub mod orientation;
 pub mod panel;
 pub mod raw;

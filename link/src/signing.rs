@@ -57,7 +57,7 @@ pub enum KeyError {
 }
 
 /// A signing key. It is wiped from memory on drop.
-pub struct SecretKey(ed25519::KeyPair);
+pub struct SecretKey(pub(crate) ed25519::KeyPair);
 
 impl SecretKey {
     /// The key of a seed, which must be random.
@@ -138,8 +138,13 @@ impl PublicKey {
         self.verifies(&[&prefix(message, signature.counter), message], &signature.proof)
     }
 
+    /// The key of bytes that [`Self::to_bytes`] gave, without any computation.
+    pub fn from_checked_bytes(bytes: [u8; KEY_BYTES]) -> Self {
+        Self(ed25519::PublicKey::new(bytes))
+    }
+
     /// Whether a proof fits the parts, one after another.
-    fn verifies(&self, parts: &[&[u8]], proof: &[u8; 64]) -> bool {
+    pub(crate) fn verifies(&self, parts: &[&[u8]], proof: &[u8; 64]) -> bool {
         let Ok(mut state) = self.0.verify_incremental(&ed25519::Signature::new(*proof)) else {
             return false;
         };

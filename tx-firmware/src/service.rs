@@ -34,6 +34,8 @@ use crate::{
 
 #[cfg(feature = "signing")]
 mod key;
+#[cfg(feature = "signing")]
+mod lock;
 
 /// Bytes that an answer may take on the wire.
 pub const ANSWER_MAX: usize = wire_length(ANSWER_FRAME_MAX);
@@ -124,6 +126,8 @@ struct Conversation {
     /// The sequence number of the message that was taken last.
     message: Option<u32>,
     counters: Counters,
+    #[cfg(feature = "signing")]
+    permits: lock::Permits,
 }
 
 impl Service {
@@ -144,6 +148,8 @@ impl Service {
                     readings: 0,
                     missed_readings: 0,
                 },
+                #[cfg(feature = "signing")]
+                permits: lock::Permits::NONE,
             },
         }
     }
@@ -151,8 +157,9 @@ impl Service {
     /// Takes one byte from the port, and returns what is to be sent back, where it completes a request.
     ///
     /// All but [`Request::CommitTable`], [`Request::WriteCalibration`], [`Request::WriteSymbolRate`], [`Request::WriteIntensityLimit`],
-    /// [`Request::WriteCarrier`] and the requests about keys are answered without waiting for anything; these wait for `memory`, and so
-    /// does [`Request::Send`] where messages are signed: for the signature, too.
+    /// [`Request::WriteCarrier`] and the requests about keys and locks are answered without waiting for anything; these wait for `memory`,
+    /// and so does [`Request::Send`] where messages are signed: for the signature, too. If the ports are locked, each request that changes
+    /// something waits for the verification of its permit.
     pub fn receive<'a>(
         &mut self,
         byte: u8,
@@ -180,6 +187,9 @@ impl Service {
                 table = device.read(|transmitter| transmitter.table().clone());
                 Ok(Answer::Table(part(&table, offset)))
             }
+            #[cfg(feature = "signing")]
+            Ok(request) => conversation.act_if_permitted(&frame, request, device, memory),
+            #[cfg(not(feature = "signing"))]
             Ok(request) => conversation.act(sequence, request, device, memory),
         };
         let message = outcome.unwrap_or_else(|refusal| {
@@ -234,6 +244,12 @@ impl Conversation {
             Request::ReadKey | Request::WriteKey { .. } | Request::EraseKey => key::act(request, device, memory),
             #[cfg(not(feature = "signing"))]
             Request::ReadKey | Request::WriteKey { .. } | Request::EraseKey => Err(Refusal::NoSigning),
+            #[cfg(feature = "signing")]
+            Request::ReadLock | Request::WriteLock { .. } | Request::RemoveLock => lock::act(request, device, memory),
+            #[cfg(feature = "signing")]
+            Request::Permit { challenge, signature } => self.permits.announce(challenge, signature),
+            #[cfg(not(feature = "signing"))]
+            Request::ReadLock | Request::WriteLock { .. } | Request::RemoveLock | Request::Permit { .. } => Err(Refusal::NoLock),
         }
     }
 
@@ -467,6 +483,7 @@ impl From<StoreError> for Refusal {
         match error {
             StoreError::NoSigning => Self::NoSigning,
             StoreError::NoCounter => Self::NoCounter,
+            StoreError::NoLock => Self::NoLock,
             StoreError::Addresses { .. } | StoreError::Flash | StoreError::Damaged => Self::Store,
         }
     }

@@ -1,5 +1,5 @@
-//! Storage in flash memory of the table, the calibration, the symbol rate with its carrier, the intensity limit and the signing key. A
-//! power cut loses nothing.
+//! Storage in flash memory of the table, the calibration, the symbol rate with its carrier, the intensity limit, the signing key and the
+//! lock. A power cut loses nothing.
 //!
 //! All of them together are one record, and each save writes a whole one after the earlier ones:
 //!
@@ -7,13 +7,15 @@
 //! |---|---|
 //! | 1 | the format: records of other formats are not read |
 //! | 4 | a number: that of the last record, plus one for each place from there on |
-//! | 503 | the items, each at its place: its length in 2 bytes, and room for its greatest number of bytes; FF if there is none |
+//! | 1015 | the items, each at its place: its length in 2 bytes, and room for its greatest number of bytes; FF if there is none |
 //! | 4 | CRC-32C of all before it |
 //!
 //! The valid record with the greatest number is the current one. It is never overwritten, and a save erases at most one unit, the next one,
 //! if the current one is full; a change of the key erases all others. Records are at fixed places, so a torn one is skipped, wherever it
 //! was cut. A power cut leaves the old value or the new one, and later saves are found. A test cuts the power at every byte: `cargo test -p
 //! vocc-tx-firmware --test power_cut`.
+//!
+//! Earlier records, of format 1, have 512 bytes and the same items without the lock. They are read if there is no later one.
 //!
 //! A memory with other content is overwritten unit by unit, as records reach it.
 //!
@@ -51,12 +53,14 @@ use crate::calibration::Calibration;
 use crate::matrix::LedMatrix;
 
 #[cfg(feature = "signing")]
+mod lock;
+#[cfg(feature = "signing")]
 mod signing;
 #[cfg(feature = "signing")]
 pub use signing::RESERVED;
 
 /// Bytes of a record: a multiple of any flash's words.
-const RECORD: usize = 512;
+const RECORD: usize = 1024;
 type Record = [u8; RECORD];
 const BLANK: Record = [0xff; RECORD];
 
@@ -68,11 +72,17 @@ const SYMBOL_TIMING: Range<usize> = item(CALIBRATION.end, 4);
 const INTENSITY_LIMIT: Range<usize> = item(SYMBOL_TIMING.end, 8);
 /// The item of a transmitter with signing; others leave it unchanged.
 const SIGNING_KEY: Range<usize> = item(INTENSITY_LIMIT.end, 68);
+/// The item of a transmitter with signing, too.
+const LOCK: Range<usize> = item(SIGNING_KEY.end, 45);
 const CRC_AT: usize = RECORD - 4;
-const _: () = assert!(SIGNING_KEY.end <= CRC_AT);
+const _: () = assert!(LOCK.end <= CRC_AT);
 
 /// The format of a record.
-const FORMAT: u8 = 1;
+const FORMAT: u8 = 2;
+/// The earlier format, whose records end before the lock.
+const EARLIER_FORMAT: u8 = 1;
+const EARLIER_RECORD: usize = 512;
+const _: () = assert!(SIGNING_KEY.end <= EARLIER_RECORD - 4);
 /// The bits of a symbol rate; the carrier's cycles are above them, 0 for still panels.
 const CYCLES_SHIFT: u32 = 20;
 const _: () = assert!(SymbolRate::MAX.millihertz() < 1 << CYCLES_SHIFT && (Waveform::MAX_CYCLES as u32) < 1 << (32 - CYCLES_SHIFT));
@@ -100,6 +110,56 @@ pub enum StoreError {
     /// The counter of the key's signatures is exhausted.
     #[error("the key has no counter left to sign with: give it a new key")]
     NoCounter,
+    /// The memory does not support locks.
+    #[error("this firmware has no lock: build it with the feature `signing`")]
+    NoLock,
+}
+
+/// Why a permit is not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum PermitError {
+    /// The memory failed.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// It is for another challenge, and was not verified.
+    #[error("the permit is for another challenge: read the lock, and make a new one")]
+    Challenge,
+    /// Its signature is not that of the lock's key.
+    #[error("the permit is wrong: the next one is verified in {wait_s} s")]
+    Wrong {
+        /// Seconds until the next one is verified.
+        wait_s: u16,
+    },
+    /// It was not verified, because too many before it were wrong.
+    #[error("too many permits were wrong: the next one is verified in {wait_s} s")]
+    Wait {
+        /// Seconds until the next one is verified.
+        wait_s: u16,
+    },
+}
+
+/// The state of a lock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LockState {
+    /// The random number from which and a PIN its key is derived.
+    pub salt: u64,
+    /// The number that the next permit contains.
+    pub challenge: u32,
+    /// Seconds until the next permit is verified.
+    pub wait_s: u16,
+}
+
+/// A permit for one request.
+#[derive(Clone, Copy, Debug)]
+pub struct Permit<'a> {
+    /// The challenge that it answers.
+    pub challenge: u32,
+    /// Its signature.
+    pub signature: &'a [u8; 64],
+    /// The sequence number of the request.
+    pub sequence: u32,
+    /// The body of the request.
+    pub body: &'a [u8],
 }
 
 /// The persistent memory of a transmitter.
@@ -160,6 +220,31 @@ pub trait Memory {
     fn sign(&mut self, _message: &[u8]) -> Result<Option<Signature>, StoreError> {
         Ok(None)
     }
+
+    /// The lock at this time since the start; `None` if there is none.
+    ///
+    /// # Errors
+    /// [`StoreError::NoLock`] if this memory does not support locks; others if it cannot be read.
+    fn lock(&mut self, _uptime_s: u32) -> Result<Option<LockState>, StoreError> {
+        Err(StoreError::NoLock)
+    }
+
+    /// Replaces the lock by one with this public key, which is valid, and this salt, or removes it: wholly, or not at all.
+    ///
+    /// # Errors
+    /// [`StoreError`]; the old one is then still there.
+    fn save_lock(&mut self, _lock: Option<([u8; 32], u64)>) -> Result<(), StoreError> {
+        Err(StoreError::NoLock)
+    }
+
+    /// Verifies a permit. The try is stored before, so that a power cut does not undo it. Its challenge is never used again, even after a
+    /// power cut. Without a lock, everything is permitted.
+    ///
+    /// # Errors
+    /// [`PermitError`]; then the request is not permitted.
+    fn permit(&mut self, _permit: &Permit<'_>, _uptime_s: u32) -> Result<(), PermitError> {
+        Ok(())
+    }
 }
 
 /// The settings at a transmitter's start.
@@ -197,6 +282,9 @@ pub struct Store<F: NorFlash> {
     /// Reserved counters of signatures that are not used yet.
     #[cfg(feature = "signing")]
     reserved: Range<u32>,
+    /// The tries at the lock since the start.
+    #[cfg(feature = "signing")]
+    tries: lock::Tries,
 }
 
 /// The content of a flash memory.
@@ -230,6 +318,8 @@ impl<F: NorFlash> Store<F> {
             record: BLANK,
             #[cfg(feature = "signing")]
             reserved: 0..0,
+            #[cfg(feature = "signing")]
+            tries: lock::Tries::NONE,
         })
     }
 
@@ -318,9 +408,14 @@ impl<F: NorFlash> Store<F> {
 
     /// Writes the current record with this item as the next record.
     fn save(&mut self, item: Range<usize>, value: &[u8]) -> Result<(), StoreError> {
+        self.save_or_remove(item, Some(value))
+    }
+
+    /// Writes the current record with this item, or without it, as the next record.
+    fn save_or_remove(&mut self, item: Range<usize>, value: Option<&[u8]>) -> Result<(), StoreError> {
         let found = self.find()?;
         let address = self.blank_place(found)?;
-        self.write(found, address, item, Some(value))
+        self.write(found, address, item, value)
     }
 
     /// Writes the current record with this item, or without it, to this address.
@@ -394,19 +489,26 @@ impl<F: NorFlash> Store<F> {
         if let Some(found) = self.found {
             return Ok(found);
         }
-        let (mut is_foreign, mut is_other_format, mut newest) = (false, false, None);
+        let (mut is_foreign, mut is_other_format, mut newest, mut is_earlier) = (false, false, None, false);
         for address in self.addresses.clone().step_by(RECORD) {
             let record = self.read(address)?;
             if record == BLANK {
                 continue;
             }
-            if record[CRC_AT..] != crc_of(&record) {
+            if let Some(earlier) = earlier_record(&record) {
+                // A record of the present format counts, whatever its number.
+                let counts = newest.is_none() || is_earlier && is_newer(&earlier, &self.record);
+                if counts {
+                    (newest, is_earlier) = (Some(address), true);
+                    self.record = earlier;
+                }
+            } else if record[CRC_AT..] != crc_of(&record) {
                 // In the first unit it may be the very first record, torn.
                 is_foreign |= address >= self.addresses.start + F::ERASE_SIZE as u32;
             } else if record[FORMAT_AT] != FORMAT {
                 is_other_format = true;
-            } else if newest.is_none() || number(&record).wrapping_sub(number(&self.record)).cast_signed() > 0 {
-                newest = Some(address);
+            } else if newest.is_none() || is_earlier || is_newer(&record, &self.record) {
+                (newest, is_earlier) = (Some(address), false);
                 self.record = record;
             }
         }
@@ -467,6 +569,21 @@ impl<F: NorFlash> Memory for Store<F> {
     fn sign(&mut self, message: &[u8]) -> Result<Option<Signature>, StoreError> {
         self.signature(message)
     }
+
+    #[cfg(feature = "signing")]
+    fn lock(&mut self, uptime_s: u32) -> Result<Option<LockState>, StoreError> {
+        self.lock_in_use(uptime_s)
+    }
+
+    #[cfg(feature = "signing")]
+    fn save_lock(&mut self, lock: Option<([u8; 32], u64)>) -> Result<(), StoreError> {
+        self.replace_lock(lock)
+    }
+
+    #[cfg(feature = "signing")]
+    fn permit(&mut self, permit: &Permit<'_>, uptime_s: u32) -> Result<(), PermitError> {
+        self.verify_permit(permit, uptime_s)
+    }
 }
 
 /// The value, or `None` and a fault if it cannot be read.
@@ -475,6 +592,25 @@ fn readable<T>(found: Result<Option<T>, StoreError>, faults: &mut Faults) -> Opt
         faults.insert(Faults::STORE);
         None
     })
+}
+
+/// The newest record of the earlier format in these bytes, with the present layout.
+fn earlier_record(bytes: &Record) -> Option<Record> {
+    let (halves, _) = bytes.as_chunks::<EARLIER_RECORD>();
+    let valid = halves.iter().filter_map(|half| {
+        let (content, crc) = half.split_last_chunk()?;
+        let is_valid = half[FORMAT_AT] == EARLIER_FORMAT && *crc == crc32c(&[content]).to_le_bytes();
+        is_valid.then(|| {
+            let mut record = BLANK;
+            record[..SIGNING_KEY.end].copy_from_slice(&half[..SIGNING_KEY.end]);
+            record
+        })
+    });
+    valid.reduce(|one, other| if is_newer(&other, &one) { other } else { one })
+}
+
+fn is_newer(record: &Record, than: &Record) -> bool {
+    number(record).wrapping_sub(number(than)).cast_signed() > 0
 }
 
 fn number(record: &Record) -> u32 {

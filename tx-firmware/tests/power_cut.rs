@@ -389,7 +389,7 @@ fn a_save_erases_one_unit_at_most_whatever_was_in_the_memory() {
 #[test]
 fn records_of_another_format_are_nothing_stored_and_are_written_over() {
     let mut flash = used::<4>(3, 1);
-    for record in flash.bytes.chunks_exact_mut(512).take_while(|record| record[0] != 0xff) {
+    for record in flash.bytes.chunks_exact_mut(1024).take_while(|record| record[0] != 0xff) {
         record[0] += 1;
         let (content, crc) = record.split_last_chunk_mut().expect("a record");
         *crc = crc32c(&[content]).to_le_bytes();
@@ -415,7 +415,7 @@ fn a_place_must_be_whole_units_and_two_of_them() {
 #[test]
 fn a_torn_record_that_reads_whole_again_is_older_than_what_was_saved_since() {
     /// The last byte of the third record after the one that is used.
-    const LAST: usize = 4 * 512 - 1;
+    const LAST: usize = 4 * 1024 - 1;
     let mut first = store(used::<1>(2, 0));
     first.save_table(&table(50)).expect("room");
     let mut flash = first.release();

@@ -16,7 +16,7 @@ use tx_firmware::store::{Memory, RESERVED, Store, StoreError};
 
 const PLACE: core::ops::Range<u32> = 0..2 * ERASE as u32;
 /// Bytes that a save writes.
-const RECORD: usize = 512;
+const RECORD: usize = 1024;
 
 /// A key whose bytes are found nowhere by chance, another one for each number.
 fn seed(number: u64) -> [u8; 32] {

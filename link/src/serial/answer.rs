@@ -69,6 +69,15 @@ pub enum Answer<'a> {
         /// In the other one.
         cross_check: SensorReading,
     },
+    /// The lock of the ports.
+    Lock {
+        /// The number from which and its PIN the lock's key is derived; `None`: the ports are open.
+        salt: Option<u64>,
+        /// The number that the next permit must contain; 0 without a lock.
+        challenge: u32,
+        /// Seconds until the next permit is verified.
+        wait_s: u16,
+    },
 }
 
 /// The last reading of a light sensor in one of its ranges.
@@ -229,6 +238,39 @@ pub enum Refusal {
         /// The most possible.
         most: u8,
     },
+    /// The ports are locked, and the request has no permit, or one for an earlier challenge.
+    #[error("it is locked, and nothing was changed: give its PIN with --pin-file, or at a terminal")]
+    Locked,
+    /// The permit's signature is not that of the lock's key.
+    #[error("the PIN is not that of its lock, and nothing was changed{}: try again, or see docs/serial.md if it is lost", After(*.wait_s))]
+    WrongPermit {
+        /// Seconds until the next permit is verified.
+        wait_s: u16,
+    },
+    /// Too many permits were wrong.
+    #[error("too many wrong PINs were tried, and nothing was changed: try again in {wait_s} s, and leave it on until then")]
+    Wait {
+        /// Seconds until the next permit is verified.
+        wait_s: u16,
+    },
+    /// This firmware has no lock.
+    #[error("its firmware has no lock: flash one that was built with the feature `signing`")]
+    NoLock,
+    /// The bytes are no key of a lock.
+    #[error("a lock takes a public key of 32 bytes, which must be on the curve: lock it with `vocc device lock`")]
+    LockKey,
+}
+
+/// The wait before the next try.
+struct After(u16);
+
+impl fmt::Display for After {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            0 => Ok(()),
+            wait_s => write!(formatter, "; it takes the next one in {wait_s} s"),
+        }
+    }
 }
 
 /// The text about a refused carrier: thousandths of a symbol a second, and cycles a symbol.

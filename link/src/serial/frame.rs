@@ -192,6 +192,11 @@ impl<'a> Frame<'a> {
         self.sequence
     }
 
+    /// The bytes of the message in it.
+    pub const fn body(&self) -> &'a [u8] {
+        self.body
+    }
+
     /// Whether it has that direction, in any version.
     pub const fn is(&self, kind: Kind) -> bool {
         self.kind == kind as u8

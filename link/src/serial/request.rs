@@ -123,4 +123,59 @@ pub enum Request<'a> {
     /// Requests the last reading of the light sensor in each of its ranges. Answered by [`Answer::Sensor`](super::Answer::Sensor). Added
     /// later: an older transmitter refuses it as unknown.
     ReadSensor,
+    /// The lock of the port. Answered by [`Answer::Lock`](super::Answer::Lock). Added later: an older transmitter refuses it as unknown.
+    ReadLock,
+    /// Locks the ports: from now on each request that [changes something](Self::changes) needs a [permit](Self::Permit). Answered by
+    /// [`Answer::Lock`](super::Answer::Lock). Added later: an older transmitter refuses it as unknown.
+    WriteLock {
+        /// 32 bytes: the public key that verifies permits.
+        key: &'a [u8],
+        /// A random number, from which and a PIN the private key is derived.
+        salt: u64,
+    },
+    /// Removes the lock. Answered by [`Answer::Lock`](super::Answer::Lock). Added later: an older transmitter refuses it as unknown.
+    RemoveLock,
+    /// Permits the next request at this port that changes something. Answered by [`Answer::Done`](super::Answer::Done), whether or not the
+    /// signature is right: it is verified with that request. Added later: an older transmitter refuses it as unknown.
+    Permit {
+        /// The challenge, by [`Answer::Lock`](super::Answer::Lock).
+        challenge: u32,
+        /// 64 bytes: a signature over the challenge and that request.
+        signature: &'a [u8],
+    },
+}
+
+impl Request<'_> {
+    /// Whether it changes something at the transmitter, so that a locked one needs a permit for it.
+    pub const fn changes(&self) -> bool {
+        match self {
+            Self::Hello
+            | Self::Status
+            | Self::ReadTable { .. }
+            | Self::ReadCalibration
+            | Self::ReadSymbolRate
+            | Self::ReadIntensityLimit
+            | Self::ReadCarrier
+            | Self::ReadKey
+            | Self::ReadSensor
+            | Self::ReadLock
+            | Self::Permit { .. } => false,
+            Self::BeginTable { .. }
+            | Self::WriteTable { .. }
+            | Self::CommitTable { .. }
+            | Self::RollBackTable
+            | Self::WriteCalibration(_)
+            | Self::Send { .. }
+            | Self::StopSending
+            | Self::ResetCounters
+            | Self::WriteSymbolRate { .. }
+            | Self::WriteIntensityLimit { .. }
+            | Self::WriteCarrier { .. }
+            | Self::WriteKey { .. }
+            | Self::EraseKey
+            | Self::TestPanel { .. }
+            | Self::WriteLock { .. }
+            | Self::RemoveLock => true,
+        }
+    }
 }

@@ -266,6 +266,18 @@ fn examples() -> Vec<String> {
             "refused, test panel with 33 LEDs On",
             Answer::Refused(Refusal::TestPanel { on: 33, most: 32 }),
         ),
+        asked(30, "read lock", Request::ReadLock),
+        told(
+            30,
+            "lock, salt 1, challenge 7, no wait",
+            Answer::Lock {
+                salt: Some(1),
+                challenge: 7,
+                wait_s: 0,
+            },
+        ),
+        told(31, "refused, locked", Answer::Refused(Refusal::Locked)),
+        told(32, "refused, wait 600 s", Answer::Refused(Refusal::Wait { wait_s: 600 })),
     ]
 }
 

@@ -80,7 +80,7 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
     let mut bytes = [0; 200];
     bytes.iter_mut().for_each(|byte| *byte = random.number() as u8);
     let some = &bytes[..random.below(40)];
-    let request = match random.below(24) {
+    let request = match random.below(28) {
         0 => Request::Hello,
         1 => Request::Status,
         2 => Request::ReadTable {
@@ -140,6 +140,16 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
             time_ms: random.below(3) as u16,
         },
         22 => Request::ReadSensor,
+        23 => Request::ReadLock,
+        24 => Request::WriteLock {
+            key: &bytes[..32 - random.below(2)],
+            salt: random.number(),
+        },
+        25 => Request::RemoveLock,
+        26 => Request::Permit {
+            challenge: random.below(3) as u32,
+            signature: &bytes[..64 - random.below(2)],
+        },
         _ => Request::CommitTable { crc },
     };
     let sequence = random.number() as u32;
