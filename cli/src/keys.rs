@@ -401,7 +401,7 @@ fn key_bytes(path: &Path, name: &str, digits: &str) -> Result<[u8; KEY_BYTES], K
 }
 
 /// Whether other users can read a file, on systems that report it.
-fn is_open(path: &Path) -> bool {
+pub fn is_open(path: &Path) -> bool {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;

@@ -30,6 +30,7 @@ mod options;
 mod output;
 mod outputs;
 mod pictures;
+mod pin;
 mod plot;
 mod pose;
 mod progress;

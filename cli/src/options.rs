@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::Read;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use anyhow::Context;
@@ -15,6 +15,7 @@ use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 
 use crate::device::{Client, port};
+use crate::pin::Pin;
 
 /// Options of every command.
 #[derive(Args)]
@@ -96,6 +97,10 @@ pub struct Port {
     /// Seconds to wait for an answer before the request is repeated, 0.05 to 60.
     #[arg(long, default_value_t = 1.0, value_name = "S", value_parser = seconds::<50, 60_000>)]
     timeout: f64,
+    /// The file whose first line is the PIN of a locked transmitter, or `-` for standard input. Only changes need it. Without it, the PIN
+    /// is asked for at the terminal.
+    #[arg(long, value_name = "FILE")]
+    pin_file: Option<PathBuf>,
 }
 
 /// A session at a serial port.
@@ -119,6 +124,7 @@ impl Port {
 
     /// Connects to the transmitter or the receiver at this port.
     pub fn greet(&self) -> anyhow::Result<Connection> {
+        let mut pin = self.pin_file.as_deref().map(Pin::read).transpose()?;
         let patience = Duration::from_secs_f64(self.timeout);
         let port = port::open(&self.port, self.baud, patience)?;
         // Two runs with the same first number would be indistinguishable.
@@ -126,7 +132,16 @@ impl Port {
         // A clock that was never set may be before 1970.
         let away = now.unwrap_or_else(|early| early.duration());
         let sequence = away.as_nanos() as u32;
-        Client::greet(port, patience, sequence).with_context(|| self.name())
+        let client = Client::greet(port, patience, sequence).with_context(|| self.name())?;
+        Ok(client.opened_by(Box::new(move |salt| {
+            let known = pin.take().map_or_else(|| Pin::ask("PIN of the transmitter"), Ok)?;
+            Ok(pin.insert(known).key(salt)?)
+        })))
+    }
+
+    /// Whether this is the PIN's source.
+    pub fn takes_standard_input(&self) -> bool {
+        self.pin_file.as_deref() == Some(Path::new("-"))
     }
 }
 

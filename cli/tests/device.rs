@@ -312,6 +312,10 @@ fn first_firmware(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
                 | Request::EraseKey
                 | Request::TestPanel { .. }
                 | Request::ReadSensor
+                | Request::ReadLock
+                | Request::WriteLock { .. }
+                | Request::RemoveLock
+                | Request::Permit { .. }
         )
     };
     instead(bytes, &unknown, is_later).unwrap_or_else(|| fake.exchange(bytes))
@@ -361,6 +365,26 @@ fn firmware_that_signs_no_messages_takes_no_key() {
         }
         assert_eq!(json(&board.vocc(&["device", "status", "--json"]))["signer"], Value::Null);
     }
+}
+
+#[test]
+fn firmware_that_has_no_lock_says_so_and_stays_open() {
+    use std::os::unix::fs::PermissionsExt;
+    let pin = file("new.pin", "123456");
+    std::fs::set_permissions(&pin, std::fs::Permissions::from_mode(0o600)).expect("it is ours");
+    let lock = ["device", "lock", "--new-pin-file", pin.to_str().unwrap()];
+    let old = Board::start(first_firmware);
+    ends(&old.vocc(&lock), 2, &["too old to be locked", "nothing was changed"]);
+    assert_eq!(json(&old.vocc(&["device", "status", "--json"]))["locked"], Value::Null);
+    let other = Board::honest();
+    ends(&other.vocc(&lock), 2, &["its firmware has no lock"]);
+    assert_eq!(json(&other.vocc(&["device", "status", "--json"]))["locked"], Value::Null);
+    // A PIN that is not needed does no harm.
+    ends(
+        &other.vocc(&["device", "rate", "27", "--pin-file", pin.to_str().unwrap()]),
+        0,
+        &["27"],
+    );
 }
 
 #[test]

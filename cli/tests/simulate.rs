@@ -530,3 +530,103 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     board.end();
     refused(&wanted.concat(), &["there already"]);
 }
+
+/// A file of a PIN that nobody else can read.
+fn pin_file(place: &Path, pin: &str) -> String {
+    use std::os::unix::fs::PermissionsExt;
+    let path = place.join(format!("{pin}.pin"));
+    std::fs::write(&path, format!("{pin}\n")).expect("written");
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).expect("it is ours");
+    name(&path).to_owned()
+}
+
+/// Asserts success, and a word on standard output.
+fn prints(output: &Output, word: &str) {
+    says(output, 0, &[]);
+    let printed = text(&output.stdout);
+    assert!(printed.contains(word), "{word:?} is not in: {printed}");
+}
+
+#[test]
+fn a_locked_board_changes_nothing_without_its_pin() {
+    let place = folder("locked");
+    let flash = place.join("flash.bin");
+    let board = Simulator::start(&["--flash", name(&flash)]);
+    let [first, second] = ["123456", "correct horse"].map(|pin| pin_file(&place, pin));
+    assert_eq!(board.status()["locked"], false);
+    prints(&board.vocc(&["device", "lock", "--new-pin-file", &first]), "locked");
+    assert_eq!(board.status()["locked"], true);
+
+    let table = place.join("table.toml");
+    std::fs::write(&table, TABLE).expect("written");
+    let changes: [&[&str]; 7] = [
+        &["table", "push", name(&table)],
+        &["device", "rate", "27"],
+        &["device", "send", "--message", "ice"],
+        &["device", "send", "--stop"],
+        &["device", "key", "--erase"],
+        &["device", "lock", "--new-pin-file", &second],
+        &["device", "unlock"],
+    ];
+    for change in changes {
+        refused(&[change, &["--port", &board.port]].concat(), &["its PIN is needed", "--pin-file"]);
+        let wrong = [change, &["--pin-file", &second]].concat();
+        if change[1] == "rate" {
+            refused(
+                &[&wrong[..], &["--port", &board.port]].concat(),
+                &["the PIN is not that of its lock"],
+            );
+        }
+    }
+    prints(&board.vocc(&["device", "rate"]), "90");
+    let opened = |words: &[&str]| board.vocc(&[words, &["--pin-file", &first]].concat());
+    for change in &changes[..5] {
+        says(&opened(change), 0, &[]);
+    }
+    says(&board.vocc(&["table", "verify", name(&table)]), 0, &[]);
+    prints(&board.vocc(&["device", "rate"]), "27");
+    says(&opened(&["device", "test", "--camera", "--kit", "desk", "--step", "0.4"]), 0, &[]);
+
+    prints(&opened(changes[5]), "locked");
+    board.end();
+    let board = Simulator::start(&["--flash", name(&flash)]);
+    assert_eq!(board.status()["locked"], true);
+    refused(
+        &["device", "unlock", "--pin-file", &first, "--port", &board.port],
+        &["the PIN is not that of its lock"],
+    );
+    prints(&board.vocc(&["device", "unlock", "--pin-file", &second]), "not locked");
+    prints(&board.vocc(&["device", "rate", "30"]), "30");
+}
+
+#[test]
+fn a_pin_comes_from_standard_input_or_a_file_that_is_ones_own() {
+    use std::os::unix::fs::PermissionsExt;
+    let place = folder("pins");
+    let board = Simulator::start(&[]);
+    let piped = |words: &[&str], text: &str| {
+        let mut child = command(&[words, &["--port", &board.port]].concat())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("vocc runs");
+        child.stdin.take().expect("piped").write_all(text.as_bytes()).expect("it reads");
+        child.wait_with_output().expect("it ends")
+    };
+    says(&piped(&["device", "lock", "--new-pin-file", "-"], "123456\nmore"), 0, &[]);
+    prints(&piped(&["device", "rate", "27", "--pin-file", "-"], "123456"), "27");
+    says(
+        &piped(&["device", "rate", "27", "--pin-file", "-"], "12345"),
+        2,
+        &["a PIN of 5 bytes", "6 to 128"],
+    );
+
+    let open = pin_file(&place, "123456");
+    std::fs::set_permissions(&open, std::fs::Permissions::from_mode(0o644)).expect("it is ours");
+    let unlock = ["device", "unlock", "--port", &board.port];
+    refused(&[&unlock[..], &["--pin-file", &open]].concat(), &["can be read by other users"]);
+    refused(&[&unlock[..], &["--pin-file", "none"]].concat(), &["cannot read the PIN"]);
+    let both = ["device", "lock", "--pin-file", "-", "--new-pin-file", "-", "--port", &board.port];
+    refused(&both, &["standard input is one PIN"]);
+}

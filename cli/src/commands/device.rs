@@ -21,6 +21,7 @@ mod calibrate;
 mod calibration;
 mod key;
 mod limit;
+mod lock;
 mod rate;
 mod receiver;
 mod simulate;
@@ -92,6 +93,10 @@ enum Action {
     },
     /// The key with which a transmitter signs its messages: name it, give it one, or erase it.
     Key(key::Arguments),
+    /// Lock a transmitter's serial ports, or change the PIN: each command that changes something then needs it. See docs/serial.md.
+    Lock(lock::Lock),
+    /// Remove the lock of a transmitter's serial ports.
+    Unlock(lock::Unlock),
     /// Give a transmitter a message to show.
     Send {
         #[command(flatten)]
@@ -132,6 +137,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         Action::Simulate(arguments) => simulate::run(arguments, shared),
         Action::Rate { port, wanted } => rate::run(port, wanted, shared),
         Action::Key(arguments) => key::run(arguments, shared),
+        Action::Lock(arguments) => lock::lock(arguments, shared),
+        Action::Unlock(arguments) => lock::unlock(arguments, shared),
         Action::Send { port, stop, .. } if *stop => done(port, &Request::StopSending, shared),
         Action::Send {
             port, message, repeats, ..
@@ -298,6 +305,7 @@ fn report(status: &Status, client: &mut Connection, port: &Port, shared: &Shared
     let key = key::in_use(client).with_context(|| port.name())?;
     values["signer"] = key.map(|(id, _)| id.to_string()).into();
     values["signer_counter"] = key.map(|(_, counter)| counter).into();
+    values["locked"] = lock::is_locked(client).with_context(|| port.name())?.into();
     let identity = client.identity();
     values["port"] = port.name().into();
     values["board"] = identity.board.clone().into();

@@ -3,7 +3,9 @@
 use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
+use link::lock::Challenge;
 use link::serial::{Answer, BodyError, Frame, FrameReader, Kind, REQUEST_FRAME_MAX, Refusal, Request, SCHEMA, encode, wire_length};
+use link::signing::SecretKey;
 use rx_pipeline::standalone as receiver;
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +13,11 @@ use super::DeviceError;
 
 /// Attempts per request before a board counts as silent.
 pub const TRIES: u32 = 8;
+/// Permits made for one request: another one if the board restarts, or if another program uses its challenge.
+const PERMITS: u32 = 3;
+
+/// Gives the private key of a lock with this salt.
+pub type Opener = Box<dyn FnMut(u64) -> Result<SecretKey, DeviceError>>;
 
 /// Identity reported by a board.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +79,9 @@ pub struct Client<P> {
     reader: FrameReader<{ receiver::ANSWER_MAX }>,
     sequence: u32,
     identity: Identity,
+    opener: Option<Opener>,
+    /// The key of a lock, by its salt.
+    key: Option<(u64, SecretKey)>,
 }
 
 impl<P: Read + Write> Client<P> {
@@ -92,6 +102,8 @@ impl<P: Read + Write> Client<P> {
                 board: String::new(),
                 chunk_max: 0,
             },
+            opener: None,
+            key: None,
         };
         client.identity = client.ask(&Request::Hello, |answer| match answer {
             Answer::Hello(hello) => Some(Identity {
@@ -142,6 +154,14 @@ impl<P: Read + Write> Client<P> {
         })
     }
 
+    /// This client, which opens a locked board with the key that `opener` gives.
+    pub fn opened_by(self, opener: Opener) -> Self {
+        Self {
+            opener: Some(opener),
+            ..self
+        }
+    }
+
     /// The board's identity.
     pub fn identity(&self) -> &Identity {
         &self.identity
@@ -153,11 +173,53 @@ impl<P: Read + Write> Client<P> {
         self.port
     }
 
-    /// Sends `request`, and returns what `read` takes from its answer.
+    /// Sends `request`, with a permit if the board is locked, and returns what `read` takes from its answer.
     ///
     /// # Errors
     /// [`DeviceError`] if there is no answer after [`TRIES`] attempts, a refusal, or an answer that `read` rejects.
     pub fn ask<Q: Question, R>(&mut self, request: &Q, read: impl Fn(Q::Answer<'_>) -> Option<R>) -> Result<R, DeviceError> {
+        let mut outcome = self.ask_once(request, &read);
+        for _ in 0..PERMITS {
+            if outcome.as_ref().err() != Some(&DeviceError::Refused(Refusal::Locked)) || self.opener.is_none() {
+                break;
+            }
+            self.permit(request)?;
+            outcome = self.ask_once(request, &read);
+        }
+        outcome
+    }
+
+    /// Gives a permit for the request that comes next.
+    fn permit(&mut self, request: &impl Serialize) -> Result<(), DeviceError> {
+        let lock = self.ask_once(&Request::ReadLock, &|answer: Answer<'_>| match answer {
+            Answer::Lock { salt, challenge, wait_s } => Some((salt, challenge, wait_s)),
+            _ => None,
+        })?;
+        let (Some(salt), number, wait_s) = lock else {
+            // It was opened since.
+            return Ok(());
+        };
+        if wait_s > 0 {
+            return Err(Refusal::Wait { wait_s }.into());
+        }
+        if self.key.as_ref().map(|(of, _)| *of) != Some(salt) {
+            let opener = self.opener.as_mut().ok_or(Refusal::Locked)?;
+            self.key = Some((salt, opener(salt)?));
+        }
+        let (_, key) = self.key.as_ref().ok_or(Refusal::Locked)?;
+        // The permit has the next number, the request the one after it.
+        let sequence = self.sequence.wrapping_add(2);
+        let signature = key
+            .permit(Challenge { salt, number }, sequence, request)
+            .ok_or(DeviceError::Unexpected)?;
+        let permit = Request::Permit {
+            challenge: number,
+            signature: &signature,
+        };
+        self.ask_once(&permit, &|answer| (answer == Answer::Done).then_some(()))
+    }
+
+    fn ask_once<Q: Question, R>(&mut self, request: &Q, read: &impl Fn(Q::Answer<'_>) -> Option<R>) -> Result<R, DeviceError> {
         self.sequence = self.sequence.wrapping_add(1);
         let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
         let wire = encode(Kind::Request, self.sequence, request, &mut wire).map_err(|_| DeviceError::Unexpected)?;
@@ -168,7 +230,7 @@ impl<P: Read + Write> Client<P> {
                 // The board discards a partial request.
                 Ok(()) | Err(_) => {}
             }
-            if let Some(outcome) = self.listen(|frame| outcome::<Q, R>(frame, &read), &mut heard)? {
+            if let Some(outcome) = self.listen(|frame| outcome::<Q, R>(frame, read), &mut heard)? {
                 return outcome;
             }
         }

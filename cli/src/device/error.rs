@@ -4,6 +4,8 @@ use link::l2a_table::image::ImageError;
 use link::serial::{Refusal, VERSION};
 use link::symbol_rate::SymbolRate;
 
+use crate::pin::PinError;
+
 /// Why a board did not execute a request. Only errors on opening name the port; for others the caller adds it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DeviceError {
@@ -115,6 +117,12 @@ pub enum DeviceError {
     /// The firmware predates keys.
     #[error("its firmware is too old to sign messages, and nothing was changed: flash the present one (docs/hardware.md)")]
     NoKey,
+    /// The firmware predates locks.
+    #[error("its firmware is too old to be locked, and nothing was changed: flash the present one (docs/hardware.md)")]
+    NoLock,
+    /// There is no PIN.
+    #[error(transparent)]
+    Pin(#[from] PinError),
     /// The firmware predates test panels.
     #[error("its firmware is too old to show test panels, and nothing was changed: flash the present one (docs/hardware.md)")]
     NoTest,
