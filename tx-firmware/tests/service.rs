@@ -193,7 +193,7 @@ fn what_was_missing_is_no_fault_any_more_once_it_is_written() {
 fn a_table_that_cannot_be_stored_does_not_run() {
     let mut bench = Bench::new();
     let dead = flash::Flash {
-        power: flash::Power::Gone,
+        power: flash::Power::For(0),
         ..flash::Flash::new()
     };
     bench.store = tx_firmware::store::Store::new(dead, 0..8192).expect("a store");
@@ -207,6 +207,22 @@ fn a_table_that_cannot_be_stored_does_not_run() {
     let cycles = 54;
     bench.expect(&Request::WriteCarrier { millihertz, cycles }, &Answer::Refused(Refusal::Store));
     assert_eq!(bench.transmitter.timing(), SymbolTiming::default());
+}
+
+/// It may be locked.
+#[cfg(feature = "signing")]
+#[test]
+fn a_store_that_cannot_be_read_permits_no_change() {
+    let mut bench = Bench::new();
+    let dead = flash::Flash {
+        power: flash::Power::Gone,
+        ..flash::Flash::new()
+    };
+    bench.store = tx_firmware::store::Store::new(dead, 0..8192).expect("a store");
+    for request in [Request::StopSending, Request::ResetCounters, Request::ReadLock] {
+        bench.expect(&request, &Answer::Refused(Refusal::Store));
+    }
+    assert!(!bench.ask(&Request::Status, |answer| matches!(answer, Answer::Refused(_))));
 }
 
 #[test]
