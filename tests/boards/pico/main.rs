@@ -10,6 +10,7 @@ mod desk_kit;
 mod emulator;
 mod image;
 mod light;
+mod lock;
 mod measure;
 mod panel;
 mod power_cut;
@@ -45,6 +46,7 @@ fn main() -> ExitCode {
         closed_loop::a_message_sent_to_the_board_is_received_by_a_camera,
         signing::a_message_is_signed_on_the_board_and_proven_by_the_public_key,
         signing::a_key_clears_a_full_store_while_symbols_go_on,
+        lock::a_locked_board_wants_a_permit_while_symbols_go_on,
         restart::a_program_that_hangs_is_restarted,
         restart::it_is_dark_without_a_program,
         restart::a_panic_is_dark_and_restarts,

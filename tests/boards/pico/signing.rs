@@ -20,14 +20,14 @@ use crate::vocc::vocc;
 
 const SEED: [u8; 32] = *b"the private key of a board's own";
 const FIRST_COUNTER: u32 = 1_760_000_000;
-const WRITE_KEY: Request<'_> = Request::WriteKey {
+pub const WRITE_KEY: Request<'_> = Request::WriteKey {
     seed: Seed(&SEED),
     counter: FIRST_COUNTER,
 };
 /// Maximum time for the signature of a message, in cycles: a quarter of a second.
 const SIGNING_MAX: u64 = 31_250_000;
 /// Time within which a sent message is verified, including its signature of 20 panels, in ms.
-const PROVEN_MS: u32 = 1_000;
+pub const PROVEN_MS: u32 = 1_000;
 
 /// The bytes of a request with this sequence number.
 fn wire(sequence: u32, request: &Request<'_>) -> Vec<u8> {
@@ -36,21 +36,21 @@ fn wire(sequence: u32, request: &Request<'_>) -> Vec<u8> {
 }
 
 /// The events in some time after a request.
-fn after(board: &mut Emulator, sequence: u32, request: &Request<'_>, milliseconds: u32) -> Vec<Happening> {
+pub fn after(board: &mut Emulator, sequence: u32, request: &Request<'_>, milliseconds: u32) -> Vec<Happening> {
     let mut port = UnixStream::connect(board.socket()).expect("the emulator listens");
     port.write_all(&wire(sequence, request)).expect("the board takes it");
     board.run_ms(milliseconds)
 }
 
 /// The panels with their light.
-fn record(events: &[Happening]) -> Record {
+pub fn record(events: &[Happening]) -> Record {
     let mut record = Record::default();
     record.extend(events);
     record
 }
 
 /// The first signed message in the symbols.
-fn signed(symbols: &[Symbol]) -> Option<(Vec<u8>, Signature)> {
+pub fn signed(symbols: &[Symbol]) -> Option<(Vec<u8>, Signature)> {
     let mut deframer = Box::new(Deframer::new());
     (0..).zip(symbols).find_map(|(index, symbol)| {
         let seen = SoftPanel::certain(symbol.panel, 20);
