@@ -112,7 +112,8 @@ fn end(child: &mut Child, begun: Instant, signal: Option<(Signal, Duration)>) ->
     }
 }
 
-fn input(work: &Work, folder: &Path) -> Stdio {
+/// Standard input of a command.
+pub fn input(work: &Work, folder: &Path) -> Stdio {
     match work.input {
         Some(name) => std::fs::File::open(folder.join(name)).expect("an input").into(),
         None => Stdio::null(),

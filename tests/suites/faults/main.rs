@@ -19,7 +19,7 @@ mod workshop;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::{Command, ExitCode};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rand::{Rng, RngExt, SeedableRng};
@@ -91,6 +91,18 @@ fn every_command_is_disturbed(workshop: &Workshop) {
     }
 }
 
+/// A command and its undisturbed outcome. It runs once for all tests.
+fn reference(workshop: &Workshop, work: &Work) -> Arc<Reference> {
+    static KNOWN: Mutex<BTreeMap<(&str, &str), Arc<Reference>>> = Mutex::new(BTreeMap::new());
+    let key = (work.command, work.arguments);
+    let known = KNOWN.lock().expect("nobody panics").get(&key).cloned();
+    known.unwrap_or_else(|| {
+        let known = Arc::new(Reference::of(workshop, *work));
+        KNOWN.lock().expect("nobody panics").insert(key, Arc::clone(&known));
+        known
+    })
+}
+
 /// Checks some commands, a few in parallel.
 fn all(works: &[&Work], check: impl Fn(&Work) -> Result<(), String> + Sync) {
     let faults = trials::faults(works.iter(), AT_ONCE, |work| {
@@ -102,9 +114,9 @@ fn all(works: &[&Work], check: impl Fn(&Work) -> Result<(), String> + Sync) {
 /// If the reader closes standard output, every command still completes its files and returns its status.
 fn a_reader_who_leaves_changes_only_what_he_reads(workshop: &Workshop) {
     let works: Vec<&Work> = WORKS.iter().filter(|work| !work.is_slow).chain(REFUSING).chain(ASIDE).collect();
-    all(&works, |&work| Reference::of(workshop, work).go_unread(workshop, patience()));
-    for &work in REFUSING {
-        assert_ne!(Reference::of(workshop, work).status, 0, "{work:?} is to be refused");
+    all(&works, |work| reference(workshop, work).go_unread(workshop, patience()));
+    for work in REFUSING {
+        assert_ne!(reference(workshop, work).status, 0, "{work:?} is to be refused");
     }
 }
 
@@ -112,7 +124,7 @@ fn a_reader_who_leaves_changes_only_what_he_reads(workshop: &Workshop) {
 fn no_name_steers_a_terminal(workshop: &Workshop) {
     let works = WORKS.iter().chain(REFUSING).chain(ASIDE);
     let works: Vec<&Work> = works.filter(|work| !work.is_slow && names::has_some(work)).collect();
-    all(&works, |work| names::try_all(workshop, work));
+    all(&works, |work| names::try_all(workshop, &reference(workshop, work)));
 }
 
 /// A stop at once, during the work or at any other time ends every command, whether or not its errors are read.
@@ -142,11 +154,11 @@ fn every_command_ends_at_once_at_its_largest(workshop: &Workshop) {
 fn nothing_is_lost_whatever_goes_wrong(workshop: &Workshop) {
     let (count, seed) = (number("VOCC_FAULTS").unwrap_or(FEW), number("VOCC_FAULT_SEED").unwrap_or(1));
     let is_gate = count == FEW;
-    let known = |&work: &Work| match work.is_slow && is_gate {
-        true => Reference::unseen(work),
-        false => Reference::of(workshop, work),
+    let known = |work: &Work| match work.is_slow && is_gate {
+        true => Arc::new(Reference::unseen(*work)),
+        false => reference(workshop, work),
     };
-    let known: Vec<Reference> = WORKS.iter().map(known).collect();
+    let known: Vec<Arc<Reference>> = WORKS.iter().map(known).collect();
     let counts = Mutex::new(BTreeMap::<&str, u64>::new());
     let longest = Mutex::new((Duration::ZERO, String::new()));
     let faults = trials::faults(0..count, AT_ONCE, |trial| {
@@ -174,8 +186,8 @@ fn a_long_stream_takes_no_more_memory_and_is_told_of_at_once(workshop: &Workshop
 }
 
 /// A random command by relative frequency, and a fault for it.
-fn draw<'a>(known: &'a [Reference], random: &mut impl Rng) -> (&'a Reference, Fault, bool) {
-    let turns = known.iter().flat_map(|known| (0..known.work.turns).map(move |_| known));
+fn draw<'a>(known: &'a [Arc<Reference>], random: &mut impl Rng) -> (&'a Reference, Fault, bool) {
+    let turns = known.iter().flat_map(|known| (0..known.work.turns).map(move |_| &**known));
     let turns: Vec<&Reference> = turns.collect();
     let known = turns[random.random_range(0..turns.len())];
     loop {

@@ -3,8 +3,9 @@
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
+use crate::attempt::input;
 use crate::commands::Work;
 use crate::judge::Reference;
 use crate::workshop::Workshop;
@@ -19,7 +20,8 @@ pub fn has_some(work: &Work) -> bool {
 }
 
 /// Runs a command with such names: its status is that with plain names, and neither output carries a name's bytes.
-pub fn try_all(workshop: &Workshop, work: &Work) -> Result<(), String> {
+pub fn try_all(workshop: &Workshop, known: &Reference) -> Result<(), String> {
+    let work = &known.work;
     let folder = workshop.folder();
     let hostile = |name: &str| OsString::from_vec([PREFIX, name.as_bytes()].concat());
     let arguments = work.arguments().map(|text| match text.split_at(1) {
@@ -34,15 +36,9 @@ pub fn try_all(workshop: &Workshop, work: &Work) -> Result<(), String> {
     let arguments: Vec<OsString> = arguments.collect();
     let before = entries(folder.path());
     let mut command = Command::new(workshop.vocc());
-    command
-        .args(work.command.split(' ').filter(|word| !word.is_empty()))
-        .args(&arguments);
-    command.current_dir(folder.path()).stdin(match work.input {
-        Some(name) => std::fs::File::open(folder.path().join(name)).expect("an input").into(),
-        None => Stdio::null(),
-    });
+    command.args(work.command.split_whitespace()).args(&arguments);
+    command.current_dir(folder.path()).stdin(input(work, folder.path()));
     let output = command.output().expect("vocc runs");
-    let known = Reference::of(workshop, *work);
     let errors = String::from_utf8_lossy(&output.stderr);
     if output.status.code() != Some(known.status) {
         return Err(format!("{} with plain names, now {}: {errors}", known.status, output.status));
@@ -68,7 +64,7 @@ fn entries(folder: &Path) -> usize {
     std::fs::read_dir(folder).expect("a folder").count()
 }
 
-/// What is judged is told apart.
+/// Names that steer a terminal are found, and plain text is not.
 pub fn passes_nothing_that_steers() {
     assert_eq!(steers("plain: é\tx\n".as_bytes()), None);
     for name in [PREFIX, b"\xff", b"\x1b[2J", "\u{9b}2J".as_bytes(), "\u{202e}".as_bytes(), b"\r"] {
