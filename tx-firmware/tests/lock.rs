@@ -2,6 +2,7 @@
 
 mod bench;
 mod flash;
+mod reads;
 
 use std::collections::HashSet;
 
@@ -12,6 +13,7 @@ use link::l2a_table::L2aTable;
 use link::lock::Challenge;
 use link::serial::{Answer, Kind, REQUEST_FRAME_MAX, Refusal, Request, Seed, encode, wire_length};
 use link::signing::SecretKey;
+use reads::READS;
 use tx_firmware::calibration::BENCH;
 use tx_firmware::light_watch::{LightSample, SensorRange};
 use tx_firmware::matrix::RecordingMatrix;
@@ -153,19 +155,7 @@ fn a_locked_transmitter_changes_nothing_and_tells_everything() {
         assert!(request.changes());
         bench.expect(&request, &LOCKED);
     }
-    let reads = [
-        Request::Hello,
-        Request::Status,
-        Request::ReadTable { offset: 0 },
-        Request::ReadCalibration,
-        Request::ReadSymbolRate,
-        Request::ReadIntensityLimit,
-        Request::ReadCarrier,
-        Request::ReadKey,
-        Request::ReadSensor,
-        Request::ReadLock,
-    ];
-    for request in reads {
+    for request in READS {
         assert!(!request.changes());
         assert!(!bench.ask(&request, |answer| matches!(answer, Answer::Refused(_))), "{request:?}");
     }

@@ -2,6 +2,7 @@
 
 mod bench;
 mod flash;
+mod reads;
 
 use std::collections::HashSet;
 
@@ -12,6 +13,7 @@ use link::l2a_table::L2aTable;
 use link::panel::SoftPanel;
 use link::serial::{Answer, Kind, Refusal, Request, Seed, encode};
 use link::signing::{PublicKey, SecretKey, TrustedKey, Verdict, verdict};
+use reads::READS;
 use tx_firmware::store::{Memory, RESERVED, Store, StoreError};
 
 const PLACE: core::ops::Range<u32> = 0..2 * ERASE as u32;
@@ -418,22 +420,11 @@ fn a_key_is_never_read_back() {
     };
     let mut told = Vec::new();
     let mut printed = format!("{write:?}");
-    let requests = [
-        write,
-        Request::Send {
-            repeats: None,
-            message: b"ice",
-        },
-        Request::Hello,
-        Request::Status,
-        Request::ReadTable { offset: 0 },
-        Request::ReadCalibration,
-        Request::ReadSymbolRate,
-        Request::ReadIntensityLimit,
-        Request::ReadCarrier,
-        Request::ReadKey,
-    ];
-    for request in requests {
+    let send = Request::Send {
+        repeats: None,
+        message: b"ice",
+    };
+    for request in [write, send].into_iter().chain(READS) {
         let mut wire = [0; 128];
         let wire = encode(Kind::Request, 1, &request, &mut wire).expect("it fits");
         told.extend(bench.exchange(wire));
