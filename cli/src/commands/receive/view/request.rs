@@ -168,16 +168,14 @@ pub fn begin_events(stream: &mut TcpStream) -> std::io::Result<()> {
 /// Refuses a request without a wait for its rest.
 pub fn refuse_at_once(stream: &mut TcpStream, why: Refusal) -> std::io::Result<()> {
     stream.set_nonblocking(true)?;
-    respond(stream, why.status(), "text/plain; charset=utf-8", &(why.text() + "\n"))?;
-    stream.shutdown(Shutdown::Write)?;
+    say_no(stream, why)?;
     // If a request that has come is not read, the peer loses the answer.
     stream.read(&mut [0; 4096]).map(drop)
 }
 
 /// Refuses a request, and reads its rest.
 pub fn refuse(stream: &mut TcpStream, why: Refusal) -> std::io::Result<()> {
-    respond(stream, why.status(), "text/plain; charset=utf-8", &(why.text() + "\n"))?;
-    stream.shutdown(Shutdown::Write)?;
+    say_no(stream, why)?;
     let (until, mut rest, mut piece) = (Instant::now() + REST_PATIENCE, 0, [0; 4096]);
     while rest < REST_MAX {
         let left = until.saturating_duration_since(Instant::now());
@@ -191,6 +189,11 @@ pub fn refuse(stream: &mut TcpStream, why: Refusal) -> std::io::Result<()> {
         }
     }
     Ok(())
+}
+
+fn say_no(stream: &mut TcpStream, why: Refusal) -> std::io::Result<()> {
+    respond(stream, why.status(), "text/plain; charset=utf-8", &(why.text() + "\n"))?;
+    stream.shutdown(Shutdown::Write)
 }
 
 fn respond(stream: &mut TcpStream, status: &str, kind: &str, body: &str) -> std::io::Result<()> {

@@ -5,7 +5,7 @@ const view = {
   picture: null,
   /** By number. @type {Map<number, PanelCard>} */
   panels: new Map(),
-  /** By panel and text. @type {Map<string, HTMLElement>} */
+  /** By panel and text, the last received last. @type {Map<string, HTMLElement>} */
   texts: new Map(),
   /** The newest frame that waits for the one before it. @type {any} */
   waiting: null,
@@ -137,6 +137,7 @@ function showMessage({ times, report, proof }) {
   const { panel, message, message_hex: hex = null } = report ?? proof;
   const key = JSON.stringify([panel, message, hex]);
   const place = view.texts.get(key) ?? make("p");
+  view.texts.delete(key);
   view.texts.set(key, place);
   // Bytes that are no text differ in their digits only.
   const isText = !hex || !message.includes("\ufffd");
@@ -154,10 +155,9 @@ function showMessage({ times, report, proof }) {
 
 /** Drops the text that was not received for the longest time. */
 function dropOldestText() {
-  const oldest = byId("texts").firstElementChild;
-  const [key] = [...view.texts].find(([, place]) => place === oldest);
+  const [[key, place]] = view.texts;
   view.texts.delete(key);
-  oldest.remove();
+  place.remove();
 }
 
 /** @param {any} report @param {number} times @returns {string[]} */
