@@ -46,9 +46,6 @@ fn bad_scenes_are_refused() {
     refused(&["plan", common::name(&scene)], &["distance_ft", "line 2"]);
 }
 
-/// A camera of 30 frames a second, with short messages.
-const ADVICE: &str = "plan --camera phone --bytes 4 --runs 1 --set camera.width_px=160 --set=camera.height_px=120";
-
 #[test]
 fn studies_of_single_frames_refuse_a_carrier() {
     let carrier = "--set=link.carrier_cycles=16";
@@ -60,6 +57,9 @@ fn studies_of_single_frames_refuse_a_carrier() {
         refused(&[command, &[carrier]].concat(), &["link.carrier_cycles = 16", "vocc link"]);
     }
 }
+
+/// A camera of 30 frames a second, with short messages.
+const ADVICE: &str = "plan --camera phone --bytes 4 --runs 1 --set camera.width_px=160 --set=camera.height_px=120";
 
 #[test]
 fn a_camera_is_told_what_to_be_shown() {

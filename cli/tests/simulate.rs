@@ -570,14 +570,9 @@ fn a_locked_board_changes_nothing_without_its_pin() {
     ];
     for change in changes {
         refused(&[change, &["--port", &board.port]].concat(), &["its PIN is needed", "--pin-file"]);
-        let wrong = [change, &["--pin-file", &second]].concat();
-        if change[1] == "rate" {
-            refused(
-                &[&wrong[..], &["--port", &board.port]].concat(),
-                &["the PIN is not that of its lock"],
-            );
-        }
     }
+    let wrong = ["device", "rate", "27", "--pin-file", &second, "--port", &board.port];
+    refused(&wrong, &["the PIN is not that of its lock"]);
     prints(&board.vocc(&["device", "rate"]), "90");
     let opened = |words: &[&str]| board.vocc(&[words, &["--pin-file", &first]].concat());
     for change in &changes[..5] {

@@ -22,7 +22,7 @@ mod calibration;
 mod key;
 mod limit;
 mod lock;
-mod rate;
+pub mod rate;
 mod receiver;
 mod simulate;
 

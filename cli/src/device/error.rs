@@ -160,3 +160,13 @@ pub enum DeviceError {
     #[error("the transmitter's table cannot be used: {0}")]
     Image(#[from] ImageError),
 }
+
+impl DeviceError {
+    /// This error, or the meaning of a request that the firmware does not know.
+    pub fn if_unknown(self, meaning: Self) -> Self {
+        match self {
+            Self::Refused(Refusal::Unknown) => meaning,
+            other => other,
+        }
+    }
+}

@@ -306,10 +306,7 @@ fn test(client: &mut Connection, panel: PanelFrame, share: u8, time: Duration) -
         time_ms: u16::try_from(time.as_millis()).unwrap_or(u16::MAX),
     };
     let outcome = client.ask(&request, |answer| (answer == Answer::Done).then_some(()));
-    outcome.map_err(|error| match error {
-        DeviceError::Refused(Refusal::Unknown) => DeviceError::NoTest,
-        other => other,
-    })
+    outcome.map_err(|error| error.if_unknown(DeviceError::NoTest))
 }
 
 fn wait(time: Duration, stop: Stop) {

@@ -80,8 +80,5 @@ fn ask(client: &mut Connection, request: &Request<'_>) -> Result<Option<(KeyId, 
         Answer::Key { id, counter } => Some(id.map(|id| (KeyId(id.to_be_bytes()), counter))),
         _ => None,
     });
-    outcome.map_err(|error| match error {
-        DeviceError::Refused(Refusal::Unknown) => DeviceError::NoKey,
-        other => other,
-    })
+    outcome.map_err(|error| error.if_unknown(DeviceError::NoKey))
 }

@@ -1,7 +1,7 @@
 //! The limit of a transmitter's luminous intensity, which is set together with its calibration.
 
 use link::intensity::IntensityLimit;
-use link::serial::{Answer, Refusal, Request};
+use link::serial::{Answer, Request};
 
 use crate::device::DeviceError;
 use crate::options::Connection;
@@ -32,8 +32,5 @@ fn ask(client: &mut Connection, request: &Request<'_>) -> Result<Option<Intensit
         }
         _ => None,
     });
-    outcome.map_err(|error| match error {
-        DeviceError::Refused(Refusal::Unknown) => DeviceError::NoIntensityLimit,
-        other => other,
-    })
+    outcome.map_err(|error| error.if_unknown(DeviceError::NoIntensityLimit))
 }

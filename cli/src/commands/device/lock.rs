@@ -100,8 +100,5 @@ fn ask(client: &mut Connection, request: &Request<'_>) -> Result<bool, DeviceErr
         Answer::Lock { salt, .. } => Some(salt.is_some()),
         _ => None,
     });
-    outcome.map_err(|error| match error {
-        DeviceError::Refused(Refusal::Unknown) => DeviceError::NoLock,
-        other => other,
-    })
+    outcome.map_err(|error| error.if_unknown(DeviceError::NoLock))
 }

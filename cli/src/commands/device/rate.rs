@@ -1,7 +1,7 @@
 //! `vocc device rate`: the symbol rate and the carrier of a transmitter, or the rate that a receiver expects.
 
 use anyhow::{Context, ensure};
-use link::serial::{self, Refusal, Request};
+use link::serial::{self, Request};
 use link::symbol_rate::SymbolRate;
 use link::waveform::{SymbolTiming, Waveform};
 use serde_json::json;
@@ -52,6 +52,14 @@ pub struct Told {
     pub carrier_cycles: Option<u16>,
 }
 
+impl Told {
+    /// Cycles of the carrier per symbol, and its frequency in Hz, if there is one.
+    pub fn carrier(&self) -> Option<(u16, f64)> {
+        let cycles = self.carrier_cycles.filter(|&cycles| cycles > 0)?;
+        Some((cycles, f64::from(cycles) * self.symbol_rate_hz))
+    }
+}
+
 /// Changes the rate if requested, and prints the present one.
 pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verdict> {
     let hz = wanted.hz()?;
@@ -80,10 +88,8 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
         }
         output::json(&values)?;
     } else {
-        let carrier = carrier_cycles.filter(|&cycles| cycles > 0).map(|cycles| {
-            let carrier_hz = f64::from(cycles) * symbol_rate_hz;
-            format!(", each of {cycles} cycles of a carrier of {carrier_hz} Hz")
-        });
+        let carrier = told.carrier();
+        let carrier = carrier.map(|(cycles, carrier_hz)| format!(", each of {cycles} cycles of a carrier of {carrier_hz} Hz"));
         line(&format!(
             "{}: {symbol_rate_hz} symbols a second{}",
             port.name(),
@@ -161,7 +167,7 @@ fn ask_carrier(client: &mut Connection, request: &Request<'_>) -> Result<Told, D
         }),
         _ => None,
     });
-    told.map_err(|error| if_unknown(error, DeviceError::NoCarrier))
+    told.map_err(|error| error.if_unknown(DeviceError::NoCarrier))
 }
 
 fn ask_rate(client: &mut Connection, request: &Request<'_>) -> Result<f64, DeviceError> {
@@ -169,13 +175,5 @@ fn ask_rate(client: &mut Connection, request: &Request<'_>) -> Result<f64, Devic
         serial::Answer::SymbolRate { millihertz } => Some(f64::from(millihertz) / 1e3),
         _ => None,
     });
-    told.map_err(|error| if_unknown(error, DeviceError::NoSymbolRate))
-}
-
-/// Replaces the error of an unknown request by its meaning.
-fn if_unknown(error: DeviceError, meaning: DeviceError) -> DeviceError {
-    match error {
-        DeviceError::Refused(Refusal::Unknown) => meaning,
-        other => other,
-    }
+    told.map_err(|error| error.if_unknown(DeviceError::NoSymbolRate))
 }

@@ -95,8 +95,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         Action::Pull(transfer) => return transfer.pull(shared),
         Action::Verify(transfer) => return transfer.verify(shared),
         Action::Check { file: path } => {
-            let (file, table) = TableFile::read_with_table(path)?;
-            file.check().with_context(|| path.display().to_string())?;
+            let (file, table) = checked(path)?;
             if let Some(unknown) = file.unknown().next() {
                 return Err(unknown).with_context(|| path.display().to_string());
             }
@@ -113,6 +112,13 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         }
     }
     Ok(Verdict::Yes)
+}
+
+/// A table and all of its file, whose parts agree.
+fn checked(path: &Path) -> anyhow::Result<(TableFile, L2aTable)> {
+    let (file, table) = TableFile::read_with_table(path)?;
+    file.check().with_context(|| path.display().to_string())?;
+    Ok((file, table))
 }
 
 /// Prints a table, by default the firmware's, and optionally draws it.

@@ -8,8 +8,9 @@ use link::serial::{Answer, Request};
 use serde_json::json;
 use sim::input;
 use sim::l2a::{read_table, table_file};
-use studies::table::TableFile;
 
+use super::checked;
+use crate::commands::device::rate::{self, Told};
 use crate::device::table::{pull, push};
 use crate::files;
 use crate::options::{Connection, Port, Shared};
@@ -28,7 +29,7 @@ pub struct Transfer {
 impl Transfer {
     /// Writes the table, which the transmitter stores and uses.
     pub fn push(&self, shared: &Shared) -> anyhow::Result<Verdict> {
-        let table = self.checked_table()?;
+        let table = self.table(|path| Ok(checked(path)?.1))?;
         let mut client = self.port.greet_transmitter()?;
         let mut progress = Progress::new(table.image().len() as u64, "bytes");
         push(&mut client, &table, |bytes| progress.done(bytes as u64)).with_context(|| self.port.name())?;
@@ -67,7 +68,7 @@ impl Transfer {
 
     /// Checks that the transmitter uses this table.
     pub fn verify(&self, shared: &Shared) -> anyhow::Result<Verdict> {
-        let wanted = self.table()?;
+        let wanted = self.table(read)?;
         let mut client = self.port.greet_transmitter()?;
         let found = pull(&mut client).with_context(|| self.port.name())?;
         let same = found == wanted;
@@ -94,18 +95,8 @@ impl Transfer {
         Ok(if same { Verdict::Yes } else { Verdict::No })
     }
 
-    /// The file's table if the rest of the file agrees with it, or the firmware's default.
-    fn checked_table(&self) -> anyhow::Result<L2aTable> {
-        let Some(path) = &self.file else {
-            return Ok(L2aTable::default());
-        };
-        let (file, table) = TableFile::read_with_table(path)?;
-        file.check().with_context(|| path.display().to_string())?;
-        Ok(table)
-    }
-
     /// The file's table, or the firmware's default.
-    fn table(&self) -> anyhow::Result<L2aTable> {
+    fn table(&self, read: impl Fn(&Path) -> anyhow::Result<L2aTable>) -> anyhow::Result<L2aTable> {
         self.file.as_deref().map_or_else(|| Ok(L2aTable::default()), read)
     }
 
@@ -145,22 +136,18 @@ fn outside(table: &L2aTable, client: &mut Connection) -> Vec<String> {
     // Skip values that the transmitter does not report.
     let light = light.ok().flatten().and_then(|lux| beyond("light, in lx,", lux, &lights));
     let interval = interval.ok().and_then(|own| beyond("LED interval", own, &intervals));
-    let carrier = client.ask(&Request::ReadCarrier, |answer| match answer {
-        Answer::Carrier { millihertz, cycles } => Some((f64::from(millihertz) / 1e3, cycles)),
-        _ => None,
-    });
-    let carrier = carrier.ok().and_then(|(rate_hz, cycles)| with_carrier(rate_hz, cycles));
+    let carrier = rate::in_use(client).ok().and_then(with_carrier);
     light.into_iter().chain(interval).chain(carrier).collect()
 }
 
 /// A warning if symbols have a carrier: all tables are made for still panels, because single frames are evaluated for them.
-fn with_carrier(rate_hz: f64, cycles: u16) -> Option<String> {
-    let carrier_hz = rate_hz * f64::from(cycles);
-    (cycles > 0).then(|| {
+fn with_carrier(told: Told) -> Option<String> {
+    let Told { symbol_rate_hz, .. } = told;
+    told.carrier().map(|(cycles, carrier_hz)| {
         format!(
             "it shows a carrier of {carrier_hz} Hz, and the table is made for still panels: with a carrier Off LEDs glow, too, and another \
-             ratio may reach farther; vocc link --set link.carrier_cycles={cycles} --set link.symbol_rate_hz={rate_hz} --set link.l2a=… \
-             compares ratios"
+             ratio may reach farther; vocc link --set link.carrier_cycles={cycles} --set link.symbol_rate_hz={symbol_rate_hz} --set \
+             link.l2a=… compares ratios"
         )
     })
 }
@@ -224,8 +211,12 @@ mod tests {
 
     #[test]
     fn a_table_on_a_board_with_a_carrier_is_warned_of() {
-        assert_eq!(with_carrier(90.0, 0), None);
-        let warning = with_carrier(90.0, 17).expect("a warning");
+        let told = |cycles| Told {
+            symbol_rate_hz: 90.0,
+            carrier_cycles: Some(cycles),
+        };
+        assert_eq!(with_carrier(told(0)), None);
+        let warning = with_carrier(told(17)).expect("a warning");
         assert!(warning.contains("1530 Hz") && warning.contains("still panels") && warning.contains("link.carrier_cycles=17"));
     }
 }
