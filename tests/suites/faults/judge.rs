@@ -150,19 +150,18 @@ impl Reference {
     /// Checks for a valid status or the signal sent, no panic, the true cause, and no false success.
     fn ended_well(&self, fault: Fault, outcome: &Outcome, patience: Duration) -> Result<(), String> {
         let said = |why: String| Err(format!("{why}: {}", outcome.errors.trim()));
-        let aborted = outcome.signal() == Some(ABORTED) && outcome.errors.contains("memory allocation of");
+        let lacked_memory = matches!(fault, Fault::AddressSpace(_)) && has_no_memory(outcome.signal(), &outcome.errors);
         let may_die_of = match fault {
             Fault::Signal(signal, _) | Fault::UnreadErrors(signal, _) => Some(signal.number()),
             Fault::SilentInput(_) => Some(Signal::Interrupt.number()),
-            // Rust's library aborts a program without memory.
-            Fault::AddressSpace(_) if aborted => Some(ABORTED),
+            Fault::AddressSpace(_) if lacked_memory => Some(ABORTED),
             _ => None,
         };
         let is_status = outcome.status.code().is_some_and(|status| (0..=2).contains(&status));
         if !is_status && (outcome.signal().is_none() || outcome.signal() != may_die_of) {
             return said(format!("it ended with {}", outcome.status));
         }
-        if outcome.errors.contains("panicked") {
+        if outcome.errors.contains("panicked") && !lacked_memory {
             return said("it panicked".into());
         }
         if let Some(time) = outcome.after_signal.filter(|time| *time > patience) {
@@ -233,6 +232,28 @@ impl Reference {
         let other = left.keys().find(|name| !self.written.contains_key(*name));
         other.map_or(Ok(()), |name| Err(format!("{name} is left over")))
     }
+}
+
+/// Whether the libraries below the program aborted it for lack of memory: Rust's on an allocation or at the start of a thread, or C's.
+///
+/// Which of them fails first depends on the random layout of the address space.
+fn has_no_memory(signal: Option<i32>, errors: &str) -> bool {
+    let reasons = [
+        "memory allocation of",
+        "failed to allocate an alternative stack",
+        "Fatal glibc error",
+    ];
+    signal == Some(ABORTED) && reasons.iter().any(|reason| errors.contains(reason)) && panics_of_threads_only(errors)
+}
+
+/// Whether each panic is that of a thread without memory for its signal stack.
+fn panics_of_threads_only(errors: &str) -> bool {
+    let mut parts = errors.split("panicked at ").skip(1);
+    parts.all(|part| {
+        part.lines()
+            .next()
+            .is_some_and(|place| place.contains("/library/std/src/sys/pal/unix/stack_overflow.rs:"))
+    })
 }
 
 /// Checks that folders of frames are complete if they claim to be, and that either all arrays exist or none, unless the program was killed.
@@ -323,6 +344,18 @@ pub fn passes_nothing_broken() {
             .map(|(_, record)| record.clone());
         assert!(!is_recording(&recording(&some.collect::<Vec<_>>())), "{missing}");
     }
+    assert!(has_no_memory(Some(ABORTED), "memory allocation of 41 bytes failed"));
+    assert!(has_no_memory(
+        Some(ABORTED),
+        "Fatal glibc error: failed to register TLS destructor: out of memory"
+    ));
+    let thread = "thread '<unnamed>' (7) panicked at /rustc/1/library/std/src/sys/pal/unix/stack_overflow.rs:236:13:\n\
+                  failed to allocate an alternative stack: Cannot allocate memory (os error 12)\n";
+    assert!(has_no_memory(Some(ABORTED), thread) && !has_no_memory(None, thread));
+    let panic = "thread 'main' (8) panicked at cli/src/main.rs:1:1:\nmemory allocation of\n";
+    assert!(!has_no_memory(Some(ABORTED), panic) && !has_no_memory(Some(ABORTED), &format!("{thread}{panic}")));
+    assert!(!has_no_memory(Some(ABORTED), "it aborted"));
+
     let whole = recording(&all);
     for at in 0..whole.len() {
         assert!(!is_recording(&[&whole[..at], &whole[at + 1..]].concat()), "{at}");
