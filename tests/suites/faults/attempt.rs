@@ -13,8 +13,12 @@ use crate::commands::Work;
 use crate::fault::{Fault, Signal};
 use crate::workshop::{PIPE, Workshop};
 
-/// Time after which a command counts as hung.
-const FOR_EVER: Duration = Duration::from_secs(120);
+/// A command without processor time for so long is hung: on a busy machine a long run takes longer, but goes on.
+const IDLE: Duration = Duration::from_secs(120);
+/// A command that takes longer is hung, whatever it does.
+const FOR_EVER: Duration = Duration::from_secs(1800);
+/// Time between two looks at a command's processor time.
+const LOOK: Duration = Duration::from_secs(1);
 /// Delay of Ctrl-C after an input that does not answer.
 const SILENCE: Duration = Duration::from_millis(300);
 /// A folder that no user can write to.
@@ -94,6 +98,7 @@ pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool,
 /// Waits for the exit, and sends a signal before it; `None` if the command hangs.
 fn end(child: &mut Child, begun: Instant, signal: Option<(Signal, Duration)>) -> Option<(ExitStatus, Option<Duration>)> {
     let mut sent = None;
+    let (mut ticks, mut worked, mut looked) = (0, begun, begun);
     loop {
         if let Some(status) = child.try_wait().expect("a child") {
             return Some((status, sent.map(|sent: Instant| sent.elapsed())));
@@ -105,12 +110,40 @@ fn end(child: &mut Child, begun: Instant, signal: Option<(Signal, Duration)>) ->
             }
             _ => {}
         }
-        if begun.elapsed() > FOR_EVER {
+        if looked.elapsed() > LOOK {
+            looked = Instant::now();
+            let now = processor_ticks(child.id());
+            if now > ticks {
+                (ticks, worked) = (now, looked);
+            }
+        }
+        if worked.elapsed() > IDLE || begun.elapsed() > FOR_EVER {
             let _ = child.kill();
             let _ = child.wait();
             return None;
         }
         std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Processor time of a running program in the kernel's ticks; 0 if it is gone.
+fn processor_ticks(program: u32) -> u64 {
+    let line = std::fs::read_to_string(format!("/proc/{program}/stat")).unwrap_or_default();
+    // The name before may hold spaces. The user's and the system's time are the fields 14 and 15.
+    let (_, fields) = line.rsplit_once(')').unwrap_or_default();
+    fields
+        .split_whitespace()
+        .skip(11)
+        .take(2)
+        .filter_map(|ticks| ticks.parse::<u64>().ok())
+        .sum()
+}
+
+/// Tests the count itself: it sees work.
+pub fn sees_work() {
+    let begun = Instant::now();
+    while processor_ticks(std::process::id()) == 0 {
+        assert!(begun.elapsed() < IDLE, "this loop is work");
     }
 }
 
