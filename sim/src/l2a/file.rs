@@ -90,6 +90,15 @@ pub enum Fault {
         /// The ratio.
         ratio: f64,
     },
+    /// It was changed after a search wrote it.
+    #[error(
+        "it was changed after it was written: its checksum should be {wanted}. Put it back, or take out the last line to use it as a table \
+         of your own"
+    )]
+    Changed {
+        /// The checksum of its lines.
+        wanted: String,
+    },
     /// An axis is invalid.
     #[error(transparent)]
     Axes(#[from] TableError),

@@ -2,7 +2,7 @@
 //!
 //! Beside the ratios it has the settings of the search (`search`), the scene, the results of each illuminance and interval (`entries`) and
 //! of each setting (`cells`). A table by reach has `reach`, `reach_entries` and, for each tried ratio, `reach_points` instead; a table of
-//! least regret over several of these has `regret`, `regret_entries` and `regret_points`.
+//! least regret over several of these has `regret`, `regret_entries` and `regret_points`. The last line of all these is a checksum.
 
 use std::path::Path;
 
@@ -17,6 +17,7 @@ use super::by_reach::{ReachEntry, ReachPoint, ReachRecord};
 use super::condition::with_panel;
 use super::findings::{Findings, Outcome, Unknown};
 use super::regret::{Regret, RegretEntry, RegretPoint, RegretRecord};
+use super::seal;
 use super::survey::{News, Survey, SurveyError};
 use crate::reach::{Curve, found_to_m};
 
@@ -230,9 +231,14 @@ impl TableFile {
         Ok(())
     }
 
+    /// Whether the program made it: by a search, or as the ratios of least regret over several searches.
+    fn is_made(&self) -> bool {
+        self.is_searched() || self.regret.record.is_some()
+    }
+
     /// Whether a place has a result, or a ratio in a table without an origin.
     fn is_found(&self, place: [f64; 2]) -> bool {
-        let is_plain = !self.is_searched() && self.regret.record.is_none();
+        let is_plain = !self.is_made();
         self.search.entry(place).is_some()
             || self.reach.entry(place).is_some()
             || self.regret.entry(place).is_some()
@@ -287,9 +293,10 @@ impl TableFile {
     /// The same for a text.
     ///
     /// # Errors
-    /// If it is not TOML with the keys of a table, or has another version.
+    /// If it is not TOML with the keys of a table, has another version, or was changed after it was written.
     pub fn from_toml(text: &str) -> Result<Self, Fault> {
         let ratios = RatioFile::from_toml(text)?;
+        seal::verify(text)?;
         let origin: Origin = toml::from_str(text).map_err(Box::new)?;
         Ok(Self {
             ratios,
@@ -336,7 +343,8 @@ impl TableFile {
             regret: &self.regret.record,
             scene: &self.scene,
         };
-        Ok(format!("{text}\n{}", toml::to_string(&origin)?))
+        let text = format!("{text}\n{}", toml::to_string(&origin)?);
+        Ok(if self.is_made() { seal::sealed(&text) } else { text })
     }
 }
 
@@ -456,7 +464,12 @@ mod tests {
             ),
         ] {
             assert!(text.contains(from), "{from} is to be replaced in {text}");
-            let changed = TableFile::from_toml(&text.replacen(from, to, 1)).unwrap();
+            let edited = text.replacen(from, to, 1);
+            let fault = TableFile::from_toml(&edited).unwrap_err();
+            assert!(matches!(fault, Fault::Changed { .. }), "{fault}");
+            // As a table of one's own it has no checksum, as those of earlier versions.
+            let own = edited.lines().filter(|line| !line.starts_with("# checksum")).collect::<Vec<_>>();
+            let changed = TableFile::from_toml(&own.join("\n")).unwrap();
             let said = changed.check().expect_err(to).to_string();
             words
                 .iter()

@@ -19,6 +19,7 @@ mod findings;
 mod intensity;
 mod least_regret;
 mod regret;
+mod seal;
 mod survey;
 
 pub use by_criterion::{Cell, CriterionSurvey, Entry, Rule, SearchRecord};
