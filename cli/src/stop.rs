@@ -85,8 +85,10 @@ fn end(signal: i32) {
 /// Says that the command was interrupted, unless it has ended meanwhile: then only lets it exit. Nobody may read standard error, and the
 /// command itself may wait there: a thread that waits, too, holds up nothing.
 fn last_words() {
-    let (sender, told) = sync_channel::<()>(0);
+    let (sender, told) = sync_channel(1);
     let telling = std::thread::Builder::new().spawn(move || {
+        // On a busy machine it may start late.
+        let _ = sender.send(());
         match IS_DONE.load(Ordering::Relaxed) {
             true => std::thread::sleep(PATIENCE),
             false => output::tell(overdue(HAS_WRITTEN.load(Ordering::Relaxed))),
@@ -94,6 +96,7 @@ fn last_words() {
         drop(sender);
     });
     if telling.is_ok() {
+        let _ = told.recv();
         let _ = told.recv_timeout(LOOK_EVERY);
     }
 }

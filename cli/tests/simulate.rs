@@ -224,7 +224,8 @@ fn the_flash_survives_and_is_one_boards_at_a_time() {
     let symbols = |status: &Value| status["symbols"].as_f64().unwrap_or(0.0);
     let uptime_s = |status: &Value| status["uptime_s"].as_f64().unwrap_or(0.0);
     board.wait_for("three seconds", |status| uptime_s(status) >= 3.0);
-    let rate_hz = symbols(&board.status()) / (uptime_s(&board.status()) + 0.5);
+    let status = board.status();
+    let rate_hz = symbols(&status) / (uptime_s(&status) + 0.5);
     assert!((15.0..40.0).contains(&rate_hz), "{rate_hz} symbols a second");
     board.end();
     refused(&["device", "simulate", "--flash", name(&table)], &["no flash memory", "65536"]);

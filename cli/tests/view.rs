@@ -340,7 +340,7 @@ fn a_signer_and_the_verdict_are_shown() {
 #[test]
 fn a_live_source_shows_its_latency_and_stops() {
     let place = Place::with_frames("view-live", "/bin/cat times >&2; /bin/cat frames; exec /bin/sleep 600");
-    let served = Served::start(&mut place.receive(&["udp://127.0.0.1:5000", "--live", "--view", "--json"]));
+    let served = Served::start(&mut place.receive(&["udp://127.0.0.1:5000", "--view", "--json"]));
     let mut events = served.events();
     assert_eq!(events.next().expect("the source").1["is_live"], true);
     let mut frames = events.by_ref().filter(|(event, _)| event == "frame");

@@ -37,7 +37,7 @@ const REQUEST_BYTES: usize = 1 << 16;
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 /// A client that takes nothing for this long has gone.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Time for the clients' queues at the end.
+/// A client that takes nothing of its queue for this long at the end is left.
 const FAREWELL: Duration = Duration::from_millis(500);
 /// The opcode of a message of a channel.
 const MESSAGE_DATA: u8 = 1;
@@ -127,10 +127,18 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
+        let left = || {
+            let clients = &lock(&self.0).clients;
+            (clients.len(), clients.values().map(|client| client.queued_bytes).sum::<usize>())
+        };
         lock(&self.0).has_ended = true;
-        let begun = Instant::now();
-        while begun.elapsed() < FAREWELL && !lock(&self.0).clients.is_empty() {
+        let (mut last, mut moved) = (left(), Instant::now());
+        while moved.elapsed() < FAREWELL && last.0 > 0 {
             std::thread::sleep(LOOK_EVERY);
+            let now = left();
+            if now != last {
+                (last, moved) = (now, Instant::now());
+            }
         }
     }
 }

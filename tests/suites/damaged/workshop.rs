@@ -18,6 +18,8 @@ use crate::kinds::Kind;
 const MEMORY: u64 = 4 << 30;
 /// Time after which a run is asked to end, as damage may have made its work long.
 const LONG: Duration = Duration::from_secs(4);
+/// The same for an input that is whole.
+const FOR_EVER: Duration = Duration::from_secs(300);
 /// Time within which it then ends: a second, on a machine that is busy.
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Signal of Ctrl-C.
@@ -207,6 +209,8 @@ impl Workshop {
 
     /// Runs a kind's command over `bytes` in its file's place. `random`, if given, damages what a board answers.
     pub fn run(&self, kind: &Kind, bytes: &[u8], random: Option<&mut ChaCha8Rng>, as_json: bool) -> Result<Ended, String> {
+        // What is whole may take its time.
+        let long = if random.is_some() { LONG } else { FOR_EVER };
         let folder = tempfile::tempdir().expect("a folder");
         copy(self.inputs.path(), folder.path(), kind.file);
         let file = folder.path().join(kind.file);
@@ -253,7 +257,7 @@ impl Workshop {
                 break status;
             }
             match asked {
-                None if begun.elapsed() > LONG => {
+                None if begun.elapsed() > long => {
                     asked = Some(Instant::now());
                     let kill = Command::new("kill")
                         .args([&format!("-{INTERRUPT}"), &run.id().to_string()])

@@ -39,13 +39,17 @@ const FEW_FRAMES: u64 = 2000;
 /// A command ends within one second; the machine gets two more.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// [`PATIENCE`] times the last minute's load per processor, a factor from 1 to 10.
+/// [`PATIENCE`] times the load per processor, now or in the last minute, a factor from 1 to 10.
 fn patience() -> Duration {
     let load = std::fs::read_to_string("/proc/loadavg").ok();
-    let runnable: f64 = load.as_deref().and_then(|text| text.split(' ').next()?.parse().ok()).unwrap_or(0.0);
+    // "0.20 0.18 0.12 1/80 11206": averages, and the tasks that run now of all.
+    let mut words = load.as_deref().unwrap_or_default().split([' ', '/']);
+    let [average, now] = [0, 2].map(|skipped| words.nth(skipped).and_then(|word| word.parse().ok()).unwrap_or(0.0));
+    let runnable = f64::max(average, now);
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     PATIENCE.mul_f64((runnable / processors as f64).clamp(1.0, 10.0))
 }
+
 /// Number of parallel faults.
 const AT_ONCE: usize = 2;
 

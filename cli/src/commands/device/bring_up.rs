@@ -30,6 +30,8 @@ const STORE_TIME: Duration = Duration::from_millis(500);
 const SYMBOLS_MIN: f64 = 10.0;
 /// Interval between checks for a stop.
 const NAP: Duration = Duration::from_millis(20);
+/// The most that a board's clock is slower than this computer's.
+const SLOWEST: u32 = 20;
 /// Maximum ratio of the light between the sensor's ranges, because it may change between the readings.
 const RANGES_RATIO_MAX: f64 = 2.0;
 /// Minimum reading of one range while the other is saturated: half of the lower of their limits, 60 000 lx.
@@ -117,14 +119,14 @@ fn test_board(
     shared: &Shared,
 ) -> anyhow::Result<Verdict> {
     let stop = stop();
-    let sensor = read_sensor(client, stop).with_context(|| port.name())?;
+    let sensor = read_sensor(client, symbol_rate_hz, stop).with_context(|| port.name())?;
     if stop.is_asked() {
         return Ok(Verdict::No);
     }
     let status = super::status(client, port)?;
     let store = check_store(client, symbol_rate_hz, &status).with_context(|| port.name())?;
     // Otherwise the first test panels would be shown only after the panels that the board prepared before its write.
-    wait(STORE_TIME, stop);
+    wait(client, STORE_TIME, symbol_rate_hz, stop).with_context(|| port.name())?;
     let report = Report {
         sensor,
         sensor_fault: sensor_fault(sensor, &status, arguments.kit),
@@ -142,6 +144,7 @@ fn test_board(
         client,
         stop,
         step: Duration::from_secs_f64(arguments.step),
+        symbol_rate_hz,
         is_quiet: shared.json,
     }
     .show(&steps);
@@ -272,9 +275,9 @@ fn sensor_fault(sensor: [SensorReading; 2], status: &Status, kit: Kit) -> Option
 }
 
 /// Reads the sensor in both ranges, while all LEDs are Off.
-fn read_sensor(client: &mut Connection, stop: Stop) -> Result<[SensorReading; 2], DeviceError> {
+fn read_sensor(client: &mut Connection, symbol_rate_hz: f64, stop: Stop) -> Result<[SensorReading; 2], DeviceError> {
     test(client, PanelFrame::default(), u8::MAX, SENSOR_TIME + GRACE)?;
-    wait(SENSOR_TIME, stop);
+    wait(client, SENSOR_TIME, symbol_rate_hz, stop)?;
     client.ask(&Request::ReadSensor, |answer| match answer {
         Answer::Sensor { operating, cross_check } => Some([operating, cross_check]),
         _ => None,
@@ -309,11 +312,28 @@ fn test(client: &mut Connection, panel: PanelFrame, share: u8, time: Duration) -
     outcome.map_err(|error| error.if_unknown(DeviceError::NoTest))
 }
 
-fn wait(time: Duration, stop: Stop) {
+/// Waits until some time has passed on this computer and on the board, whose clock is its symbols: an emulated board may be slower.
+fn wait(client: &mut Connection, time: Duration, symbol_rate_hz: f64, stop: Stop) -> Result<(), DeviceError> {
     let begun = Instant::now();
+    let first = symbols(client)?;
+    let wanted = (time.as_secs_f64() * symbol_rate_hz) as u32;
     while begun.elapsed() < time && !stop.is_asked() {
         std::thread::sleep(NAP.min(time.saturating_sub(begun.elapsed())));
     }
+    // A board that does not count keeps nobody waiting for long.
+    let most = time.saturating_mul(SLOWEST);
+    while begun.elapsed() < most && !stop.is_asked() && symbols(client)?.saturating_sub(first) < wanted {
+        std::thread::sleep(NAP);
+    }
+    Ok(())
+}
+
+/// Symbols that the board has shown or lost.
+fn symbols(client: &mut Connection) -> Result<u32, DeviceError> {
+    client.ask(&Request::Status, |answer| match answer {
+        Answer::Status(status) => Some(status.counters.symbols.saturating_add(status.counters.lost_symbols)),
+        _ => None,
+    })
 }
 
 /// Shows successive test panels.
@@ -321,6 +341,7 @@ struct Walk<'a> {
     client: &'a mut Connection,
     stop: Stop,
     step: Duration,
+    symbol_rate_hz: f64,
     is_quiet: bool,
 }
 
@@ -341,7 +362,7 @@ impl Walk<'_> {
             if let Some(place) = place(&steps[..=index]) {
                 self.say(&place)?;
             }
-            wait(self.step, self.stop);
+            wait(self.client, self.step, self.symbol_rate_hz, self.stop)?;
             shown += 1;
         }
         Ok(shown)
