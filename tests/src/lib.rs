@@ -12,6 +12,7 @@ pub mod programs;
 pub mod sensor;
 pub mod shake;
 pub mod sightings;
+pub mod simulated_board;
 pub mod streets;
 pub mod terminal;
 pub mod trials;

@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 
 use rand_chacha::ChaCha8Rng;
 use vocc_tests::programs::read_aside;
+use vocc_tests::simulated_board::SimulatedBoard;
 
-use crate::board::Board;
+use crate::board;
 use crate::kinds::Kind;
 
 /// Address space of a run, in bytes.
@@ -66,7 +67,7 @@ const LOG: &str = "\
 pub struct Workshop {
     vocc: PathBuf,
     inputs: tempfile::TempDir,
-    board: Mutex<Board>,
+    board: Mutex<SimulatedBoard>,
 }
 
 /// How a run ended.
@@ -90,7 +91,7 @@ impl Workshop {
     /// Makes all inputs.
     pub fn new(vocc: PathBuf) -> Self {
         let inputs = tempfile::tempdir().expect("a folder");
-        let board = Mutex::new(Board::start(&vocc));
+        let board = Mutex::new(SimulatedBoard::start(&vocc));
         let workshop = Self { vocc, inputs, board };
         workshop.write(EMPTY, b"");
         workshop.make("link day --level fast --message hi --frames 4 --save frames --set camera.width_px=320 --set camera.height_px=240");
@@ -223,7 +224,7 @@ impl Workshop {
         let is_alone = kind.file.is_empty();
         let has_port = kind.command.contains('%');
         let board = has_port.then(|| self.board.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
-        let line = board.as_ref().map(|board| board.line(random.filter(|_| is_alone).cloned()));
+        let line = board.as_ref().map(|board| board::line(board, random.filter(|_| is_alone).cloned()));
         let port = line.as_ref().map_or("", |line| &line.port);
         let words = kind.command.split_whitespace().map(|word| match word {
             "%" => port.to_owned(),

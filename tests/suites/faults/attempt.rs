@@ -1,13 +1,14 @@
 //! A run of a command under a fault, and its outcome.
 
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use serialport::{SerialPort, TTYPort};
 use vocc_tests::programs::read_aside;
+use vocc_tests::simulated_board::SimulatedBoard;
 
 use crate::commands::Work;
 use crate::fault::{Fault, Signal};
@@ -43,11 +44,13 @@ struct Surroundings {
     arguments: Vec<String>,
     /// Held open during the run.
     port: Option<(TTYPort, TTYPort)>,
+    /// The same.
+    board: Option<SimulatedBoard>,
 }
 
 /// Runs a command in a folder until it exits.
 pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool, folder: &Path) -> Outcome {
-    let surroundings = surroundings(work, fault, resume, folder);
+    let surroundings = surroundings(workshop, work, fault, resume, folder);
     let mut command = match fault {
         Some(fault) => fault.limiting(workshop.vocc()),
         None => Command::new(workshop.vocc()),
@@ -64,12 +67,16 @@ pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool,
     let is_looked_at = fault.is_none();
     command.stdout(match fault {
         Some(Fault::FullOutput) => device("/dev/full"),
-        Some(Fault::ClosedOutput) | None => Stdio::piped(),
+        Some(Fault::ClosedOutput | Fault::OneLineRead) | None => Stdio::piped(),
         _ => Stdio::null(),
     });
     let begun = Instant::now();
     let mut child = command.spawn().expect("it runs");
     let output = child.stdout.take();
+    let output = match fault {
+        Some(Fault::OneLineRead) => output.and_then(read_line_aside),
+        _ => output,
+    };
     let printed = output.filter(|_| is_looked_at).map(|mut output| {
         std::thread::spawn(move || {
             let mut text = Vec::new();
@@ -85,7 +92,7 @@ pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool,
     let Some((status, after_signal)) = end(&mut child, begun, signal) else {
         panic!("{} with {fault:?} does not end", work.command);
     };
-    drop(surroundings.port);
+    drop((surroundings.port, surroundings.board));
     Outcome {
         status,
         errors: errors.join().expect("text"),
@@ -93,6 +100,12 @@ pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool,
         time: begun.elapsed(),
         after_signal,
     }
+}
+
+/// Reads the first line of an output, which then has no reader.
+fn read_line_aside(output: ChildStdout) -> Option<ChildStdout> {
+    std::thread::spawn(move || BufReader::new(output).read_line(&mut String::new()));
+    None
 }
 
 /// Waits for the exit, and sends a signal before it; `None` if the command hangs.
@@ -170,8 +183,8 @@ fn device(path: &str) -> Stdio {
     std::fs::File::options().write(true).open(path).expect("a device").into()
 }
 
-fn surroundings(work: &Work, fault: Option<Fault>, resume: bool, folder: &Path) -> Surroundings {
-    let mut port = None;
+fn surroundings(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool, folder: &Path) -> Surroundings {
+    let (mut port, mut board) = (None, None);
     let mut inputs = 0;
     let mut arguments: Vec<String> = Vec::new();
     for text in work.arguments() {
@@ -182,6 +195,7 @@ fn surroundings(work: &Work, fault: Option<Fault>, resume: bool, folder: &Path) 
                 inputs += 1;
                 if is_silent { pipe(folder) } else { name.into() }
             }
+            ("%", "board") => board.insert(SimulatedBoard::start(workshop.vocc())).port().into(),
             ("%", _) => {
                 let (master, slave) = TTYPort::pair().expect("a pseudo-terminal");
                 let name = slave.name().expect("a name");
@@ -192,7 +206,7 @@ fn surroundings(work: &Work, fault: Option<Fault>, resume: bool, folder: &Path) 
         });
     }
     arguments.extend(resume.then(|| "--resume".into()));
-    Surroundings { arguments, port }
+    Surroundings { arguments, port, board }
 }
 
 fn place(name: &str, fault: Option<Fault>) -> String {

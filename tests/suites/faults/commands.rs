@@ -3,7 +3,7 @@
 /// A command line.
 ///
 /// In its arguments `@name` is an output file, `@name/` an output folder, `<name` an input file, and `%port` a serial port without a
-/// device.
+/// device; `%board` is one with a simulated transmitter.
 #[derive(Clone, Copy, Debug)]
 pub struct Work {
     /// The command's name in `--help`, for example `table show`.
@@ -186,6 +186,18 @@ pub const ASIDE: &[Work] = &[
         again: Again::Clears,
         ..work("receive", "frames --symbol-rate 90 --out @bytes")
     },
+];
+
+/// Commands that a transmitter answers.
+pub const ANSWERED: &[Work] = &[
+    work("table pull", "@pulled.toml --port %board"),
+    work("table push", "<table.toml --port %board"),
+    work("table verify", "<table.toml --port %board"),
+    work("device status", "--port %board"),
+    work("device watch", "--count 3 --interval 0.05 --port %board"),
+    work("device calibration", "--port %board"),
+    work("device rate", "27 --port %board"),
+    work("device send", "--message-file <message.txt --port %board"),
 ];
 
 /// Every command with the largest arguments that extend its run time.

@@ -17,6 +17,8 @@ pub enum Fault {
     FullOutput,
     /// Standard output has no reader.
     ClosedOutput,
+    /// Standard output has a reader up to the end of the first line.
+    OneLineRead,
     /// Output files are a full device.
     FullDevice,
     /// Output files are in a read-only folder.
@@ -112,6 +114,7 @@ impl fmt::Display for Fault {
             Self::AddressSpace(bytes) => write!(to, "{} MiB of address space", bytes >> 20),
             Self::FullOutput => write!(to, "output to a full disk"),
             Self::ClosedOutput => write!(to, "output closed"),
+            Self::OneLineRead => write!(to, "output closed after a line"),
             Self::FullDevice => write!(to, "files on a full device"),
             Self::ReadOnlyPlace => write!(to, "files in a place where nobody may write"),
             Self::SilentInput(input) => write!(to, "input {input} a pipe that never answers"),

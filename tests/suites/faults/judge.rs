@@ -95,7 +95,7 @@ impl Reference {
             Fault::ReadOnlyPlace => self.work.writes(),
             Fault::FullOutput => self.prints,
             Fault::FileLimit(_) => self.work.writes(),
-            Fault::ClosedOutput | Fault::AddressSpace(_) => self.is_seen,
+            Fault::ClosedOutput | Fault::OneLineRead | Fault::AddressSpace(_) => self.is_seen,
             _ => true,
         }
     }
@@ -130,12 +130,15 @@ impl Reference {
         Ok(outcome.after_signal)
     }
 
-    /// Runs the command with a closed standard output.
+    /// Runs the command with a closed standard output, and with one that is closed after a line.
     pub fn go_unread(&self, workshop: &Workshop, patience: Duration) -> Result<(), String> {
-        let folder = workshop.folder();
-        let outcome = attempt::run(workshop, &self.work, Some(Fault::ClosedOutput), false, folder.path());
-        self.ended_well(Fault::ClosedOutput, &outcome, patience)?;
-        self.is_whole(&self.left(workshop, Fault::ClosedOutput, folder.path()))
+        [Fault::ClosedOutput, Fault::OneLineRead].into_iter().try_for_each(|fault| {
+            let folder = workshop.folder();
+            let outcome = attempt::run(workshop, &self.work, Some(fault), false, folder.path());
+            self.ended_well(fault, &outcome, patience)?;
+            let left = self.left(workshop, fault, folder.path());
+            self.is_whole(&left).map_err(|why| format!("{fault}: {why}"))
+        })
     }
 
     /// The files written to the folder. After SIGKILL, which cannot be handled, excludes temporary files.
@@ -167,7 +170,7 @@ impl Reference {
         if let Some(time) = outcome.after_signal.filter(|time| *time > patience) {
             return said(format!("it took {time:.1?} to end"));
         }
-        if fault == Fault::ClosedOutput && outcome.status.code() != Some(self.status) {
+        if matches!(fault, Fault::ClosedOutput | Fault::OneLineRead) && outcome.status.code() != Some(self.status) {
             return said(format!(
                 "it ended with {}, and where it is read with {}",
                 outcome.status, self.status
@@ -213,7 +216,7 @@ impl Reference {
             Fault::FileLimit(_) | Fault::AddressSpace(_) if has_finished => self
                 .is_whole(left)
                 .map_err(|why| format!("it ended as if all were well, but {why}")),
-            Fault::ClosedOutput => self.is_whole(left),
+            Fault::ClosedOutput | Fault::OneLineRead => self.is_whole(left),
             _ => Ok(()),
         }
     }

@@ -27,7 +27,7 @@ use rand_chacha::ChaCha8Rng;
 use vocc_tests::trials::{self, number};
 use vocc_tests::{programs, tests};
 
-use commands::{ASIDE, LARGEST, REFUSING, WORKS, Work, listed};
+use commands::{ANSWERED, ASIDE, LARGEST, REFUSING, WORKS, Work, listed};
 use fault::{Fault, Signal};
 use judge::Reference;
 use workshop::Workshop;
@@ -118,10 +118,14 @@ fn all(works: &[&Work], check: impl Fn(&Work) -> Result<(), String> + Sync) {
 
 /// If the reader closes standard output, every command still completes its files and returns its status.
 fn a_reader_who_leaves_changes_only_what_he_reads(workshop: &Workshop) {
-    let works: Vec<&Work> = WORKS.iter().filter(|work| !work.is_slow).chain(REFUSING).chain(ASIDE).collect();
+    let works = WORKS.iter().filter(|work| !work.is_slow);
+    let works: Vec<&Work> = works.chain(REFUSING).chain(ASIDE).chain(ANSWERED).collect();
     all(&works, |work| reference(workshop, work).go_unread(workshop, patience()));
     for work in REFUSING {
         assert_ne!(reference(workshop, work).status, 0, "{work:?} is to be refused");
+    }
+    for work in ANSWERED {
+        assert_ne!(reference(workshop, work).status, 2, "{work:?} is to be answered");
     }
 }
 
@@ -208,7 +212,7 @@ fn kind(fault: Fault) -> &'static str {
         Fault::FileLimit(_) => "disk full",
         Fault::AddressSpace(_) => "little memory",
         Fault::FullOutput => "output full",
-        Fault::ClosedOutput => "output closed",
+        Fault::ClosedOutput | Fault::OneLineRead => "output closed",
         Fault::FullDevice => "device full",
         Fault::ReadOnlyPlace => "read-only place",
         Fault::SilentInput(_) => "silent input",
