@@ -90,7 +90,7 @@ fn confidence_includes_whether_the_panel_is_at_the_corners() {
 fn corners_that_turn_the_panel_are_named() {
     let (path, [a, b, c, d], _) = picture("turned", &[]);
     let (seen, said) = decoded_at(&path, [b, c, d, a]);
-    assert_eq!(seen["place"], "confirmed", "{seen}");
+    assert_eq!((&seen["place"], &seen["turned_deg"]), (&"confirmed".into(), &90.into()), "{seen}");
     assert!(said.contains("turn the panel by 90° clockwise"), "{said}");
 }
 

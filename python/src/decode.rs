@@ -34,6 +34,8 @@ record! {
         place: Option<&'static str>,
         /// The corner LEDs of the panel that the image shows instead, of shape (4, 2), where the place is "elsewhere".
         elsewhere_px: Option<Py<PyArray2<f32>>>,
+        /// How far given corners turn the panel clockwise, in degrees: 0, 90, 180 or 270.
+        turned_deg: Option<u32>,
         /// The corner LEDs, top left, top right, bottom right and bottom left: x and y in pixels, of shape (4, 2).
         corners_px: Option<Py<PyArray2<f32>>>,
         /// The panel's centre, in pixels.
@@ -153,6 +155,7 @@ pub fn decode(
                 confidence: None,
                 place: None,
                 elsewhere_px: None,
+                turned_deg: None,
                 corners_px: None,
                 centre_px: None,
                 pitch_px: None,
@@ -178,6 +181,7 @@ pub fn decode(
         confidence: Some(detection.confidence),
         place: Some(place.name()),
         elsewhere_px: place.elsewhere().map(|shown| arrays::rows(py, shown.points())),
+        turned_deg: Some(90 * u32::from(corners.quarter_turns())),
         corners_px: Some(arrays::rows(py, corners.points())),
         centre_px: Some(corners.centre_px().into()),
         pitch_px: Some(corners.pitch_px()),

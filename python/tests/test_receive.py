@@ -162,6 +162,9 @@ def test_single_images_are_read_as_by_the_program(film: Path, vocc_json) -> None
     [row] = vocc_json("decode", files[0], f"--corners={text}")
     at_corners = vocc.decode(cv2.imread(str(files[0]), cv2.IMREAD_GRAYSCALE), corners=corners)
     assert vocc.as_hex(at_corners.bits) == row["bits"]
+    assert (at_corners.place, at_corners.turned_deg) == (row["place"], row["turned_deg"]) == ("confirmed", 0)
+    turned = vocc.decode(cv2.imread(str(files[0]), cv2.IMREAD_GRAYSCALE), corners=np.roll(corners, -1, axis=0))
+    assert turned.turned_deg == 90
 
 
 def test_a_pose_is_that_of_the_program(film: Path, tmp_path: Path, vocc_json) -> None:

@@ -57,6 +57,9 @@ struct Report<'a> {
     /// The corners of the panel that the picture shows instead.
     #[serde(skip_serializing_if = "Option::is_none")]
     elsewhere_px: Option<[[f32; 2]; 4]>,
+    /// How far the corners turn the panel clockwise.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    turned_deg: Option<u32>,
     why: Option<String>,
     pose: Option<Value>,
 }
@@ -171,13 +174,16 @@ fn doubt(path: &Path, corners: &Corners, place: &Place) {
              or the corners are another's"
         )),
     }
-    let quarters = corners.quarter_turns();
-    if quarters > 0 {
+    let turned_deg = turned_deg(corners);
+    if turned_deg > 0 {
         output::tell(format_args!(
-            "vocc: {name}: these corners turn the panel by {}° clockwise; its first row begins at the first corner",
-            90 * quarters
+            "vocc: {name}: these corners turn the panel by {turned_deg}° clockwise; its first row begins at the first corner"
         ));
     }
+}
+
+fn turned_deg(corners: &Corners) -> u32 {
+    90 * u32::from(corners.quarter_turns())
 }
 
 fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shared: &Shared) -> anyhow::Result<()> {
@@ -210,6 +216,7 @@ fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shar
             confidence: Some(detection.confidence),
             place: Some(place.name()),
             elsewhere_px: place.elsewhere().map(Corners::points),
+            turned_deg: Some(turned_deg(&corners)),
             why: None,
             pose: Some(pose::as_json(&pose)),
         });
