@@ -186,10 +186,14 @@ fn light_is_turned_up_and_down_and_the_sensor_taken_away() {
     });
     board.tell("light 100000");
     board.wait_for("more light than it can read", |status| status["light"] == "daylight");
-    for (order, fault) in [("sensor missing", "sensor_missing"), ("sensor stuck", "sensor_stuck")] {
-        board.tell("light 500");
+    for (light, known, order, fault) in [
+        ("light 500", "measured", "sensor missing", "sensor_missing"),
+        ("light 500", "measured", "sensor stuck", "sensor_stuck"),
+        ("light 100000", "daylight", "sensor stuck", "sensor_stuck"),
+    ] {
+        board.tell(light);
         board.tell("sensor works");
-        board.wait_for("a sensor that works", |status| status["light"] == "measured");
+        board.wait_for("a sensor that works", |status| status["light"] == known);
         board.tell(order);
         board.wait_for(fault, |status| status["light"] == "lost" && status["faults"][0] == fault);
         // The night limit, 200·R.

@@ -6,7 +6,7 @@
 //! # Two ranges
 //!
 //! A register that does not change is either steady light or a sensor that hangs. [`light_watch`](crate::light_watch) distinguishes them by
-//! a measurement in a second range. That asks three things of a sensor:
+//! a measurement in a second range. That asks four things of a sensor and its driver:
 //!
 //! 1. **It can measure in two ways**, by gain, integration time or full scale, and both give lux. [`SensorRange::Operating`] is the one for
 //!    most light.
@@ -14,6 +14,9 @@
 //!    differ by a factor of 2 or more, each rounded down, do so. A floating-point register does so through its exponent.
 //! 3. **[`SensorRange::CrossCheck`] is the less sensitive one**, so that it reads light that saturates the other. Only if both saturate is
 //!    there too much light for the sensor.
+//! 4. **A full register that hangs is [`LightSample::Stuck`]**, because it is full in both ranges. The driver distinguishes it from
+//!    [`LightSample::Saturated`] by a command that changes the register, by what the register says of its range, or by a range that no
+//!    daylight fills. Where it cannot, the safe side is *stuck*.
 //!
 //! A driver starts a conversion in the range that it is asked for, and never returns one that began before. A sensor with one range counts
 //! its conversions and passes the count as [`word`](LightSample::Light): then a sensor that answers but does not convert is detected, and
@@ -190,6 +193,7 @@ impl LightSensor for SimulatedSensor {
             Health::Silent => return Ok(None),
             Health::Works | Health::Hangs if now_ms < self.ready_ms => return Ok(None),
             Health::Works => self.last = self.convert(),
+            Health::Hangs if self.last == LightSample::Saturated => self.last = LightSample::Stuck,
             Health::Hangs => {}
         }
         self.ready_ms = now_ms + self.conversion_ms;
@@ -291,6 +295,20 @@ mod tests {
                 word: 60_000,
             };
             follow(&mut sensor, &mut watch, 10_000..10_500 + STUCK_MS + HOLD_MS, |_, _| {});
+            assert_eq!((watch.light(), watch.faults()), (Light::Lost, Faults::SENSOR_STUCK), "{lux} lx");
+        }
+    }
+
+    #[test]
+    fn a_sensor_that_hangs_at_full_scale_is_stuck_and_then_lost_in_any_light() {
+        for lux in ["5000", "80000", "200000"] {
+            let (mut sensor, mut watch) = (polled(lux), LightWatch::new());
+            follow(&mut sensor, &mut watch, 0..10_000, |_, _| {});
+            assert!(matches!(watch.light(), Light::Measured | Light::Daylight));
+            let hung = sensor.sensor_mut();
+            hung.health = Health::Hangs;
+            hung.last = LightSample::Saturated;
+            follow(&mut sensor, &mut watch, 10_000..10_500 + HOLD_MS, |_, _| {});
             assert_eq!((watch.light(), watch.faults()), (Light::Lost, Faults::SENSOR_STUCK), "{lux} lx");
         }
     }

@@ -10,6 +10,7 @@
 //! | lux, from a register that has not changed for longer | none: *stuck* |
 //! | saturated, and within [`CONFIRM_MS`] in the other range too | for daylight |
 //! | saturated, in one range alone | none: *saturated* |
+//! | a full register that hangs, or that no daylight fills | none: *stuck* |
 //! | missing | none: *missing* |
 //! | nobody asked the sensor | none: *silent* |
 //!
@@ -23,14 +24,19 @@
 //!      └───────────────────────▶ Lost ◀───────────────────────────┘
 //! ```
 //!
-//! **The stated times.** A sensor that is missing, silent or saturated is detected [`HOLD_MS`] after the last evidence; one that is stuck,
-//! [`STUCK_MS`] + [`HOLD_MS`] after its last change. To this comes the time between two calls of [`LightWatch::watch`].
+//! **The stated times.** A sensor that is missing, silent, saturated or stuck at a full register is detected [`HOLD_MS`] after the last
+//! evidence; one that is stuck elsewhere, [`STUCK_MS`] + [`HOLD_MS`] after its last change. To this comes the time between two calls of
+//! [`LightWatch::watch`].
 //!
 //! **The cross-check.** Steady light gives the same reading again and again, and so does a sensor that hangs. A measurement in another
 //! range, set by gain or integration time, distinguishes them, because a working sensor's register must then differ. So no steady light is
 //! stuck, however bright, if the sensor meets [what its ranges have to be](crate::light_sensor). [`LightWatch::next_range`] selects the
 //! range: the other one after a saturated reading, and after [`PROBE_MS`] without a change. A sensor that has one range only may pass
 //! anything that changes with each conversion as its `word`; its saturation is then never confirmed.
+//!
+//! **A full register** is the same in both ranges, whether the sun or a sensor that hangs has filled it. Only the driver can distinguish
+//! them, and says [`LightSample::Stuck`] if it cannot: a panel at the night limit by day is safe, and one that shines as in daylight at
+//! night dazzles.
 
 use fixed::types::I32F32;
 use link::serial::{Faults, Light};
@@ -65,8 +71,10 @@ pub enum LightSample {
         /// The register behind it.
         word: u16,
     },
-    /// Too much light for this range.
+    /// Too much light for this range, by a conversion that the driver knows to be new.
     Saturated,
+    /// A full register that hangs, or that may.
+    Stuck,
     /// No answer, or an error on the bus.
     Missing,
 }
@@ -204,6 +212,10 @@ impl LightWatch {
         self.next = SensorRange::Operating;
         match sample {
             LightSample::Missing => self.none(Faults::SENSOR_MISSING),
+            LightSample::Stuck => {
+                self.next = opposite;
+                self.none(Faults::SENSOR_STUCK)
+            }
             LightSample::Saturated => {
                 self.next = opposite;
                 // A full register is another one than before, even if the other range then reads the same again.
@@ -327,7 +339,7 @@ mod tests {
 
     #[test]
     fn held_light_is_lost_when_its_time_is_over() {
-        for sample in [LightSample::Missing, LightSample::Saturated] {
+        for sample in [LightSample::Missing, LightSample::Saturated, LightSample::Stuck] {
             let mut watch = measured();
             for now_ms in (200..=100 + HOLD_MS).step_by(100) {
                 watch.observe(now_ms, SensorRange::Operating, sample);
@@ -337,6 +349,7 @@ mod tests {
             assert_eq!(watch.light(), Light::Lost);
             let fault = match sample {
                 LightSample::Saturated => Faults::SENSOR_SATURATED,
+                LightSample::Stuck => Faults::SENSOR_STUCK,
                 _ => Faults::SENSOR_MISSING,
             };
             assert_eq!(watch.faults(), fault);
@@ -493,6 +506,7 @@ mod tests {
         prop_oneof![
             (0u16..4).prop_map(|word| Some(light(word))),
             Just(Some(LightSample::Saturated)),
+            Just(Some(LightSample::Stuck)),
             Just(Some(LightSample::Missing)),
             Just(None),
         ]

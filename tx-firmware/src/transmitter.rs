@@ -117,7 +117,7 @@ impl<M: LedMatrix> Transmitter<M> {
         self.now_ms = self.now_ms.max(now_ms);
         count(match sample {
             LightSample::Missing => &mut self.counters.missed_readings,
-            LightSample::Light { .. } | LightSample::Saturated => &mut self.counters.readings,
+            LightSample::Light { .. } | LightSample::Saturated | LightSample::Stuck => &mut self.counters.readings,
         });
         let (latest, other) = match range {
             SensorRange::Operating => (0, SensorRange::CrossCheck),
@@ -125,7 +125,7 @@ impl<M: LedMatrix> Transmitter<M> {
         };
         self.samples[latest] = match sample {
             LightSample::Light { lux, .. } => SensorReading::Light(Illuminance::saturating_from_num(lux)),
-            LightSample::Saturated => SensorReading::Saturated,
+            LightSample::Saturated | LightSample::Stuck => SensorReading::Saturated,
             LightSample::Missing => SensorReading::Missing,
         };
         if let Some(test) = &mut self.test {
@@ -638,6 +638,7 @@ mod tests {
         let soon = HOLD_MS + 100;
         assert_eq!(time_to_night(|_| Some(LightSample::Missing)), (soon, Faults::SENSOR_MISSING));
         assert_eq!(time_to_night(|_| None), (soon, Faults::SENSOR_SILENT));
+        assert_eq!(time_to_night(|_| Some(LightSample::Stuck)), (soon, Faults::SENSOR_STUCK));
         assert_eq!(
             time_to_night(|_| Some(light(20_000, 20_000))),
             (STUCK_MS + soon, Faults::SENSOR_STUCK)
@@ -887,6 +888,7 @@ mod tests {
             })),
             (0u32..100_000, any::<u16>()).prop_map(|(lux, word)| Some(light(lux, word))),
             Just(Some(LightSample::Saturated)),
+            Just(Some(LightSample::Stuck)),
             Just(Some(LightSample::Missing)),
             Just(None),
         ];

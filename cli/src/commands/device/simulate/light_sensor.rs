@@ -57,6 +57,7 @@ impl LightSensor {
                 self.last
             }
             Health::Missing => LightSample::Missing,
+            Health::Stuck if self.last == LightSample::Saturated => LightSample::Stuck,
             Health::Stuck => self.last,
         }
     }
