@@ -3,13 +3,15 @@
 #![no_std]
 #![deny(unsafe_code)]
 
-#[cfg(feature = "bh1750")]
+#[cfg(any(test, feature = "bh1750"))]
 mod bh1750;
 #[cfg(feature = "no-sensor")]
 mod no_sensor;
 #[cfg(feature = "opt3001")]
 mod opt3001;
-#[cfg(feature = "veml7700")]
+#[cfg(test)]
+mod simulated_bus;
+#[cfg(any(test, feature = "veml7700"))]
 mod veml7700;
 
 #[cfg(feature = "bh1750")]
