@@ -10,7 +10,8 @@
 //
 // Commands, in addition to those of `harness.mjs`:
 //
-//   {"lux": 5000, "fault": "none"}   the light on the sensor, and its fault: none, missing, stuck, silent, hanging
+//   {"lux": 5000, "fault": "none"}   the light on the sensor, and its fault: none, missing, stuck, silent, hanging,
+//                                   holding: it holds the data line when the processor starts
 //   {"hang": true}                   stops the processor, or lets it continue
 //   {"boot_loader": true}            restarts in the boot loader, which runs no program
 //   {"power": false}                 the board loses its supply; the registers keep theirs

@@ -11,7 +11,7 @@ const INTEGRATION = 0x0202, ANALOG_GAIN = 0x0205, DIGITAL_GAIN = 0x020e, FRAME_L
 const BLACK_TARGET = 0x1003;
 const READOUT_X = 0x0383, READOUT_Y = 0x0387, BINNING = 0x0390, QVGA_WINDOW = 0x3010, CLOCK_DIVIDER = 0x3060;
 const EVERY_OTHER = 3, STREAMING = 1;
-const CLOCK_PIN = 5, CLOCKS_LEFT = 7;
+const CLOCKS_LEFT = 7;
 
 // The oscillator of a module, and the columns and rows of the sensor.
 const MASTER_CLOCK_HZ = 24e6, NANOS_PER_SECOND = 1e9;
@@ -50,7 +50,7 @@ export class Hm01b0 {
     this.bus = new I2cBus(board.mcu, board.mcu.i2c[0], this);
     this.port = new PixelPort(board.mcu, this.report);
     this.fail(this.fault);
-    if (this.fault === 'holding') this.bus.holdFor(CLOCKS_LEFT, board.mcu.gpio[CLOCK_PIN]);
+    if (this.fault === 'holding') this.bus.holdFor(CLOCKS_LEFT);
   }
 
   fail(fault) {

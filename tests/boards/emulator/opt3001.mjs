@@ -7,6 +7,7 @@ const RESULT = 0x00, CONFIGURATION = 0x01, MANUFACTURER = 0x7e, DEVICE = 0x7f;
 const OVERFLOW = 1 << 8, READY = 1 << 7, LONG = 1 << 11, CONTINUOUS = 1 << 10;
 const LEAST_LX = 0.01, FULL_MANTISSA = 4095, LAST_RANGE = 11;
 const NANOS_PER_MS = 1e6;
+const CLOCKS_LEFT = 7;
 
 export class Opt3001 {
   constructor(mcu, i2c) {
@@ -43,6 +44,11 @@ export class Opt3001 {
   fail(fault) {
     this.fault = fault;
     this.bus.hang(fault === 'hanging');
+  }
+
+  // It was being read when the processor was reset.
+  hold() {
+    this.bus.holdFor(CLOCKS_LEFT);
   }
 
   take() {

@@ -51,6 +51,8 @@ pub enum Fault {
     Stuck,
     Silent,
     Hanging,
+    /// It holds the data line at the next start, as if a reset had come while it was being read.
+    Holding,
 }
 
 /// A powered board.

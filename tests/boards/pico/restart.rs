@@ -69,6 +69,15 @@ pub fn a_program_that_hangs_is_restarted(programs: &Programs, folder: &Path) {
     is_back(&mut board, programs, folder);
 }
 
+/// A reset comes while the light sensor is being read, and the sensor then holds the bus: the board frees it, and measures at once.
+pub fn a_sensor_that_holds_the_bus_is_made_to_let_go(programs: &Programs, folder: &Path) {
+    let mut board = shining(programs, folder);
+    board.light(9_000.0, Fault::Holding);
+    board.enter(PANIC);
+    assert_eq!(resets(&board.run_ms(80)), ["forced"]);
+    is_back(&mut board, programs, folder);
+}
+
 /// A panic makes the LEDs dark at once and restarts.
 pub fn a_panic_is_dark_and_restarts(programs: &Programs, folder: &Path) {
     let mut board = shining(programs, folder);

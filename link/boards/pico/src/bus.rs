@@ -9,39 +9,20 @@ use embassy_rp::{
     i2c::{self, Async, I2c},
     peripherals::I2C0,
 };
-use embassy_time::{Duration, Instant, block_for};
+use embassy_time::{Delay, Duration, Instant};
 use embedded_hal::i2c::{ErrorKind, ErrorType, Operation};
 
 /// Time limit of a transfer: about forty times its length. A chip that holds the clock line for longer is broken.
 const PATIENCE: Duration = Duration::from_millis(5);
 
-/// Clocks after which a chip has sent the rest of a byte and missed its acknowledgement.
-const CLOCKS_OF_A_BYTE: u32 = 9;
-/// Half a clock period at 100 kHz.
-const HALF_CLOCK: Duration = Duration::from_micros(5);
-
-/// Frees a bus whose data line is held by a chip that was being read when this processor was reset: clocks the rest of the byte out of the
-/// chip and ends the transfer. A chip that holds nothing ignores this. Call it before the controller takes the pins.
+/// Frees a bus whose data line is held by a chip that was being read when this processor was reset. Call it before the controller takes the
+/// pins.
 pub fn free(clock: Peri<'_, impl Pin>, data: Peri<'_, impl Pin>) {
     let mut clock = OutputOpenDrain::new(clock, Level::High);
     let mut data = OutputOpenDrain::new(data, Level::High);
     clock.set_pullup(true);
     data.set_pullup(true);
-    block_for(HALF_CLOCK);
-    for _ in 0..CLOCKS_OF_A_BYTE {
-        clock.set_low();
-        block_for(HALF_CLOCK);
-        clock.set_high();
-        block_for(HALF_CLOCK);
-    }
-    // A rise of the data line while the clock is high ends a transfer.
-    clock.set_low();
-    data.set_low();
-    block_for(HALF_CLOCK);
-    clock.set_high();
-    block_for(HALF_CLOCK);
-    data.set_high();
-    block_for(HALF_CLOCK);
+    i2c_bus::free(&mut clock, &mut data, &mut Delay);
 }
 
 /// Why a transfer failed.

@@ -29,6 +29,7 @@ use embassy_executor::Spawner;
 use embassy_futures::join::join;
 use embassy_stm32::{
     bind_interrupts,
+    gpio::{Level, OutputOpenDrain, Speed},
     i2c::{self, I2c},
     interrupt, pac,
     peripherals::LPUART1,
@@ -95,7 +96,7 @@ fn clocks() -> embassy_stm32::Config {
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
-    let board = embassy_stm32::init(clocks());
+    let mut board = embassy_stm32::init(clocks());
     let mut watchdog = IndependentWatchdog::new(board.IWDG, WATCHDOG.as_micros() as u32);
     watchdog.unleash();
     let was_reset = pac::RCC.csr().read().iwdgrstf();
@@ -146,6 +147,11 @@ async fn main(_spawner: Spawner) {
     };
     let clerk = CLERK.init_with(|| Clerk::new(IDENTITY));
 
+    i2c_bus::free(
+        &mut OutputOpenDrain::new(board.PC8.reborrow(), Level::High, Speed::Low),
+        &mut OutputOpenDrain::new(board.PC9.reborrow(), Level::High, Speed::Low),
+        &mut Delay,
+    );
     let mut bus = i2c::Config::default();
     bus.frequency = Hertz(400_000);
     bus.timeout = I2C_PATIENCE;

@@ -36,7 +36,7 @@ use embassy_time::Delay;
 use light_sensors::Sensor;
 use link::{panel::PanelFrame, serial::Faults};
 use on_embassy::light::{self, WATCHDOG};
-use pico::bus::Bus;
+use pico::bus::{self, Bus};
 use static_cell::StaticCell;
 use tx_firmware::{calibration::Calibration, panel_ring::PanelRing, store::Remembered};
 
@@ -74,7 +74,7 @@ unsafe fn SWI_IRQ_0() {
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
-    let board = embassy_rp::init(Default::default());
+    let mut board = embassy_rp::init(Default::default());
     let mut watchdog = Watchdog::new(board.WATCHDOG);
     let was_reset = watchdog.reset_reason().is_some();
     watchdog.start(WATCHDOG);
@@ -144,6 +144,7 @@ async fn main(_spawner: Spawner) {
         ports.spawn(task);
     }
 
+    bus::free(board.PIN_5.reborrow(), board.PIN_4.reborrow());
     let mut bus = i2c::Config::default();
     bus.frequency = 400_000;
     let bus = i2c::I2c::new_async(board.I2C0, board.PIN_5, board.PIN_4, Irqs, bus);
