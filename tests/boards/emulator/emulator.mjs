@@ -16,6 +16,7 @@
 //   {"boot_loader": true}            restarts in the boot loader, which runs no program
 //   {"power": false}                 the board loses its supply; the registers keep theirs
 //   {"enter": "NAME"}                continues in the function with that (mangled) name
+//   {"hard_fault": true}             makes the processor fault
 //   {"cut_after": 3}                 cuts the power halfway through a flash operation, after this many more
 //
 // Events have the simulated time, ns since power-up: {"ns", "panel"}: the LEDs at a latch's edge; {"ns", "lit_cycles",
@@ -58,6 +59,7 @@ new Harness({
     if ('boot_loader' in command) pico.enterBootLoader();
     if ('power' in command) pico.losePower();
     if ('hang' in command) pico.hang(command.hang);
+    if ('hard_fault' in command) pico.fault();
     if ('enter' in command) pico.enter(functions(elf).find(({ name }) => name.includes(command.enter)).address);
   },
 });

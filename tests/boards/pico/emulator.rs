@@ -131,6 +131,11 @@ impl Emulator {
         self.emulation.command(&json!({ "enter": function }));
     }
 
+    /// Makes the processor fault.
+    pub fn hard_fault(&mut self) {
+        self.emulation.command(&json!({ "hard_fault": true }));
+    }
+
     /// Whether the power is off.
     pub fn is_off(&mut self) -> bool {
         self.emulation.is_over()

@@ -50,6 +50,7 @@ fn main() -> ExitCode {
         restart::a_program_that_hangs_is_restarted,
         restart::it_is_dark_without_a_program,
         restart::a_panic_is_dark_and_restarts,
+        restart::a_hard_fault_is_dark_and_restarts,
         restart::a_sensor_that_holds_the_bus_is_made_to_let_go,
         desk_kit::the_desk_kit_is_read_by_a_camera_on_the_desk,
         desk_kit::the_desk_kit_is_dark_when_it_cannot_go_on,

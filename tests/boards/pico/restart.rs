@@ -80,8 +80,17 @@ pub fn a_sensor_that_holds_the_bus_is_made_to_let_go(programs: &Programs, folder
 
 /// A panic makes the LEDs dark at once and restarts.
 pub fn a_panic_is_dark_and_restarts(programs: &Programs, folder: &Path) {
+    ends_dark_and_restarts(programs, folder, |board| board.enter(PANIC));
+}
+
+/// So does a fault of the processor.
+pub fn a_hard_fault_is_dark_and_restarts(programs: &Programs, folder: &Path) {
+    ends_dark_and_restarts(programs, folder, Emulator::hard_fault);
+}
+
+fn ends_dark_and_restarts(programs: &Programs, folder: &Path, end: impl Fn(&mut Emulator)) {
     let mut board = shining(programs, folder);
-    board.enter(PANIC);
+    end(&mut board);
     let events = board.run_ms(80);
     assert_eq!(resets(&events), ["forced"]);
     assert!(lit_ms(&events) < 0.001, "{} ms", lit_ms(&events));

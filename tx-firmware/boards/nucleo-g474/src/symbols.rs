@@ -16,6 +16,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_stm32::{
     Peri,
+    gpio::{Level, Output as Pin, Speed},
     interrupt::{self, InterruptExt, Priority},
     lptim::{
         pwm::{Output, PwmPin},
@@ -37,6 +38,9 @@ const PANELS: usize = 32;
 const BYTES: usize = 8;
 /// Flying leads take it. The nearest that the SPI's divider has is 2.7 MHz, with which a panel takes 24 µs.
 const SHIFT_CLOCK: Hertz = Hertz(4_000_000);
+
+/// A microsecond: a 74HC595 takes a pulse of 0.1 µs.
+const LATCH_CYCLES: u32 = 170;
 
 /// The clock stops in less: 0.7 µs at the highest rate.
 const COUNTS_TO_STOP: u16 = 8;
@@ -71,12 +75,14 @@ pub struct Hardware {
 
 impl Symbols {
     /// Starts the symbol clock with a ring of this panel.
-    pub fn start(hardware: Hardware, timing: SymbolTiming, dark: &[u8; BYTES]) -> Self {
+    pub fn start(mut hardware: Hardware, timing: SymbolTiming, dark: &[u8; BYTES]) -> Self {
         let mut config = spi::Config::default();
         config.frequency = SHIFT_CLOCK;
+        let mut spi = Spi::new_blocking_txonly(hardware.spi, hardware.clock, hardware.data, config);
+        latch_now(&mut spi, hardware.latch.reborrow(), dark);
         let mut symbols = Self {
             clock: clock(timing),
-            _spi: Spi::new_blocking_txonly(hardware.spi, hardware.clock, hardware.data, config),
+            _spi: spi,
             _timer: Timer::new(hardware.timer),
             _latch: PwmPin::new(hardware.latch),
             _channel: hardware.channel,
@@ -142,6 +148,17 @@ impl PanelOutput for Symbols {
         self.run();
         true
     }
+}
+
+/// Shows a panel before the symbol clock runs. The clock latches its first panel after two symbols, which at slow rates is later than the
+/// first reading of the light: until then the LEDs would show what the registers held when their supply rose.
+fn latch_now(spi: &mut Spi<'static, Blocking, Master>, latch: Peri<'_, PC1>, panel: &[u8; BYTES]) {
+    let mut latch = Pin::new(latch, Level::Low, Speed::Low);
+    // It cannot fail: there is no receiver that overruns.
+    let _ = spi.blocking_write(panel);
+    latch.set_high();
+    cortex_m::asm::delay(LATCH_CYCLES);
+    latch.set_low();
 }
 
 fn clock(timing: SymbolTiming) -> SymbolClock {

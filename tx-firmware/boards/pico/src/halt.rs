@@ -2,6 +2,7 @@
 
 use core::panic::PanicInfo;
 
+use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_rp::pac;
 
 use crate::leds;
@@ -11,6 +12,18 @@ fn panic(_info: &PanicInfo<'_>) -> ! {
     leds::force_dark();
     #[cfg(feature = "defmt")]
     defmt::error!("panic: {}", defmt::Display2Format(_info));
+    restart()
+}
+
+/// A fault of the processor. Otherwise the LEDs would shine until the watchdog restarts the program, for 2 s.
+#[exception]
+#[allow(unsafe_code)]
+unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+    leds::force_dark();
+    restart()
+}
+
+fn restart() -> ! {
     loop {
         pac::WATCHDOG.ctrl().modify(|w| w.set_trigger(true));
     }
