@@ -84,4 +84,9 @@ pub fn saturating_light_is_daylight(programs: &Programs, folder: &Path) {
     board.light(100_000.0, Fault::None);
     record.extend(&board.run_ms(8_000));
     assert_eq!(record.last_pulses().luminance_cd_m2(), FULL_CD_M2);
+    // A register that hangs there does not follow the ranges.
+    board.light(100_000.0, Fault::Stuck);
+    record.extend(&board.run_ms(3_000));
+    let safe = record.last_pulses().luminance_cd_m2();
+    assert!(safe > 0.0 && safe <= NIGHT_LIMIT_CD_M2 * 1.001, "{safe} cd/m2");
 }
