@@ -58,6 +58,37 @@ fn studies_of_single_frames_refuse_a_carrier() {
     }
 }
 
+#[test]
+fn a_table_for_another_waveform_than_the_symbols_is_warned_of() {
+    let folder = folder("waveforms");
+    let path = folder.join("table.toml");
+    let table = common::name(&path);
+    std::fs::write(&path, "illuminance_lx = [50]\ninterval = [1]\nl2a = [[2]]\ncarrier_cycles = 16\n").expect("a file");
+    let is_warned = |of: &[&str]| {
+        let output = vocc(of);
+        assert_ne!(output.status.code(), Some(2), "{of:?}: {}", text(&output.stderr));
+        text(&output.stderr).contains("the table is made for")
+    };
+    for action in ["check", "show"] {
+        let of = |cycles| is_warned(&["table", action, table, "--carrier-cycles", cycles]);
+        assert_eq!(["0", "16", "17"].map(of), [true, false, true], "{action}");
+        assert!(!is_warned(&["table", action, table]));
+        assert_eq!(json(&vocc(&["table", action, table, "--json"]))["carrier_cycles"], 16);
+        let said = text(&vocc(&["table", action, table]).stdout);
+        assert!(said.contains("made for a carrier of 16 cycles a symbol"), "{said}");
+    }
+    refused(&["table", "check", table, "--carrier-cycles", "1"], &["1 cycles", "2 to 333"]);
+    assert!(text(&vocc(&["table", "show"]).stdout).contains("made for still panels"));
+    let link = |set: &[&str]| {
+        let small = words("link day --frames 1 --set camera.width_px=160 --set camera.height_px=120");
+        is_warned(&[&small[..], set].concat())
+    };
+    let own = format!("--set=link.table={table}");
+    assert!(!link(&[]) && link(&["--set=link.carrier_cycles=16"]) && link(&[&own]));
+    assert!(!link(&[&own, "--set=link.carrier_cycles=16"]));
+    assert!(!link(&["--set=link.l2a=1", "--set=link.carrier_cycles=16"]));
+}
+
 /// A camera of 30 frames a second, with short messages.
 const ADVICE: &str = "plan --camera phone --bytes 4 --runs 1 --set camera.width_px=160 --set=camera.height_px=120";
 

@@ -156,6 +156,48 @@ fn a_table_for_another_place_is_stored_with_a_warning() {
 }
 
 #[test]
+fn a_table_for_another_waveform_than_the_panel_shows_is_warned_of() {
+    let board = Board::honest();
+    let still = file(
+        "still.toml",
+        "illuminance_lx = [50, 50000]\ninterval = [0.5, 2]\nl2a = [[3, 3], [2, 2]]\n",
+    );
+    let carried = format!("carrier_cycles = 16\n{}", std::fs::read_to_string(&still).expect("the table"));
+    let carried = file("carried.toml", &carried);
+    let [still, carried] = [&still, &carried].map(|path| path.to_str().unwrap());
+    let says = |of: &[&str], words: &[&str]| {
+        let output = board.vocc(of);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(words.is_empty(), !said.contains("made for"), "{of:?}: {said}");
+        words
+            .iter()
+            .for_each(|word| assert!(said.contains(word), "{of:?}: {word} is not in {said}"));
+    };
+    let for_carrier = ["made for a carrier of 16 cycles a symbol", "shows still panels"];
+    says(&["table", "push", carried], &for_carrier);
+    says(&["table", "verify", carried], &for_carrier);
+    // The same ratios are the same table.
+    says(&["table", "verify", still], &[]);
+    says(
+        &["device", "rate", "90", "--carrier-cycles", "16"],
+        &["no note of the waveform", "table verify"],
+    );
+    says(&["table", "verify", carried], &[]);
+    says(&["table", "push", carried], &[]);
+    let for_still = ["made for still panels", "a carrier of 16 cycles", "link.carrier_cycles=16"];
+    says(&["table", "push", still], &for_still);
+    // The shipped table is known.
+    says(&["table", "push"], &for_still);
+    says(
+        &["device", "rate", "45", "--carrier-cycles", "32"],
+        &["made for still panels", "a carrier of 32 cycles"],
+    );
+    says(&["device", "rate", "90"], &[]);
+    says(&["device", "rate", "90", "--carrier-cycles", "0"], &[]);
+}
+
+#[test]
 fn a_table_that_contradicts_its_own_search_is_not_stored() {
     let board = Board::honest();
     let searched = include_str!("../../docs/optimum/kmeans.toml");

@@ -9,6 +9,7 @@ use link::framing::{Framer, SIGNATURE_PANELS};
 use link::signing::{self, TrustedKey};
 use serde::Serialize;
 use sim::accuracy::Level;
+use sim::l2a::{self, OtherWaveform};
 use sim::plan::Plan;
 use sim::road::{LinkSettings, Received, Road};
 use sim::scene::Scene;
@@ -153,6 +154,11 @@ fn settings(scene: &Scene, message: Vec<u8>, detector: DetectorChoice, level: Le
 }
 
 fn send(scene: &Scene, settings: &LinkSettings, sending: &Sending, shared: &Shared) -> anyhow::Result<Verdict> {
+    if let Some(made_for) = l2a::waveform_of_table(scene)?
+        && let Some(other) = OtherWaveform::if_any(made_for, scene.link.waveform()?)
+    {
+        output::tell(format_args!("vocc: {other}"));
+    }
     let mut road = Road::new(scene, settings)?;
     if let Some((key, counter)) = &sending.signing {
         road.sign(settings, key.sign(&settings.message, *counter))?;

@@ -10,12 +10,15 @@
 //! ]
 //! ```
 //!
-//! is a whole table. A table made by a search also records its origin (`search`, `scene`, `entries`, `cells`, or `reach` or `regret` with
-//! their entries and points), which readers of the ratios ignore. A ratio not yet found is `nan`: such a table cannot be used.
+//! is a whole table. `carrier_cycles = 16` notes that it is made for symbols of 16 cycles of a carrier; without it, a table is made for
+//! still panels. A transmitter's table has no such note. A table made by a search also records its origin (`search`, `scene`, `entries`,
+//! `cells`, or `reach` or `regret` with their entries and points), which readers of the ratios ignore. A ratio not yet found is `nan`: such
+//! a table cannot be used.
 
 use std::path::Path;
 
 use link::l2a_table::{L2A_MAX, L2A_MIN, L2aTable, TableError};
+use link::waveform::{Waveform, WaveformError};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
@@ -102,6 +105,9 @@ pub enum Fault {
     /// An axis is invalid.
     #[error(transparent)]
     Axes(#[from] TableError),
+    /// No transmitter shows such a carrier.
+    #[error("carrier_cycles: {0}")]
+    Waveform(#[from] WaveformError),
 }
 
 /// The ratios of a table file.
@@ -115,6 +121,8 @@ pub struct RatioFile {
     pub interval: Vec<f64>,
     /// The ratios.
     pub l2a: Vec<Vec<f64>>,
+    /// The waveform of the symbols that they are made for.
+    pub waveform: Waveform,
 }
 
 /// All keys of a file.
@@ -126,6 +134,8 @@ struct Keys {
     illuminance_lx: Vec<f64>,
     interval: Vec<f64>,
     l2a: Vec<Vec<f64>>,
+    #[serde(default)]
+    carrier_cycles: u32,
     #[serde(rename = "search")]
     _search: Option<IgnoredAny>,
     #[serde(rename = "scene")]
@@ -153,13 +163,14 @@ fn this_format() -> u32 {
 }
 
 impl RatioFile {
-    /// Ratios not yet found.
+    /// Ratios not yet found, for still panels.
     pub fn empty(illuminance_lx: Vec<f64>, interval: Vec<f64>) -> Self {
         Self {
             format: FORMAT,
             l2a: vec![vec![f64::NAN; interval.len()]; illuminance_lx.len()],
             illuminance_lx,
             interval,
+            waveform: Waveform::STILL,
         }
     }
 
@@ -192,6 +203,7 @@ impl RatioFile {
             illuminance_lx: keys.illuminance_lx,
             interval: keys.interval,
             l2a: keys.l2a,
+            waveform: Waveform::new(keys.carrier_cycles)?,
         })
     }
 
@@ -244,7 +256,11 @@ impl RatioFile {
             let ratios: Vec<String> = row.iter().map(|&ratio| number(ratio)).collect();
             text += &format!("  [{}],  # {illuminance} lx\n", ratios.join(", "));
         }
-        text + "]\n"
+        text += "]\n";
+        if !self.waveform.is_still() {
+            text += &format!("carrier_cycles = {}\n", self.waveform.cycles());
+        }
+        text
     }
 }
 
@@ -302,6 +318,16 @@ mod tests {
     }
 
     #[test]
+    fn a_table_notes_its_carrier_and_one_without_a_note_is_for_still_panels() {
+        let still = RatioFile::from_toml(PLAIN).unwrap();
+        assert!(still.waveform.is_still() && !still.to_toml().contains("carrier_cycles"));
+        let carried = RatioFile::from_toml(&format!("carrier_cycles = 16\n{PLAIN}")).unwrap();
+        assert_eq!(carried.waveform.cycles(), 16);
+        assert_eq!(RatioFile::from_toml(&carried.to_toml()).unwrap(), carried);
+        assert_eq!(carried.table().unwrap(), still.table().unwrap());
+    }
+
+    #[test]
     fn faults_are_told_with_their_place() {
         for (from, to, words) in [
             ("1.8", "nan", &["5000 lx and interval 1", "missing"][..]),
@@ -320,6 +346,12 @@ mod tests {
             ("illuminance_lx", "format = 2\nilluminance_lx", &["format = 2", "reads format 1"]),
             ("illuminance_lx", "format = 2\nunknown_lx", &["format = 2", "reads format 1"]),
             ("illuminance_lx", "format = -1\nilluminance_lx", &["-1"]),
+            (
+                "illuminance_lx",
+                "carrier_cycles = 1\nilluminance_lx",
+                &["carrier_cycles", "1 cycles", "2 to 333"],
+            ),
+            ("illuminance_lx", "carrier_cycles = -1\nilluminance_lx", &["-1"]),
         ] {
             let complaint = complaint(from, to);
             for word in words {

@@ -1,12 +1,15 @@
 //! The LED-to-ambient ratio of a panel of the scene.
 
 pub mod file;
+mod other_waveform;
 
 use std::path::Path;
 
 use link::l2a_table::{L2A_MAX, L2A_MIN, L2aTable, TableError};
+use link::waveform::Waveform;
 
 use self::file::{FileError, RatioFile};
+pub use self::other_waveform::OtherWaveform;
 use crate::scene::{L2a, Panel, Scene};
 
 /// Why there is no ratio.
@@ -80,6 +83,19 @@ pub fn table_of(scene: &Scene) -> Result<L2aTable, L2aError> {
         (L2a::Table(_), Some(path)) => Ok(read_table(Path::new(path))?),
         (L2a::Table(_), None) => Ok(L2aTable::shipped()),
     }
+}
+
+/// The waveform that the table of the scene's transmitter is made for: still panels, if `link.table` does not note another. `None` if
+/// `link.l2a` is a number.
+///
+/// # Errors
+/// As [`read_table`].
+pub fn waveform_of_table(scene: &Scene) -> Result<Option<Waveform>, FileError> {
+    Ok(match (&scene.link.l2a, &scene.link.table) {
+        (L2a::Ratio(_), _) => None,
+        (L2a::Table(_), Some(path)) => Some(RatioFile::read(Path::new(path))?.waveform),
+        (L2a::Table(_), None) => Some(Waveform::STILL),
+    })
 }
 
 /// The luminance of an On LED of `panel` at full duty: its full luminance, or, if that is unlimited, the luminance of a transmitter's

@@ -44,6 +44,17 @@ pub enum Contradiction {
         /// Number of entries.
         count: usize,
     },
+    /// Another waveform than the scene's.
+    #[error(
+        "carrier_cycles = {noted}, and the scene of the search has link.carrier_cycles = {of_scene}: the file was changed since. Put \
+         carrier_cycles = {of_scene}, or search again"
+    )]
+    Waveform {
+        /// The cycles a symbol that the table notes, 0 for still panels.
+        noted: u16,
+        /// Those of the scene.
+        of_scene: u16,
+    },
     /// An impossible number.
     #[error("{key} at {illuminance_lx} lx and interval {interval} has {name} = {value}: {must}")]
     Number {
@@ -68,6 +79,12 @@ impl TableFile {
     /// # Errors
     /// The first contradiction.
     pub fn check(&self) -> Result<(), Contradiction> {
+        if let Some(scene) = &self.scene {
+            let (noted, of_scene) = (self.ratios.waveform.cycles(), scene.link.carrier_cycles.unwrap_or(0));
+            if noted != of_scene {
+                return Err(Contradiction::Waveform { noted, of_scene });
+            }
+        }
         self.check_findings(&self.search)?;
         self.check_findings(&self.reach)?;
         self.check_findings(&self.regret)

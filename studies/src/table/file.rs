@@ -122,6 +122,8 @@ impl TableFile {
     pub fn of<S: Survey<Entry: InFile>>(survey: &S, scene: &Scene) -> Self {
         let [illuminance_lx, interval] = survey.axes().map(<[f64]>::to_vec);
         let mut file = Self::plain(RatioFile::empty(illuminance_lx, interval));
+        // The scene of a survey that was checked; `check` refuses a file in which they differ.
+        file.ratios.waveform = scene.link.waveform().unwrap_or_default();
         file.scene = Some(scene.clone());
         S::Entry::of_mut(&mut file).record = Some(survey.record());
         file
@@ -157,6 +159,7 @@ impl TableFile {
         (&self.search.record, &self.reach.record) == (&other.search.record, &other.reach.record)
             && (&self.regret.record, &self.scene) == (&other.regret.record, &other.scene)
             && (&self.ratios.illuminance_lx, &self.ratios.interval) == (&other.ratios.illuminance_lx, &other.ratios.interval)
+            && self.ratios.waveform == other.ratios.waveform
     }
 
     /// The reach over the ratio at a place, if known.
@@ -366,6 +369,8 @@ mod tests {
         assert_eq!(whole.missing().count(), 0);
         let again = whole.merge(part(PLAIN)).unwrap_err();
         assert!(matches!(again, PartError::Doubled { .. }), "{again}");
+        let carried = whole.merge(part(&format!("carrier_cycles = 16\n{PLAIN}"))).unwrap_err();
+        assert_eq!(carried, PartError::OtherSurvey);
     }
 
     #[test]
@@ -475,6 +480,12 @@ mod tests {
                 .iter()
                 .for_each(|word| assert!(said.contains(word), "{word:?} is not in: {said}"));
         }
+        let carried = TableFile::from_toml(&format!("carrier_cycles = 16\n{text}")).unwrap();
+        let said = carried.check().expect_err("another waveform than the scene's").to_string();
+        assert!(
+            said.contains("carrier_cycles = 16") && said.contains("link.carrier_cycles = 0"),
+            "{said}"
+        );
         let missing = back.ratios.table().unwrap_err().to_string();
         assert!(missing.contains("50 lx and interval 0.5"), "{missing}");
     }

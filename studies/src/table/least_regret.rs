@@ -1,6 +1,7 @@
 //! The transmitter's table for an unknown one of several scenes.
 
 use crate::parallel::prelude::*;
+use link::waveform::Waveform;
 use sim::l2a::file::RatioFile;
 use sim::random::{Purpose, stream};
 
@@ -116,6 +117,9 @@ pub enum RegretError {
     /// No table is given.
     #[error("no table to make it from: give at least one that `vocc optimize --criterion reach` made")]
     NoTable,
+    /// Tables are made for different waveforms.
+    #[error("the tables are made for {} and {} cycles of a carrier a symbol, 0 for still panels: give tables of one", .0[0], .0[1])]
+    Waveforms([u16; 2]),
     /// A table has no such entry, or other ratios.
     #[error(
         "at {illuminance_lx} lx and interval {interval} no ratio was looked at in all scenes: make their tables of the same axes and range"
@@ -138,7 +142,17 @@ impl TableFile {
         let (names, scenes): (Vec<String>, Vec<Self>) = tables.iter().cloned().unzip();
         let first = scenes.first().ok_or(RegretError::NoTable)?;
         let axes = &first.ratios;
-        let mut made = Self::plain(RatioFile::empty(axes.illuminance_lx.clone(), axes.interval.clone()));
+        let other = scenes
+            .iter()
+            .map(|scene| scene.ratios.waveform)
+            .find(|&waveform| waveform != axes.waveform);
+        if let Some(other) = other {
+            return Err(RegretError::Waveforms([axes.waveform, other].map(Waveform::cycles)));
+        }
+        let mut made = Self::plain(RatioFile {
+            waveform: axes.waveform,
+            ..RatioFile::empty(axes.illuminance_lx.clone(), axes.interval.clone())
+        });
         let records = scenes.iter().filter_map(|scene| scene.reach.record.as_ref());
         made.regret.record = Some(RegretRecord {
             version: env!("CARGO_PKG_VERSION").into(),

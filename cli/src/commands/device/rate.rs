@@ -1,10 +1,12 @@
 //! `vocc device rate`: the symbol rate and the carrier of a transmitter, or the rate that a receiver expects.
 
 use anyhow::{Context, ensure};
+use link::l2a_table::L2aTable;
 use link::serial::{self, Request};
 use link::symbol_rate::SymbolRate;
 use link::waveform::{SymbolTiming, Waveform};
 use serde_json::json;
+use sim::l2a::OtherWaveform;
 
 use super::receiver;
 use crate::device::DeviceError;
@@ -53,6 +55,12 @@ pub struct Told {
 }
 
 impl Told {
+    /// The waveform; `None` if it is unknown.
+    pub fn waveform(&self) -> Option<Waveform> {
+        // Every board that reports cycles has checked them.
+        Waveform::new(self.carrier_cycles?.into()).ok()
+    }
+
     /// Cycles of the carrier per symbol, and its frequency in Hz, if there is one.
     pub fn carrier(&self) -> Option<(u16, f64)> {
         let cycles = self.carrier_cycles.filter(|&cycles| cycles > 0)?;
@@ -75,7 +83,11 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
             carrier_cycles: None,
         }
     } else {
-        of_transmitter(client, port, hz, wanted.carrier_cycles)?
+        let (told, warning) = of_transmitter(client, port, hz, wanted.carrier_cycles)?;
+        if let Some(warning) = warning {
+            output::tell(format_args!("vocc: {}: {warning}", port.name()));
+        }
+        told
     };
     let Told {
         symbol_rate_hz,
@@ -118,13 +130,36 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
     Ok(Verdict::Yes)
 }
 
-fn of_transmitter(client: Connection, port: &Port, hz: Option<f64>, cycles: Option<u32>) -> anyhow::Result<Told> {
+/// The rate and the carrier after the changes. If a carrier was set, also a warning if the table in use is not known to be made for it.
+fn of_transmitter(client: Connection, port: &Port, hz: Option<f64>, cycles: Option<u32>) -> anyhow::Result<(Told, Option<String>)> {
     let rate = hz.map(SymbolRate::from_hz).transpose()?;
     let waveform = cycles.map(Waveform::new).transpose()?;
     let mut client = client.transmitter().with_context(|| port.name())?;
-    tell(&mut client, rate, waveform).with_context(|| {
+    let told = tell(&mut client, rate, waveform).with_context(|| {
         let firmware = &client.identity().firmware;
         format!("{} (firmware {firmware})", port.name())
+    })?;
+    let warning = waveform.and_then(|_| beside_table(&mut client, told.waveform()?));
+    Ok((told, warning))
+}
+
+/// A warning if the transmitter's table is the shipped one, made for still panels, and a carrier is shown; for other tables, which carry no
+/// note of their waveform, how to compare.
+fn beside_table(client: &mut Connection, shown: Waveform) -> Option<String> {
+    let crc = client.ask(&Request::Status, |answer| match answer {
+        serial::Answer::Status(status) => Some(status.table_crc),
+        _ => None,
+    });
+    // Skip what the transmitter does not report.
+    let crc = crc.ok()?;
+    if crc == L2aTable::shipped().crc() {
+        return OtherWaveform::if_any(Waveform::STILL, shown).map(|other| other.to_string());
+    }
+    (!shown.is_still()).then(|| {
+        format!(
+            "table {crc:08x} in use carries no note of the waveform that it is made for; `vocc table verify FILE` warns if FILE, which it \
+             was pushed from, is made for another"
+        )
     })
 }
 

@@ -9,14 +9,16 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Subcommand;
 use link::l2a_table::{Illuminance, Interval, L2aTable};
+use link::waveform::Waveform;
 use serde::Serialize;
+use sim::l2a::OtherWaveform;
 use sim::l2a::file::RatioFile;
 use studies::table::TableFile;
 
 use self::regret::Regret;
 use self::transfer::Transfer;
 use crate::options::Shared;
-use crate::output::{self, Verdict, json, line};
+use crate::output::{self, Verdict, json, line, tell};
 use crate::{outputs, plot, report};
 
 /// Arguments of `vocc table`.
@@ -32,6 +34,8 @@ enum Action {
     Show {
         /// The table's TOML file. Default: the table in the firmware.
         file: Option<PathBuf>,
+        #[command(flatten)]
+        shown: Shown,
         /// Print the Rust source that the firmware's own table is built from.
         #[arg(long, requires = "file")]
         rust: bool,
@@ -57,6 +61,8 @@ enum Action {
     Check {
         /// The table's TOML file.
         file: PathBuf,
+        #[command(flatten)]
+        shown: Shown,
     },
     /// Write a table to a transmitter, which stores and uses it.
     Push(Transfer),
@@ -66,9 +72,30 @@ enum Action {
     Verify(Transfer),
 }
 
+/// The waveform that the table is to be used with.
+#[derive(clap::Args)]
+struct Shown {
+    /// Warn if the table is not made for a carrier of this many cycles a symbol, 0 for still panels.
+    #[arg(long, value_name = "N")]
+    carrier_cycles: Option<u32>,
+}
+
+impl Shown {
+    /// Warns if a table is made for another waveform.
+    fn compare(&self, made_for: Waveform) -> anyhow::Result<()> {
+        let shown = self.carrier_cycles.map(Waveform::new).transpose()?;
+        if let Some(other) = shown.and_then(|shown| OtherWaveform::if_any(made_for, shown)) {
+            tell(format_args!("vocc: {other}"));
+        }
+        Ok(())
+    }
+}
+
 /// A table as carried by a transmitter: ratios rounded to 1/8192.
 #[derive(Serialize)]
 struct CarriedTable {
+    /// Cycles a symbol of the carrier that the table is made for, 0 for still panels, as its file notes.
+    carrier_cycles: u16,
     illuminance_lx: Vec<f64>,
     interval: Vec<f64>,
     l2a: Vec<Vec<f64>>,
@@ -86,7 +113,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
             let (file, _) = TableFile::read_with_table(path)?;
             output::lines(&source(&file))?;
         }
-        Action::Show { file, plot, .. } => show(file.as_deref(), plot.as_deref(), shared.json)?,
+        Action::Show { file, plot, shown, .. } => show(file.as_deref(), plot.as_deref(), shown, shared.json)?,
         Action::Diff { old, new, scene } => {
             return diff::run(old, new, scene.as_deref(), shared.json);
         }
@@ -94,21 +121,24 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         Action::Push(transfer) => return transfer.push(shared),
         Action::Pull(transfer) => return transfer.pull(shared),
         Action::Verify(transfer) => return transfer.verify(shared),
-        Action::Check { file: path } => {
+        Action::Check { file: path, shown } => {
             let (file, table) = checked(path)?;
             if let Some(unknown) = file.unknown().next() {
                 return Err(unknown).with_context(|| path.display().to_string());
             }
-            let carried = CarriedTable::of(&table);
+            let waveform = file.ratios.waveform;
+            let carried = CarriedTable::of(&table, waveform);
             match shared.json {
                 true => json(&carried)?,
                 false => line(&format!(
-                    "{}: a table of {} illuminances and {} intervals",
+                    "{}: a table of {} illuminances and {} intervals, made for {}",
                     path.display(),
                     carried.illuminance_lx.len(),
-                    carried.interval.len()
+                    carried.interval.len(),
+                    OtherWaveform::words(waveform)
                 ))?,
             }
+            shown.compare(waveform)?;
         }
     }
     Ok(Verdict::Yes)
@@ -122,16 +152,16 @@ fn checked(path: &Path) -> anyhow::Result<(TableFile, L2aTable)> {
 }
 
 /// Prints a table, by default the firmware's, and optionally draws it.
-fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Result<()> {
+fn show(file: Option<&Path>, plot: Option<&Path>, shown: &Shown, as_json: bool) -> anyhow::Result<()> {
     let plots = plot.map(plot::files_of).into_iter().flatten();
     outputs::check(plots, file.map(Path::to_owned))?;
     let (carried, file) = match file {
         Some(path) => {
             let (file, table) = TableFile::read_with_table(path)?;
-            (CarriedTable::of(&table), file)
+            (CarriedTable::of(&table, file.ratios.waveform), file)
         }
         None => {
-            let carried = CarriedTable::of(&L2aTable::shipped());
+            let carried = CarriedTable::of(&L2aTable::shipped(), Waveform::STILL);
             let file = TableFile::plain(carried.ratios());
             (carried, file)
         }
@@ -140,6 +170,7 @@ fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Resu
         json(&carried)?;
     } else {
         carried.print()?;
+        line(&format!("made for {}", OtherWaveform::words(file.ratios.waveform)))?;
         report::table::sketch(&file).iter().try_for_each(|sketch| line(sketch))?;
         let reach = file.reach.entries.iter().map(report::table::reach_line);
         print_under(report::table::REACH_HEAD, reach)?;
@@ -149,6 +180,7 @@ fn show(file: Option<&Path>, plot: Option<&Path>, as_json: bool) -> anyhow::Resu
             line(&report::table::found_line(&file))?;
         }
     }
+    shown.compare(file.ratios.waveform)?;
     match plot {
         Some(stem) => plot::save(stem, &report::table::draw(&file)?),
         None => Ok(()),
@@ -172,10 +204,11 @@ impl CarriedTable {
         }
     }
 
-    fn of(table: &L2aTable) -> Self {
+    fn of(table: &L2aTable, made_for: Waveform) -> Self {
         let interval: Vec<f64> = table.intervals().iter().map(|i| i.to_num()).collect();
         let ratios: Vec<f64> = table.values().iter().map(|ratio| ratio.to_num()).collect();
         Self {
+            carrier_cycles: made_for.cycles(),
             illuminance_lx: table.illuminances_lx().iter().map(|e| e.to_num()).collect(),
             l2a: ratios.chunks(interval.len()).map(<[f64]>::to_vec).collect(),
             interval,

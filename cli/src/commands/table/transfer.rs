@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use link::l2a_table::L2aTable;
 use link::serial::{Answer, Request};
+use link::waveform::Waveform;
 use serde_json::json;
 use sim::input;
-use sim::l2a::{read_table, table_file};
+use sim::l2a::{OtherWaveform, read_table, table_file};
+use studies::table::TableFile;
 
 use super::checked;
-use crate::commands::device::rate::{self, Told};
+use crate::commands::device::rate;
 use crate::device::table::{pull, push};
 use crate::files;
 use crate::options::{Connection, Port, Shared};
@@ -29,7 +31,7 @@ pub struct Transfer {
 impl Transfer {
     /// Writes the table, which the transmitter stores and uses.
     pub fn push(&self, shared: &Shared) -> anyhow::Result<Verdict> {
-        let table = self.table(|path| Ok(checked(path)?.1))?;
+        let (table, made_for) = self.table(checked)?;
         let mut client = self.port.greet_transmitter()?;
         let mut progress = Progress::new(table.image().len() as u64, "bytes");
         push(&mut client, &table, |bytes| progress.done(bytes as u64)).with_context(|| self.port.name())?;
@@ -37,6 +39,7 @@ impl Transfer {
         for outside in outside(&table, &mut client) {
             output::tell(format_args!("vocc: {}: {outside}", self.port.name()));
         }
+        self.warn(made_for, &mut client);
         self.report(&table, shared, "is stored and in use")
     }
 
@@ -68,7 +71,7 @@ impl Transfer {
 
     /// Checks that the transmitter uses this table.
     pub fn verify(&self, shared: &Shared) -> anyhow::Result<Verdict> {
-        let wanted = self.table(read)?;
+        let (wanted, made_for) = self.table(|path| Ok(TableFile::read_with_table(path)?))?;
         let mut client = self.port.greet_transmitter()?;
         let found = pull(&mut client).with_context(|| self.port.name())?;
         let same = found == wanted;
@@ -92,12 +95,28 @@ impl Transfer {
                 line(&format!("  {difference}"))?;
             }
         }
-        Ok(if same { Verdict::Yes } else { Verdict::No })
+        if !same {
+            return Ok(Verdict::No);
+        }
+        self.warn(made_for, &mut client);
+        Ok(Verdict::Yes)
     }
 
-    /// The file's table, or the firmware's default.
-    fn table(&self, read: impl Fn(&Path) -> anyhow::Result<L2aTable>) -> anyhow::Result<L2aTable> {
-        self.file.as_deref().map_or_else(|| Ok(L2aTable::default()), read)
+    /// The file's table and the waveform that it is made for, or the firmware's default, which is for still panels.
+    fn table(&self, read: impl Fn(&Path) -> anyhow::Result<(TableFile, L2aTable)>) -> anyhow::Result<(L2aTable, Waveform)> {
+        let Some(path) = &self.file else {
+            return Ok((L2aTable::default(), Waveform::STILL));
+        };
+        let (file, table) = read(path)?;
+        Ok((table, file.ratios.waveform))
+    }
+
+    /// Warns if the transmitter shows another waveform than that of the table; not if it does not report one.
+    fn warn(&self, made_for: Waveform, client: &mut Connection) {
+        let shown = rate::in_use(client).ok().and_then(|told| told.waveform());
+        if let Some(other) = shown.and_then(|shown| OtherWaveform::if_any(made_for, shown)) {
+            output::tell(format_args!("vocc: {}: {other}", self.port.name()));
+        }
     }
 
     fn report(&self, table: &L2aTable, shared: &Shared, what: &str) -> anyhow::Result<Verdict> {
@@ -120,8 +139,7 @@ impl Transfer {
     }
 }
 
-/// Warnings if the transmitter's illuminance or LED interval is outside the table, of which it then uses the nearest entry, or if it shows
-/// a carrier.
+/// Warnings if the transmitter's illuminance or LED interval is outside the table, of which it then uses the nearest entry.
 fn outside(table: &L2aTable, client: &mut Connection) -> Vec<String> {
     let light = client.ask(&Request::Status, |answer| match answer {
         Answer::Status(status) => Some(status.illuminance_lx.map(|lux| lux.to_num())),
@@ -136,20 +154,7 @@ fn outside(table: &L2aTable, client: &mut Connection) -> Vec<String> {
     // Skip values that the transmitter does not report.
     let light = light.ok().flatten().and_then(|lux| beyond("light, in lx,", lux, &lights));
     let interval = interval.ok().and_then(|own| beyond("LED interval", own, &intervals));
-    let carrier = rate::in_use(client).ok().and_then(with_carrier);
-    light.into_iter().chain(interval).chain(carrier).collect()
-}
-
-/// A warning if symbols have a carrier: all tables are made for still panels, because single frames are evaluated for them.
-fn with_carrier(told: Told) -> Option<String> {
-    let Told { symbol_rate_hz, .. } = told;
-    told.carrier().map(|(cycles, carrier_hz)| {
-        format!(
-            "it shows a carrier of {carrier_hz} Hz, and the table is made for still panels: with a carrier Off LEDs glow, too, and another \
-             ratio may reach farther; vocc link --set link.carrier_cycles={cycles} --set link.symbol_rate_hz={symbol_rate_hz} --set \
-             link.l2a=… compares ratios"
-        )
-    })
+    light.into_iter().chain(interval).collect()
 }
 
 /// A warning if a value is outside a table's axis.
@@ -163,10 +168,6 @@ fn beyond(what: &str, own: f64, axis: &[f64]) -> Option<String> {
     (!(first..=last).contains(&own)).then(|| {
         format!("its {what} is {own:.4}, and the table is made for {made_for}: it carries the ratio of the nearest, which may be far from the best")
     })
-}
-
-fn read(path: &Path) -> anyhow::Result<L2aTable> {
-    Ok(read_table(path)?)
 }
 
 /// Whether a file is empty or a pulled table, so that overwriting it loses no search results.
@@ -203,20 +204,4 @@ fn differences(wanted: &L2aTable, found: &L2aTable) -> Vec<String> {
         }
     }
     differences
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_table_on_a_board_with_a_carrier_is_warned_of() {
-        let told = |cycles| Told {
-            symbol_rate_hz: 90.0,
-            carrier_cycles: Some(cycles),
-        };
-        assert_eq!(with_carrier(told(0)), None);
-        let warning = with_carrier(told(17)).expect("a warning");
-        assert!(warning.contains("1530 Hz") && warning.contains("still panels") && warning.contains("link.carrier_cycles=17"));
-    }
 }
