@@ -96,19 +96,71 @@ const ADVICE: &str = "plan --camera phone --bytes 4 --runs 1 --set camera.width_
 fn a_camera_is_told_what_to_be_shown() {
     let advised = vocc(&[&words(ADVICE)[..], &["--set=panel.pwm_hz=2050", "--json"]].concat());
     let lines = json_lines(&advised);
-    let (last, tried) = lines.split_last().expect("lines");
+    let (last, all) = lines.split_last().expect("lines");
+    let (tried, carried): (Vec<_>, Vec<_>) = all.iter().partition(|row| row["carrier_cycles"] == 0);
     let net = |row: &serde_json::Value| row["net_bit_s"].as_f64().expect("a net rate");
-    let most = tried.iter().map(net).fold(0.0, f64::max);
+    let most = tried.iter().map(|row| net(row)).fold(0.0, f64::max);
     assert_eq!(net(&last["best"]), most);
     // Every code once, and one of them with another rate.
     let codes: std::collections::HashSet<_> = tried.iter().map(|row| row["code"].to_string()).collect();
     assert!(codes.len() == 5 && tried.len() > 5, "{lines:?}");
     assert!(most > 0.0, "{lines:?}");
+    // Carriers were tried, and one is recommended or refused with a reason.
+    assert!(
+        !carried.is_empty() && last["carrier"].is_null() != last["no_carrier"].is_null(),
+        "{last}"
+    );
     // An exposure contains fewer than two such slow pulses.
     assert_eq!(last["dimming"][0]["beats"], true);
     assert_eq!(last["dimming"][0]["beat_hz"], 10.0);
     let said = text(&vocc(&words(ADVICE)).stdout);
     assert!(said.contains("device rate") && said.contains("symbols/s"), "{said}");
+}
+
+/// The options of the printed `vocc link` command.
+fn printed_link(said: &str) -> Vec<&str> {
+    let (_, after) = said.split_once("and vocc link ").expect("a command");
+    after.split(" tries it").next().expect("its end").split_whitespace().collect()
+}
+
+#[test]
+fn a_recommended_carrier_delivers_as_printed() {
+    // One camera exposes line by line.
+    for camera in [
+        &["day"][..],
+        &[
+            "phone",
+            "--set=camera.frame_rate_hz=60",
+            "--set=camera.exposure_max_s=0.01",
+            "--set=camera.readout_s=0.012",
+        ],
+    ] {
+        let own = [
+            &["--set=camera.exposure_s=0.00025"][..],
+            &words("--set camera.width_px=320 --set camera.height_px=240"),
+            &camera[1..],
+        ];
+        let own = own.concat();
+        let plan = vocc(&[&words("plan --bytes 8 --runs 1 --camera")[..], &camera[..1], &own].concat());
+        let said = text(&plan.stdout);
+        let sent = vocc(
+            &[
+                &["link", camera[0], "--message", "Braking!", "--set=link.l2a=2"],
+                &own[..],
+                &printed_link(&said),
+            ]
+            .concat(),
+        );
+        assert_eq!(sent.status.code(), Some(0), "{said}{}", text(&sent.stdout));
+    }
+    // An exposure of several cycles hides them.
+    let long = vocc(&[&words(ADVICE)[..], &["--set=camera.exposure_s=0.002"]].concat());
+    let said = text(&long.stdout);
+    assert!(
+        said.contains("no carrier to recommend") && said.contains("expose for 0.0003"),
+        "{said}"
+    );
+    assert!(!said.contains("--carrier-cycles"), "{said}");
 }
 
 #[test]

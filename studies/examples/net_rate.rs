@@ -5,6 +5,7 @@
 //! rate is measured from its first frame to the one that completed the message.
 
 use link::fec::Code;
+use link::waveform::Waveform;
 use sim::scene::Scene;
 use studies::signalling::Trial;
 use studies::stop::Stop;
@@ -29,6 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                     code,
                     bytes,
                     rate_hz: rate.parse()?,
+                    waveform: Waveform::STILL,
                     phase: (0.37 * seed as f64) % 1.0,
                     seed,
                     true_corners,

@@ -104,6 +104,11 @@ impl Practice {
             .max_by(|one, other| one.times_limit().total_cmp(&other.times_limit()))
     }
 
+    /// The greatest modulation of a light over its limit, at a symbol rate in Hz: up to 1, it complies. 0 if no line is limited.
+    pub fn times(self, light: &Spectrum, rate_hz: f64) -> f64 {
+        self.worst(light, rate_hz).map_or(0.0, |worst| worst.times_limit())
+    }
+
     /// The symbol rate from which on a light complies, Hz; 0 for a steady light.
     ///
     /// Limits grow with the frequency, so a light that complies at one rate complies at every higher rate.

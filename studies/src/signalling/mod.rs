@@ -3,7 +3,8 @@
 //! A camera of `f` frames a second that exposes for `E`, and whose sensor takes `R` to read the panel's lines, sees a whole exposure of
 //! each symbol, on every row and at any phase, if a symbol lasts at least 1/f + E + R ([`SymbolRate::for_camera`]). Faster symbols share
 //! exposures. The receiver reads those as far as it can; the benefit is not computed but tried: messages are sent over the rendered road
-//! ([`Trial`]) at several rates, at phases that cover a symbol evenly, and then under each code at the best rate.
+//! ([`Trial`]) at several rates, at phases that cover a symbol evenly, and then under each code at the best rate. [`Search::carrier`]
+//! tries the carriers that nobody sees flicker, and that the camera sees best, with a receiver that has to find the panel, too.
 //!
 //! ```no_run
 //! use sim::scene::Scene;
@@ -16,6 +17,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod carrier;
 mod dimming;
 mod exposed;
 mod trial;
@@ -23,10 +25,12 @@ mod trial;
 use crate::parallel::prelude::*;
 use link::fec::Code;
 use link::symbol_rate::{SymbolRate, SymbolRateError};
+use link::waveform::{SymbolTiming, Waveform};
 use sim::camera::exposure::Exposure;
 use sim::scene::Scene;
 use thiserror::Error;
 
+pub use carrier::{Carrier, CarrierAdvice, NoCarrier, USUAL_FRAMES_HZ, low_risk_times};
 pub use dimming::DimmingBeat;
 pub use exposed::exposed_for;
 pub use trial::{Trial, TrialError};
@@ -57,11 +61,13 @@ pub struct Search {
 pub struct TrialOutcome {
     /// Symbols a second.
     pub rate: SymbolRate,
+    /// The waveform of a symbol.
+    pub waveform: Waveform,
     /// The code.
     pub code: Code,
     /// Messages sent.
     pub runs: u64,
-    /// Messages that arrived within [`Trial::REPEATS`] repeats.
+    /// Messages that arrived within [`Trial::frames`].
     pub delivered: u64,
     /// Payload of those, bits.
     pub bits: u64,
@@ -132,7 +138,7 @@ pub enum SignallingError {
 
 impl Search {
     /// The most settings of a search.
-    pub const SETTINGS_MAX: u64 = (1 + SHARES_OF_FRAMES.len() + Code::ALL.len()) as u64;
+    pub const SETTINGS_MAX: u64 = (1 + SHARES_OF_FRAMES.len() + Code::ALL.len() + carrier::TRIED) as u64;
 
     /// Tries rates and codes; `done` is called after each message, `tell` after each setting.
     ///
@@ -153,12 +159,12 @@ impl Search {
         let usual = Code::for_length(self.bytes);
         let mut tried = Vec::new();
         for rate in rates(scene, whole_exposures) {
-            tried.push(self.attempt(scene, rate, usual, stop, &done)?);
+            tried.push(self.attempt(scene, SymbolTiming::still(rate), usual, stop, &done)?);
             tried.last().into_iter().for_each(&mut tell);
         }
         let rate = tried[best(&tried)].rate;
         for code in Code::ALL.into_iter().filter(|&code| code != usual) {
-            tried.push(self.attempt(scene, rate, code, stop, &done)?);
+            tried.push(self.attempt(scene, SymbolTiming::still(rate), code, stop, &done)?);
             tried.last().into_iter().for_each(&mut tell);
         }
         Ok(Advice {
@@ -169,32 +175,82 @@ impl Search {
         })
     }
 
-    /// One rate under one code.
+    /// Tries carriers at about the rate of whole exposures, as [`run`](Self::run) tries rates: the first with which all messages arrive, or
+    /// that of most, or why none is recommended.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn carrier(
+        &self,
+        scene: &Scene,
+        stop: Stop,
+        done: impl Fn() + Sync,
+        mut tell: impl FnMut(&TrialOutcome),
+    ) -> Result<Result<CarrierAdvice, NoCarrier>, SignallingError> {
+        if self.runs == 0 {
+            return Err(SignallingError::NoRuns);
+        }
+        let rate = whole_exposures(scene)?;
+        let camera = carrier::Camera {
+            frames_hz: scene.camera.frame_rate_hz,
+            exposure_s: Exposure::of(scene).time_s,
+            readout_s: dimming::panel_readout_s(scene).map_err(TrialError::from)?,
+        };
+        let code = Code::for_length(self.bytes);
+        let message = self.trial(SymbolTiming::still(rate), code, 0).message();
+        let candidates = match camera.candidates(rate, &message, stop).map_err(TrialError::from)? {
+            _ if stop.is_asked() => return Err(TrialError::Stopped.into()),
+            Ok(candidates) => candidates,
+            Err(none) => return Ok(Err(none)),
+        };
+        let mut tried: Vec<CarrierAdvice> = Vec::new();
+        for (carrier, low_risk_times) in candidates {
+            let outcome = self.attempt(scene, carrier.timing, code, stop, &done)?;
+            tell(&outcome);
+            tried.push(CarrierAdvice {
+                carrier,
+                low_risk_times,
+                tried: outcome,
+            });
+            if outcome.delivered == outcome.runs {
+                break;
+            }
+        }
+        Ok(carrier::best(tried, camera.exposure_s).unwrap_or(Err(NoCarrier::FrameRates { rate })))
+    }
+
+    /// One message. A carrier's receiver also has to find the panel, as `vocc link` does.
+    fn trial(&self, timing: SymbolTiming, code: Code, run: u64) -> Trial {
+        Trial {
+            code,
+            bytes: self.bytes,
+            rate_hz: timing.rate().hz(),
+            waveform: timing.waveform(),
+            phase: (GOLDEN * run as f64).fract(),
+            seed: self.seed.wrapping_add(run),
+            true_corners: timing.waveform().is_still(),
+        }
+    }
+
+    /// One rate and waveform under one code.
     fn attempt(
         &self,
         scene: &Scene,
-        rate: SymbolRate,
+        timing: SymbolTiming,
         code: Code,
         stop: Stop,
         done: &(impl Fn() + Sync),
     ) -> Result<TrialOutcome, TrialError> {
         let runs = (0..self.runs).into_par_iter().map(|run| {
-            let trial = Trial {
-                code,
-                bytes: self.bytes,
-                rate_hz: rate.hz(),
-                phase: (GOLDEN * run as f64).fract(),
-                seed: self.seed.wrapping_add(run),
-                true_corners: true,
-            };
-            let result = trial.run(scene, stop);
+            let result = self.trial(timing, code, run).run(scene, stop);
             done();
             result
         });
         // In order, so that the sum of seconds is the same on any number of threads.
         let runs = runs.collect::<Result<Vec<_>, _>>()?;
         let mut sum = TrialOutcome {
-            rate,
+            rate: timing.rate(),
+            waveform: timing.waveform(),
             code,
             runs: self.runs,
             delivered: 0,

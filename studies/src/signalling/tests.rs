@@ -67,3 +67,85 @@ fn what_cannot_be_tried_is_refused() {
     }
     assert!(matches!(run(Search { runs: 0, ..search }), Err(SignallingError::NoRuns)));
 }
+
+#[test]
+fn a_carrier_keeps_apart_from_frame_rates_is_of_low_risk_and_seen() {
+    for (frames_hz, rate_hz, exposure_s) in [(30.0, 27.0, 0.001), (60.0, 54.0, 0.0005), (100.0, 90.0, 0.00025)] {
+        let camera = carrier::Camera {
+            frames_hz,
+            exposure_s,
+            readout_s: 0.01,
+        };
+        let rate = SymbolRate::from_hz(rate_hz).expect("a rate");
+        let found = camera.candidates(rate, b"Ice", Stop::NEVER).expect("a message").expect("carriers");
+        assert!(!found.is_empty());
+        for (carrier, times) in found {
+            let hz = carrier.hz();
+            assert!((1250.0..=3000.0).contains(&hz) && times <= 1.0, "{hz} Hz, {times} times");
+            for frames_hz in USUAL_FRAMES_HZ.into_iter().chain([frames_hz]) {
+                let off_hz = hz - (2.0 * hz / frames_hz).round() * 0.5 * frames_hz;
+                assert!(off_hz.abs() >= 2.0, "{hz} Hz and {frames_hz} frames a second");
+            }
+            // The greatest contrast over the phases, by the waveform itself.
+            let (waveform, rate_hz) = (carrier.timing.waveform(), carrier.timing.rate().hz());
+            let contrasts = (0..1000).map(|step| f64::from(step) / 1000.0 / f64::from(waveform.cycles()));
+            let contrasts: Vec<f64> = contrasts.map(|at| waveform.contrast(at, at + rate_hz * exposure_s).abs()).collect();
+            let most = contrasts.iter().copied().fold(0.0, f64::max);
+            let mean = contrasts.iter().sum::<f64>() / 1000.0;
+            assert!((most - carrier.contrast).abs() < 0.01, "{most} and {}", carrier.contrast);
+            assert!(
+                (mean - carrier.mean_contrast()).abs() < 0.01,
+                "{mean} and {}",
+                carrier.mean_contrast()
+            );
+            assert!(most >= 0.2);
+        }
+    }
+}
+
+#[test]
+fn long_exposures_are_told_which_one_would_do() {
+    let camera = carrier::Camera {
+        frames_hz: 30.0,
+        exposure_s: 0.002,
+        readout_s: 0.0,
+    };
+    let rate = SymbolRate::from_hz(27.0).expect("a rate");
+    let none = camera
+        .candidates(rate, b"Ice", Stop::NEVER)
+        .expect("a message")
+        .expect_err("too long");
+    let NoCarrier::Exposure { needed_s, carrier_hz, .. } = none else {
+        panic!("{none}")
+    };
+    assert!((1.0 / 2900.0..1.0 / 2600.0).contains(&needed_s) && (needed_s * carrier_hz - 0.5).abs() < 1e-9);
+    let shorter = carrier::Camera {
+        exposure_s: needed_s,
+        ..camera
+    };
+    let found = shorter.candidates(rate, b"Ice", Stop::NEVER).expect("a message").expect("carriers");
+    assert!(found.iter().all(|(carrier, _)| carrier.contrast > 0.8), "{found:?}");
+}
+
+#[test]
+fn a_carrier_is_recommended_if_its_messages_arrive() {
+    let search = Search {
+        bytes: 8,
+        runs: 2,
+        seed: 1,
+    };
+    let found = search.carrier(&scene(&["camera.exposure_max_s=0.00025"]), Stop::NEVER, || {}, |_| {});
+    let advice = found.expect("trials").expect("a carrier");
+    assert_eq!((advice.tried.delivered, advice.tried.runs), (2, 2));
+    assert_eq!(advice.tried.waveform, advice.carrier.timing.waveform());
+    assert!(!advice.tried.waveform.is_still() && advice.carrier.contrast == 1.0);
+    let missed = CarrierAdvice {
+        tried: TrialOutcome {
+            delivered: 1,
+            ..advice.tried
+        },
+        ..advice
+    };
+    let none = carrier::best(vec![missed], 0.001).expect("a trial").expect_err("too few");
+    assert!(none.to_string().contains("1 of 2 messages"), "{none}");
+}

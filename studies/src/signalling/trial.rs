@@ -3,6 +3,7 @@
 use link::fec::Code;
 use link::framing::{Framer, FramingError};
 use link::scramble::split_mix64;
+use link::waveform::Waveform;
 use sim::accuracy::Level;
 use sim::road::{LinkSettings, Received, Road, RoadError};
 use sim::scene::Scene;
@@ -18,12 +19,15 @@ use crate::stop::Stop;
 ///
 /// ```
 /// use link::fec::Code;
+/// use link::waveform::Waveform;
 /// use sim::scene::Scene;
 /// use studies::signalling::Trial;
 /// use studies::stop::Stop;
 /// let small = ["camera.width_px=160", "camera.height_px=120"].map(String::from);
 /// let day = Scene::load("day", &small)?;
-/// let trial = Trial { code: Code::Tc128, bytes: 8, rate_hz: 90.0, phase: 0.3, seed: 1, true_corners: true };
+/// let trial = Trial {
+///     code: Code::Tc128, bytes: 8, rate_hz: 90.0, waveform: Waveform::STILL, phase: 0.3, seed: 1, true_corners: true
+/// };
 /// assert!(trial.run(&day, Stop::NEVER)?.received.is_some());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -35,6 +39,8 @@ pub struct Trial {
     pub bytes: usize,
     /// Symbols a second.
     pub rate_hz: f64,
+    /// The waveform of a symbol.
+    pub waveform: Waveform,
     /// The phase within a symbol at which the first exposure starts, from 0 up to 1.
     pub phase: f64,
     /// The seed of the message and of all random numbers.
@@ -78,6 +84,24 @@ pub enum TrialError {
 impl Trial {
     /// Repeats after which a message that has not arrived is lost.
     pub const REPEATS: u32 = 3;
+    /// With a carrier, at least this many frames: the receiver looks for one in the last 48, and refines it over the last 128.
+    pub const CARRIER_FRAMES: u64 = 150;
+
+    /// The number of frames after which a message of `panels` panels that has not arrived is lost.
+    pub fn frames(&self, panels: u32, frames_hz: f64) -> u64 {
+        let frames = (f64::from(Self::REPEATS * panels) * frames_hz / self.rate_hz).ceil() as u64;
+        if self.waveform.is_still() {
+            frames
+        } else {
+            frames.max(Self::CARRIER_FRAMES)
+        }
+    }
+
+    /// The message.
+    pub fn message(&self) -> Vec<u8> {
+        let bytes = 0..self.bytes as u64;
+        bytes.map(|at| split_mix64(self.seed << 32 | at) as u8).collect()
+    }
 
     /// Sends it.
     ///
@@ -87,8 +111,8 @@ impl Trial {
         let mut scene = scene.clone();
         scene.link.symbol_rate_hz = self.rate_hz;
         scene.link.phase = self.phase;
-        let bytes = 0..self.bytes as u64;
-        let message: Vec<u8> = bytes.map(|at| split_mix64(self.seed << 32 | at) as u8).collect();
+        scene.link.carrier_cycles = Some(self.waveform.cycles());
+        let message = self.message();
         let panels = Framer::new(&message, self.code, false)?.panels_per_repeat();
         let settings = LinkSettings {
             code: Some(self.code),
@@ -102,8 +126,7 @@ impl Trial {
         let mut road = Road::new(&scene, &settings)?;
         let mut errors = FrameErrors::default();
         let arrived = |received: &Received| received.message == settings.message;
-        let symbols = f64::from(Self::REPEATS * panels);
-        let frames = (symbols * scene.camera.frame_rate_hz / self.rate_hz).ceil() as u64;
+        let frames = self.frames(panels, scene.camera.frame_rate_hz);
         for frame in 0..frames {
             if stop.is_asked() {
                 return Err(TrialError::Stopped);

@@ -7,7 +7,7 @@ use anyhow::Context;
 use link::fec::Code;
 use serde::Serialize;
 use sim::scene::Scene;
-use studies::signalling::{Advice, DimmingBeat, Search, SignallingError, TrialError, TrialOutcome};
+use studies::signalling::{Advice, CarrierAdvice, DimmingBeat, NoCarrier, Search, SignallingError, Trial, TrialError, TrialOutcome};
 
 use crate::options::Shared;
 use crate::output::{self, Verdict, line};
@@ -16,12 +16,13 @@ use crate::stop::stop;
 
 /// Default scene for a camera.
 const SCENE: &str = "day";
-const HEAD: &str = "symbols/s  code    delivered  net bit/s  s a message  raw errors";
+const HEAD: &str = "symbols/s  code    delivered  net bit/s  s a message  raw errors  carrier/Hz";
 
 /// Options of the advice for a camera.
 #[derive(clap::Args)]
 pub struct Options {
-    /// Say what the transmitter should show this camera: symbol rate, code and the net rate to expect. A preset or a TOML file, of which the
+    /// Say what the transmitter should show this camera: symbol rate, code and the net rate to expect, and a carrier that nobody sees
+    /// flicker, if one serves. A preset or a TOML file, of which the
     /// `[camera]` is put into the scene (day, where none is named); --set camera.KEY=VALUE then changes it.
     #[arg(long, value_name = "CAMERA")]
     camera: Option<OsString>,
@@ -36,6 +37,8 @@ pub struct Options {
 #[derive(Serialize)]
 struct Row {
     symbol_rate_hz: f64,
+    /// Cycles of a carrier a symbol, 0 for still panels.
+    carrier_cycles: u16,
     code: String,
     runs: u64,
     delivered: u64,
@@ -50,7 +53,20 @@ struct Row {
 struct Best {
     best: Row,
     whole_exposures_hz: f64,
+    /// `None` if no carrier serves, with the reason beside it.
+    carrier: Option<CarrierRow>,
+    no_carrier: Option<String>,
     dimming: Vec<Beat>,
+}
+
+#[derive(Serialize)]
+struct CarrierRow {
+    #[serde(flatten)]
+    tried: Row,
+    carrier_hz: f64,
+    cycles_an_exposure: f64,
+    contrast: f64,
+    low_risk_times: f64,
 }
 
 #[derive(Serialize)]
@@ -89,15 +105,16 @@ impl Options {
             progress.done(*messages);
         };
         let mut printed = if shared.json { Ok(()) } else { line(HEAD) };
-        let tell = |tried: &TrialOutcome| {
+        let mut tell = |tried: &TrialOutcome| {
             if printed.is_ok() {
                 printed = print(tried, shared.json);
             }
         };
-        let advice = search.run(&scene, stop(), done, tell);
+        let advice = search.run(&scene, stop(), done, &mut tell);
+        let advice = advice.and_then(|advice| Ok((advice, search.carrier(&scene, stop(), done, &mut tell)?)));
         drop(counted);
         printed?;
-        let advice = match advice {
+        let (advice, carrier) = match advice {
             Err(SignallingError::Trial(TrialError::Stopped)) => {
                 output::tell("interrupted: what was tried is printed");
                 return Ok(Verdict::No);
@@ -105,9 +122,10 @@ impl Options {
             advice => advice?,
         };
         if shared.json {
-            as_json(&advice)?;
+            as_json(&advice, &carrier)?;
         } else {
             as_text(&scene, &advice, Code::for_length(search.bytes))?;
+            carrier_as_text(&carrier)?;
         }
         Ok(match advice.best().delivered {
             0 => Verdict::No,
@@ -119,6 +137,7 @@ impl Options {
 fn row(tried: &TrialOutcome) -> Row {
     Row {
         symbol_rate_hz: tried.rate.hz(),
+        carrier_cycles: tried.waveform.cycles(),
         code: tried.code.to_string(),
         runs: tried.runs,
         delivered: tried.delivered,
@@ -134,19 +153,27 @@ fn print(tried: &TrialOutcome, json: bool) -> anyhow::Result<()> {
         return output::json(&row);
     }
     let seconds = row.seconds_a_message;
+    let carrier = match row.carrier_cycles {
+        0 => "still".into(),
+        cycles => format!("{:.1}", f64::from(cycles) * row.symbol_rate_hz),
+    };
+    // Frames are read before the carrier is known: their bits say nothing.
+    let errors = match row.carrier_cycles {
+        0 => format!("{:.1e}", row.ber),
+        _ => "-".into(),
+    };
     line(&format!(
-        "{:>9.1}  {:<6}  {:>4} of {:<3} {:>9.0}  {:>11}  {:>10.1e}",
+        "{:>9.1}  {:<6}  {:>4} of {:<3} {:>9.0}  {:>11}  {errors:>10}  {carrier:>10}",
         row.symbol_rate_hz,
         row.code,
         row.delivered,
         row.runs,
         row.net_bit_s,
         seconds.map_or("-".into(), |seconds| format!("{seconds:.2}")),
-        row.ber,
     ))
 }
 
-fn as_json(advice: &Advice) -> anyhow::Result<()> {
+fn as_json(advice: &Advice, carrier: &Result<CarrierAdvice, NoCarrier>) -> anyhow::Result<()> {
     let dimming = advice.dimming.iter().map(|beat| Beat {
         pwm_hz: beat.pulses_hz,
         pulses_an_exposure: beat.pulses_an_exposure,
@@ -157,6 +184,14 @@ fn as_json(advice: &Advice) -> anyhow::Result<()> {
     output::json(&Best {
         best: row(advice.best()),
         whole_exposures_hz: advice.whole_exposures.hz(),
+        carrier: carrier.as_ref().ok().map(|advice| CarrierRow {
+            tried: row(&advice.tried),
+            carrier_hz: advice.carrier.hz(),
+            cycles_an_exposure: advice.carrier.cycles_an_exposure,
+            contrast: advice.carrier.contrast,
+            low_risk_times: advice.low_risk_times,
+        }),
+        no_carrier: carrier.as_ref().err().map(ToString::to_string),
         dimming: dimming.collect(),
     })
 }
@@ -186,6 +221,35 @@ fn as_text(scene: &Scene, advice: &Advice, usual: Code) -> anyhow::Result<()> {
         rate = best.rate,
         code = best.code,
         net = best.net_bit_s(),
+    ))
+}
+
+/// Prints the recommended carrier, or why there is none.
+fn carrier_as_text(advice: &Result<CarrierAdvice, NoCarrier>) -> anyhow::Result<()> {
+    let CarrierAdvice {
+        carrier,
+        low_risk_times,
+        tried,
+    } = match advice {
+        Ok(advice) => advice,
+        Err(none) => return line(&format!("no carrier to recommend: {none}")),
+    };
+    let (rate, cycles) = (carrier.timing.rate(), carrier.timing.waveform().cycles());
+    line(&format!(
+        "carrier: {cycles} cycles a symbol at {rate} symbols a second, {:.1} Hz; {:.2} times the limit of low risk, an exposure of {:.2} cycles \
+         with at most {:.0} % of the contrast; {} of {} messages arrive, {:.0} bit/s from the first frame on",
+        carrier.hz(),
+        low_risk_times,
+        carrier.cycles_an_exposure,
+        1e2 * carrier.contrast,
+        tried.delivered,
+        tried.runs,
+        tried.net_bit_s(),
+    ))?;
+    line(&format!(
+        "vocc device rate {rate} --carrier-cycles {cycles} --port P sets a transmitter, vocc receive --symbol-rate {rate} follows it, and vocc \
+         link --set link.symbol_rate_hz={rate} --set link.carrier_cycles={cycles} --frames {} tries it",
+        Trial::CARRIER_FRAMES
     ))
 }
 

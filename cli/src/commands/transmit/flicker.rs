@@ -235,8 +235,7 @@ impl Sight {
 
 impl Standards {
     fn of(light: &'static str, spectrum: &Spectrum, measures: Measures, symbols_hz: f64) -> Self {
-        let times = |practice: Practice| practice.worst(spectrum, symbols_hz).map_or(0.0, |worst| worst.times_limit());
-        let [low_risk_times, no_effect_times, no_seizures_times] = Practice::ALL.map(times);
+        let [low_risk_times, no_effect_times, no_seizures_times] = Practice::ALL.map(|practice| practice.times(spectrum, symbols_hz));
         Self {
             light,
             low_risk_times,
