@@ -90,9 +90,14 @@ impl Curve {
         }
     }
 
-    /// The curve through exact points (ratio, reach in m), of ascending ratios.
+    /// The curve through exact points (ratio, reach in m), in any order. Points without a finite logarithm, and all but the first of a
+    /// ratio, are left out: a file that was changed by hand may have some.
     pub fn through(points: impl Iterator<Item = (f64, f64)>) -> Self {
-        let (l2a, reach) = points.map(|(l2a, reach)| (l2a.ln(), reach.ln())).unzip();
+        let points = points.map(|(l2a, reach)| (l2a.ln(), reach.ln()));
+        let mut points: Vec<(f64, f64)> = points.filter(|(l2a, reach)| l2a.is_finite() && reach.is_finite()).collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        points.dedup_by(|after, before| after.0 == before.0);
+        let (l2a, reach) = points.into_iter().unzip();
         Self {
             l2a,
             reach,

@@ -106,6 +106,17 @@ fn a_reach_that_hardly_changes_is_flat_and_takes_the_least_light() {
     assert_eq!(curve.reach_m(0.01), curve.reach_m(0.2), "beyond its ends it is as there");
 }
 
+#[test]
+fn points_of_any_order_are_a_curve() {
+    let points = [(0.5, 40.0), (1.0, 50.0), (2.0, 48.0), (4.0, 30.0)];
+    let ascending = Curve::through(points.into_iter());
+    let broken = [(f64::NAN, 45.0), (-1.0, 45.0), (3.0, 0.0), (1.0, 20.0), (f64::INFINITY, 45.0)];
+    let mixed = Curve::through(points.into_iter().rev().chain(broken));
+    assert_eq!(mixed, ascending);
+    let judged = ascending.judged(Choice::Margin);
+    assert!(judged.is_some() && mixed.judged(Choice::Margin) == judged);
+}
+
 /// At the limit of distinguishable LEDs all ratios reach equally far, and a parabola through steep sides rises above them all.
 #[test]
 fn a_plateau_loses_nothing() {

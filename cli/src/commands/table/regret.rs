@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use link::l2a_table::L2aTable;
 use serde::Serialize;
 use studies::table::{AtPlace, ReachEntry, TableFile};
@@ -111,6 +111,7 @@ impl Regret {
 /// Reads a table with the reach of each ratio.
 pub fn by_reach(path: &Path) -> anyhow::Result<TableFile> {
     let scene = TableFile::read(path)?;
+    scene.check().with_context(|| path.display().to_string())?;
     ensure!(
         !scene.reach.entries.is_empty(),
         "{} says nothing of the reach: make it with `vocc optimize --criterion reach`",
