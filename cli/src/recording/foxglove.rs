@@ -132,8 +132,9 @@ impl Drop for Server {
             (clients.len(), clients.values().map(|client| client.queued_bytes).sum::<usize>())
         };
         lock(&self.0).has_ended = true;
-        let (mut last, mut moved) = (left(), Instant::now());
-        while moved.elapsed() < FAREWELL && last.0 > 0 {
+        let begun = Instant::now();
+        let (mut last, mut moved) = (left(), begun);
+        while begun.elapsed() < PATIENCE && moved.elapsed() < FAREWELL && last.0 > 0 {
             std::thread::sleep(LOOK_EVERY);
             let now = left();
             if now != last {

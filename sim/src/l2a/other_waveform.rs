@@ -43,7 +43,7 @@ impl fmt::Display for OtherWaveform {
         write!(
             f,
             "the table is made for {}, and the transmitter shows {}, with which another ratio may reach farther; compare ratios with `vocc link \
-             --set link.carrier_cycles={} --set link.l2a=R`",
+             --set link.symbol_rate_hz=HZ --set link.carrier_cycles={} --set link.l2a=R`",
             Self::words(self.made_for),
             Self::words(self.shown),
             self.shown.cycles()

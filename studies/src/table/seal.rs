@@ -19,14 +19,20 @@ pub fn sealed(text: &str) -> String {
 pub fn verify(text: &str) -> Result<(), Fault> {
     // Git and editors may change the line ends.
     let text = text.replace("\r\n", "\n");
-    let Some((before, last)) = text.split_once(MARK) else {
-        return Ok(());
-    };
+    let mut lines = text.split_inclusive('\n');
+    let before: usize = lines.by_ref().take_while(|line| !is_seal(line)).map(str::len).sum();
+    let (before, last) = text.split_at(before);
     let wanted = checksum::of(before.as_bytes());
-    match last.trim_end() == wanted {
+    match last.is_empty() || last.trim_end().strip_prefix(MARK) == Some(&*wanted) {
         true => Ok(()),
         false => Err(Fault::Changed { wanted }),
     }
+}
+
+/// Whether a line is a last line; another comment may begin in the same way.
+fn is_seal(line: &str) -> bool {
+    let sum = line.trim_end().strip_prefix(MARK);
+    sum.is_some_and(|sum| sum.len() == 16 && sum.bytes().all(|digit| digit.is_ascii_hexdigit()))
 }
 
 #[cfg(test)]
@@ -41,13 +47,15 @@ mod tests {
         verify(&text).unwrap();
         verify(&text.replace('\n', "\r\n")).unwrap();
         verify(TEXT).unwrap();
-        for at in 0..text.trim_end().len() {
+        for at in 0..TEXT.trim_end().len() {
             let mut bytes = text.clone().into_bytes();
             bytes[at] ^= 1;
-            let changed = String::from_utf8(bytes).unwrap();
-            // Without its mark the line is a comment.
-            let has_mark = changed.contains(MARK);
-            assert_eq!(verify(&changed).is_err(), has_mark, "{at}: {changed}");
+            verify(&String::from_utf8(bytes).unwrap()).unwrap_err();
+        }
+        // Only a whole line is the checksum.
+        for other in ["# checksum of run 3\n", "tables = [\"a # checksum b.toml\"]\n"] {
+            verify(&format!("{other}{TEXT}")).unwrap();
+            verify(&sealed(&format!("{other}{TEXT}"))).unwrap();
         }
         verify(&(text.clone() + "cells = []\n")).unwrap_err();
         verify(&text.replacen("2.0", "3.0", 1)).unwrap_err();

@@ -34,8 +34,8 @@ const NAP: Duration = Duration::from_millis(20);
 const SLOWEST: u32 = 20;
 /// Maximum ratio of the light between the sensor's ranges, because it may change between the readings.
 const RANGES_RATIO_MAX: f64 = 2.0;
-/// Minimum reading of one range while the other is saturated: half of the lower of their limits, 60 000 lx.
-const SATURATED_LX_MIN: f64 = 60_000.0 / RANGES_RATIO_MAX;
+/// Minimum reading of one range while the other is saturated: half of the lowest of their limits, the 35 000 lx of a VEML7700.
+const SATURATED_LX_MIN: f64 = 35_000.0 / RANGES_RATIO_MAX;
 
 /// Arguments of `vocc device test`.
 #[derive(clap::Args)]

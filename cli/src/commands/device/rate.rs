@@ -157,7 +157,7 @@ fn beside_table(client: &mut Connection, shown: Waveform) -> Option<String> {
     }
     (!shown.is_still()).then(|| {
         format!(
-            "table {crc:08x} in use carries no note of the waveform that it is made for; `vocc table verify FILE` warns if FILE, which it \
+            "table {crc:08x} in use carries no note of the waveform that it is made for; `vocc table verify FILE --port P` warns if FILE, which it \
              was pushed from, is made for another"
         )
     })

@@ -248,7 +248,7 @@ fn carrier_as_text(advice: &Result<CarrierAdvice, NoCarrier>) -> anyhow::Result<
     ))?;
     line(&format!(
         "vocc device rate {rate} --carrier-cycles {cycles} --port P sets a transmitter, vocc receive --symbol-rate {rate} follows it, and vocc \
-         link --set link.symbol_rate_hz={rate} --set link.carrier_cycles={cycles} --frames {} tries it",
+         link --set link.symbol_rate_hz={rate} --set link.carrier_cycles={cycles} --frames {} tries it in the same scene with the same camera",
         Trial::CARRIER_FRAMES
     ))
 }
