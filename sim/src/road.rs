@@ -140,13 +140,16 @@ pub struct ReceivedSignature {
     pub signature: Signature,
 }
 
+type RoadReceiver = Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>;
+
 /// One link: transmitter, road and receiver.
 pub struct Road {
     scene: Scene,
     seed: u64,
     renderer: Renderer,
     transmitter: Transmitter<RecordingMatrix>,
-    receiver: Receiver<PANEL_PIXELS, Box<ReceiverMemory<PANEL_PIXELS>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>,
+    /// In a box: it is large, and moves with the road.
+    receiver: Box<RoadReceiver>,
     /// Continues after the frames that were read again once the panel's carrier was known.
     reread: Option<Box<MessageDecoder>>,
     true_corners: bool,
@@ -191,7 +194,7 @@ impl Road {
             scene: scene.clone(),
             seed: settings.seed,
             transmitter,
-            receiver,
+            receiver: Box::new(receiver),
             reread: None,
             true_corners: settings.true_corners,
             symbols: Symbols::default(),

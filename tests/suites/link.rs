@@ -136,10 +136,9 @@ fn symbols_that_no_exposure_has_to_itself_are_read() {
 
 #[test]
 fn a_receiver_s_memory_takes_no_room_on_the_stack() {
-    // The memory is about 1 MB, so that a copy of it on this stack would abort the whole test program. The moves of a new receiver take up to
-    // half of it, by how the compiler inlines them.
+    // The memory is about 1 MB; a stack overflow would abort the whole test program.
     let road = std::thread::Builder::new()
-        .stack_size(768 << 10)
+        .stack_size(512 << 10)
         .spawn(|| run(&[], DetectorChoice::Best, 0..2).1)
         .unwrap();
     assert_eq!(road.join().unwrap(), 0);
