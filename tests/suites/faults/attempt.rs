@@ -57,7 +57,7 @@ pub fn run(workshop: &Workshop, work: &Work, fault: Option<Fault>, resume: bool,
     };
     command.args(work.command.split_whitespace());
     command.args(&surroundings.arguments).current_dir(folder);
-    // Without memory, Rust's library waits for ever for the lock that it holds while it prints a backtrace.
+    // Without memory, Rust's library waits without end for the lock that it holds while it prints a backtrace.
     command.env("RUST_BACKTRACE", "0");
     let full = matches!(fault, Some(Fault::UnreadErrors(..))).then(full_pipe);
     command.stdin(input(work, folder)).stderr(match &full {

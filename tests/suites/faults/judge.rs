@@ -241,11 +241,7 @@ impl Reference {
 ///
 /// Which of them fails first depends on the random layout of the address space.
 fn has_no_memory(signal: Option<i32>, errors: &str) -> bool {
-    let reasons = [
-        "memory allocation of",
-        "failed to allocate an alternative stack",
-        "Fatal glibc error",
-    ];
+    let reasons = ["memory allocation of", "failed to allocate an alternative stack", "out of memory"];
     signal == Some(ABORTED) && reasons.iter().any(|reason| errors.contains(reason)) && panics_of_threads_only(errors)
 }
 
