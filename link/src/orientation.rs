@@ -48,6 +48,11 @@ impl Orientation {
         self.quarter_turns
     }
 
+    /// The same in degrees: 0, 90, 180 or 270.
+    pub const fn turned_deg(self) -> u32 {
+        90 * self.quarter_turns as u32
+    }
+
     /// Whether the picture is a mirror image.
     pub const fn is_mirrored(self) -> bool {
         self.is_mirrored

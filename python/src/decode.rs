@@ -181,7 +181,7 @@ pub fn decode(
         confidence: Some(detection.confidence),
         place: Some(place.name()),
         elsewhere_px: place.elsewhere().map(|shown| arrays::rows(py, shown.points())),
-        turned_deg: Some(90 * u32::from(corners.quarter_turns())),
+        turned_deg: Some(corners.turned_deg()),
         corners_px: Some(arrays::rows(py, corners.points())),
         centre_px: Some(corners.centre_px().into()),
         pitch_px: Some(corners.pitch_px()),

@@ -401,7 +401,7 @@ impl Receiver {
             centre_px: corners.centre_px().into(),
             pitch_px: corners.pitch_px(),
             symbol,
-            turned_deg: orientation.map(|orientation| 90 * u32::from(orientation.quarter_turns())),
+            turned_deg: orientation.map(Orientation::turned_deg),
             is_mirrored: orientation.map(Orientation::is_mirrored),
             pose,
             no_pose,

@@ -125,6 +125,11 @@ impl Corners {
         (libm::roundf(turned / core::f32::consts::FRAC_PI_2) as i32).rem_euclid(4) as u8
     }
 
+    /// The same in degrees: 0, 90, 180 or 270.
+    pub fn turned_deg(&self) -> u32 {
+        90 * u32::from(self.quarter_turns())
+    }
+
     /// The distance of neighbouring LEDs in pixels, averaged over the four sides.
     pub fn pitch_px(&self) -> f32 {
         self.sides_px().into_iter().sum::<f32>() / (4.0 * LAST as f32)

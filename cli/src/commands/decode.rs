@@ -174,16 +174,12 @@ fn doubt(path: &Path, corners: &Corners, place: &Place) {
              or the corners are another's"
         )),
     }
-    let turned_deg = turned_deg(corners);
+    let turned_deg = corners.turned_deg();
     if turned_deg > 0 {
         output::tell(format_args!(
             "vocc: {name}: these corners turn the panel by {turned_deg}° clockwise; its first row begins at the first corner"
         ));
     }
-}
-
-fn turned_deg(corners: &Corners) -> u32 {
-    90 * u32::from(corners.quarter_turns())
 }
 
 fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shared: &Shared) -> anyhow::Result<()> {
@@ -216,7 +212,7 @@ fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shar
             confidence: Some(detection.confidence),
             place: Some(place.name()),
             elsewhere_px: place.elsewhere().map(Corners::points),
-            turned_deg: Some(turned_deg(&corners)),
+            turned_deg: Some(corners.turned_deg()),
             why: None,
             pose: Some(pose::as_json(&pose)),
         });

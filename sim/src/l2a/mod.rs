@@ -85,6 +85,9 @@ pub fn table_of(scene: &Scene) -> Result<L2aTable, L2aError> {
     }
 }
 
+/// The waveform that the shipped table is made for.
+pub const SHIPPED_FOR: Waveform = Waveform::STILL;
+
 /// The waveform that the table of the scene's transmitter is made for: still panels, if `link.table` does not note another. `None` if
 /// `link.l2a` is a number.
 ///
@@ -94,7 +97,7 @@ pub fn waveform_of_table(scene: &Scene) -> Result<Option<Waveform>, FileError> {
     Ok(match (&scene.link.l2a, &scene.link.table) {
         (L2a::Ratio(_), _) => None,
         (L2a::Table(_), Some(path)) => Some(RatioFile::read(Path::new(path))?.waveform),
-        (L2a::Table(_), None) => Some(Waveform::STILL),
+        (L2a::Table(_), None) => Some(SHIPPED_FOR),
     })
 }
 

@@ -134,30 +134,35 @@ pub fn low_risk_times(flicker: &Flicker, rate_hz: f64) -> f64 {
 
 impl Carrier {
     fn new(timing: SymbolTiming, camera: Camera) -> Self {
-        let hz = timing.rate().hz() * f64::from(timing.waveform().cycles());
+        let hz = hz(timing);
         let cycles = hz * camera.exposure_s;
         Self {
             timing,
             cycles_an_exposure: cycles,
-            contrast: if cycles <= 0.5 {
-                1.0
-            } else {
-                (cycles - cycles.round()).abs() / cycles
-            },
+            contrast: if cycles <= 0.5 { 1.0 } else { from_whole(cycles) / cycles },
             cycles_between_lines: hz * camera.readout_s,
         }
     }
 
     /// The frequency, Hz.
     pub fn hz(&self) -> f64 {
-        self.timing.rate().hz() * f64::from(self.timing.waveform().cycles())
+        hz(self.timing)
     }
 
     /// The mean of |c| over all phases.
     pub fn mean_contrast(&self) -> f64 {
-        let part = (self.cycles_an_exposure - self.cycles_an_exposure.round()).abs();
-        self.contrast * (1.0 - part)
+        self.contrast * (1.0 - from_whole(self.cycles_an_exposure))
     }
+}
+
+/// The frequency of a carrier, Hz.
+fn hz(timing: SymbolTiming) -> f64 {
+    timing.rate().hz() * f64::from(timing.waveform().cycles())
+}
+
+/// The distance from the nearest whole number.
+fn from_whole(cycles: f64) -> f64 {
+    (cycles - cycles.round()).abs()
 }
 
 /// The camera's times.

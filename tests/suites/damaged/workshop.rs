@@ -210,7 +210,7 @@ impl Workshop {
 
     /// Runs a kind's command over `bytes` in its file's place. `random`, if given, damages what a board answers.
     pub fn run(&self, kind: &Kind, bytes: &[u8], random: Option<&mut ChaCha8Rng>, as_json: bool) -> Result<Ended, String> {
-        // What is whole may take its time.
+        // A whole input may take its time.
         let long = if random.is_some() { LONG } else { FOR_EVER };
         let folder = tempfile::tempdir().expect("a folder");
         copy(self.inputs.path(), folder.path(), kind.file);

@@ -6,7 +6,7 @@ use link::serial::{self, Request};
 use link::symbol_rate::SymbolRate;
 use link::waveform::{SymbolTiming, Waveform};
 use serde_json::json;
-use sim::l2a::OtherWaveform;
+use sim::l2a::{OtherWaveform, SHIPPED_FOR};
 
 use super::receiver;
 use crate::device::DeviceError;
@@ -153,7 +153,7 @@ fn beside_table(client: &mut Connection, shown: Waveform) -> Option<String> {
     // Skip what the transmitter does not report.
     let crc = crc.ok()?;
     if crc == L2aTable::shipped().crc() {
-        return OtherWaveform::if_any(Waveform::STILL, shown).map(|other| other.to_string());
+        return OtherWaveform::if_any(SHIPPED_FOR, shown).map(|other| other.to_string());
     }
     (!shown.is_still()).then(|| {
         format!(

@@ -486,6 +486,6 @@ pub fn reading_json(number: u64, report: &PanelReport, reading: &Reading, wherea
 
 /// The panel's clockwise rotation in the image in degrees, and whether it is mirrored, if known.
 fn turned(orientation: Option<Orientation>) -> (Option<u32>, Option<bool>) {
-    let degrees = orientation.map(|orientation| 90 * u32::from(orientation.quarter_turns()));
+    let degrees = orientation.map(Orientation::turned_deg);
     (degrees, orientation.map(Orientation::is_mirrored))
 }

@@ -11,8 +11,8 @@ use clap::Subcommand;
 use link::l2a_table::{Illuminance, Interval, L2aTable};
 use link::waveform::Waveform;
 use serde::Serialize;
-use sim::l2a::OtherWaveform;
 use sim::l2a::file::RatioFile;
+use sim::l2a::{OtherWaveform, SHIPPED_FOR};
 use studies::table::TableFile;
 
 use self::regret::Regret;
@@ -161,7 +161,7 @@ fn show(file: Option<&Path>, plot: Option<&Path>, shown: &Shown, as_json: bool) 
             (CarriedTable::of(&table, file.ratios.waveform), file)
         }
         None => {
-            let carried = CarriedTable::of(&L2aTable::shipped(), Waveform::STILL);
+            let carried = CarriedTable::of(&L2aTable::shipped(), SHIPPED_FOR);
             let file = TableFile::plain(carried.ratios());
             (carried, file)
         }

@@ -8,7 +8,7 @@ use link::serial::{Answer, Request};
 use link::waveform::Waveform;
 use serde_json::json;
 use sim::input;
-use sim::l2a::{OtherWaveform, read_table, table_file};
+use sim::l2a::{OtherWaveform, SHIPPED_FOR, read_table, table_file};
 use studies::table::TableFile;
 
 use super::checked;
@@ -105,7 +105,7 @@ impl Transfer {
     /// The file's table and the waveform that it is made for, or the firmware's default, which is for still panels.
     fn table(&self, read: impl Fn(&Path) -> anyhow::Result<(TableFile, L2aTable)>) -> anyhow::Result<(L2aTable, Waveform)> {
         let Some(path) = &self.file else {
-            return Ok((L2aTable::default(), Waveform::STILL));
+            return Ok((L2aTable::default(), SHIPPED_FOR));
         };
         let (file, table) = read(path)?;
         Ok((table, file.ratios.waveform))

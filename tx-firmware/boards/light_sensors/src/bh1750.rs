@@ -185,7 +185,7 @@ mod tests {
         });
     }
 
-    /// What a measurement from before a change of range would show: another illuminance, by the ratio of the times.
+    /// A measurement from before a change of range would show another illuminance, by the ratio of the times.
     #[test]
     fn no_measurement_is_read_before_its_end() {
         for transfer_us in [USUAL_US, SLOW_US] {
