@@ -56,7 +56,7 @@ pub(crate) fn levenberg_marquardt<const N: usize>(
     for _ in 0..steps {
         let mut next = spots.reshaped(&slope, damping)?.relevelled(&slope, pair)?;
         let switched = next.switch(&slope, pair);
-        let after = residuals.compare(&next, observation, window)?;
+        let after = residuals.compare_below(slope.squares, &next, observation, window)?;
         if after.squares < slope.squares {
             let settled = switched == 0 && slope.squares - after.squares < SETTLED * slope.squares;
             (spots, slope) = (next, after);

@@ -3,7 +3,7 @@
 use super::grey_metric::GreyMetric;
 use super::lattice_model::LatticeModel;
 use super::outline::Outline;
-use super::profile::Profile;
+use super::profile::{Moments, Profile};
 use super::slope::Slope;
 use super::window::{LANES, Window};
 use crate::frame::Frame;
@@ -97,6 +97,11 @@ impl<const N: usize> Residuals<N> {
 
     /// Compares the model with the observation.
     pub fn compare(&mut self, spots: &LatticeModel, observation: Observation<'_, '_>, window: Window) -> Option<Slope> {
+        self.compare_below(f32::INFINITY, spots, observation, window)
+    }
+
+    /// The same, but the LEDs' part of the slope, which takes most of the time, is only measured if the squares are below `limit`.
+    pub fn compare_below(&mut self, limit: f32, spots: &LatticeModel, observation: Observation<'_, '_>, window: Window) -> Option<Slope> {
         let area = window.width * window.height;
         let (residual, weight) = (self.residual.get_mut(..area)?, self.weight.get_mut(..area)?);
         residual.fill(spots.background);
@@ -140,13 +145,18 @@ impl<const N: usize> Residuals<N> {
             sums.add_row::<1>(metric, rest, background, residual.0, weight.0);
         }
         let sum = |lanes: [f32; LANES]| lanes.iter().sum::<f32>();
+        let squares = sum(sums.squares);
+        let moments = |led: usize| match squares < limit {
+            true => profiles[led].moments(residual, weight, window.width),
+            false => Moments::default(),
+        };
         Some(Slope {
-            squares: sum(sums.squares),
+            squares,
             total: sum(sums.total),
             pixels: sums.pixels.iter().sum(),
             window_pixels: seen,
             background: sums.background.map(sum),
-            led: core::array::from_fn(|led| profiles[led].moments(residual, weight, window.width)),
+            led: core::array::from_fn(moments),
         })
     }
 
