@@ -27,6 +27,7 @@ const NEAREST: f32 = 0.1;
 
 impl Lattice {
     /// An upright lattice turned by `roll_rad`, its columns `across` px and its rows `down` px apart.
+    #[cfg(test)]
     pub fn turned(centre: [f32; 2], across: f32, down: f32, roll_rad: f32) -> Self {
         let (sin, cos) = (libm::sinf(roll_rad), libm::cosf(roll_rad));
         Self {

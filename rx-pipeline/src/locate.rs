@@ -50,7 +50,7 @@ use core::ops::{Range, RangeInclusive};
 use link::camera::{Camera, CameraError};
 use link::panel::PanelFrame;
 pub(crate) use memory::Workspace;
-use pose_candidates::{Ground, LEAST_SHARE, POSE_CANDIDATES, Scope, Sharpened, Trial, View};
+use pose_candidates::{Ground, POSE_CANDIDATES, Scope, Sharpened, Trial, View};
 use survey::{Peak, Survey};
 use suspects::Suspect;
 pub(crate) use suspects::Suspects;
@@ -164,7 +164,7 @@ impl Location {
 pub enum Effort {
     /// Isolated spots only, whatever surrounds them: cheap, and enough for most single frames.
     Spots,
-    /// All peaks.
+    /// All changed peaks and the busiest places, as many as [`SearchSettings::full_places`]: for single frames.
     Full,
     /// The highest peaks, and one other place in each frame: pass a number that counts the frames.
     Share(u64),
@@ -204,8 +204,8 @@ impl Effort {
         (place..place + 1, Some((turn / places % SPARE_TURNS) as usize))
     }
 
-    /// Selects busy places, by their ranks, and the grounds to subtract there.
-    fn busy(self) -> (impl Fn(usize, Ground) -> bool, &'static [Ground]) {
+    /// Selects busy places, by their ranks, and the grounds to subtract there. `places` bounds a full search.
+    fn busy(self, places: usize) -> (impl Fn(usize, Ground) -> bool, &'static [Ground]) {
         let another = |number: u64| ALWAYS + (number % (BUSY_PEAKS - ALWAYS) as u64) as usize;
         let grounds = match self {
             Self::Spots => &[][..],
@@ -221,7 +221,7 @@ impl Effort {
         };
         let chosen = move |rank: usize, ground: Ground| match self {
             Self::Spots => true,
-            Self::Full => rank < ground.places(),
+            Self::Full => rank < ground.places(places),
             Self::Share(number) | Self::Level(number) => rank < ALWAYS || rank == another(number),
             // In eight frames each of the highest peaks is tried with each ground.
             Self::Spare(number) => rank == ((number / 2 + number / 4) % ALWAYS as u64) as usize || rank == another(number / 4),
@@ -396,7 +396,7 @@ impl Locator {
                 return Err(attempt.failure());
             }
         }
-        let (chosen, grounds) = effort.busy();
+        let (chosen, grounds) = effort.busy(self.settings.full_places.into());
         // One budget per ground, because each ground suits other panels.
         let mut budgets = [effort.budget(self.settings.busy_poses, SPARE_POSES[1]); 4];
         attempt.turn = None;
@@ -586,7 +586,7 @@ impl<'a, const N: usize> Attempt<'a, N> {
         let candidates = blobs.chain(sizes).filter_map(|blob| view.on_spots(&blob));
         for candidate in candidates {
             for Trial { widths_px, scope } in view.trials(&candidate) {
-                let pose = view.sharpened(&candidate, &widths_px, LEAST_SHARE);
+                let pose = view.sharpened(&candidate, &widths_px, view.least_share());
                 match pose.and_then(|pose| self.verified(&view, scope, &pose).ok()) {
                     Some(verified) if verified.is_clear() => return Some(verified.location()),
                     _ => {}

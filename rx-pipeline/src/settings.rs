@@ -88,6 +88,11 @@ settings! {
         ///
         /// More: panels among clutter are found in fewer frames, and each frame takes longer. 0: only what blinks is found.
         busy_poses: u16 = 3 in 0..=1000,
+        /// Busy places of a single frame that a full search examines for merged LEDs (count); half of them for panels on white boards and
+        /// among shadows. Isolated spots are searched at all 24.
+        ///
+        /// More: panels beside busier things are found, and frames without a panel take longer.
+        full_places: u16 = 8 in 1..=24,
         /// Minimum log odds (natural logarithm) of a panel against spots of any brightness, in a single frame in which its LEDs merge.
         ///
         /// Higher: fewer false positives, and more panels are found only by their blinking.

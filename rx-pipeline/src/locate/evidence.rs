@@ -144,17 +144,17 @@ impl Evidence {
         }
     }
 
-    /// The same, reusing the valid parts of a known overlap.
-    pub fn overlap_like(&self, pitch: [f32; 2], known: &Overlap) -> Overlap {
-        let factor = |axis: usize, factor: &Factor| match pitch[axis] == known.pitch[axis] {
-            true => *factor,
-            false => Factor::new(pitch[axis] / self.sigma, self.ridge),
+    /// The same, reusing the valid parts of known overlaps.
+    pub fn overlap_like(&self, pitch: [f32; 2], known: [&Overlap; 2]) -> Overlap {
+        let factor = |axis: usize, of: fn(&Overlap) -> &Factor| {
+            let known = known.into_iter().find(|known| known.pitch[axis] == pitch[axis]);
+            known.map_or_else(|| Factor::new(pitch[axis] / self.sigma, self.ridge), |known| *of(known))
         };
         Overlap {
             pitch,
-            base: known.base,
-            column: factor(0, &known.column),
-            row: factor(1, &known.row),
+            base: known[0].base,
+            column: factor(0, |known| &known.column),
+            row: factor(1, |known| &known.row),
         }
     }
 }
@@ -169,6 +169,7 @@ fn whole_and_rest(c: f32) -> (usize, f32) {
 }
 
 /// G + λ of lattices of one pitch along rows and along columns.
+#[derive(Clone, Copy)]
 pub(super) struct Overlap {
     pitch: [f32; 2],
     /// The complexity without any spots.

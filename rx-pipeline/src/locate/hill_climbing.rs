@@ -10,45 +10,72 @@ const LINES: usize = 4;
 /// Minimum gain of evidence by such a change (natural logarithm). Higher: lattices stay off by a line.
 const MARGIN: f32 = 1.0;
 
-/// A pose in five numbers.
+/// A pose in five numbers, and the numbers of its lattice that take long to compute.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pose {
     pub centre: [f32; 2],
     /// Logarithm of the pitch along rows and along columns.
-    pub log_pitch: [f32; 2],
-    pub roll_rad: f32,
+    log_pitch: [f32; 2],
+    roll_rad: f32,
+    /// Along rows and along columns, in samples.
+    pub pitch: [f32; 2],
+    /// Sine and cosine of the rotation.
+    direction: (f32, f32),
 }
 
 impl Pose {
+    pub fn new(centre: [f32; 2], log_pitch: [f32; 2], roll_rad: f32) -> Self {
+        Self {
+            centre,
+            log_pitch,
+            roll_rad,
+            pitch: log_pitch.map(libm::expf),
+            direction: (libm::sinf(roll_rad), libm::cosf(roll_rad)),
+        }
+    }
+
+    /// The same around another centre.
+    pub fn at(&self, centre: [f32; 2]) -> Self {
+        Self { centre, ..*self }
+    }
+
     pub fn lattice(&self) -> Lattice {
-        let [across, down] = self.log_pitch.map(libm::expf);
-        Lattice::turned(self.centre, across, down, self.roll_rad)
+        let ([across, down], (sin, cos)) = (self.pitch, self.direction);
+        Lattice {
+            centre: self.centre,
+            column: [across * cos, across * sin],
+            row: [-down * sin, down * cos],
+            tilt: [0.0; 2],
+        }
     }
 
     /// One of [`MOVES`], `step` in samples at the panel's edge.
     fn moved(&self, kind: usize, step: f32) -> Self {
         let mut moved = *self;
-        let [across, down] = self.log_pitch.map(libm::expf);
-        let mut edge = |axis: usize, sign: f32| {
-            // One side moves by a step, the other stays.
-            let (sin, cos) = (libm::sinf(self.roll_rad), libm::cosf(self.roll_rad));
-            let (pitch, direction) = if axis == 0 { (across, [cos, sin]) } else { (down, [-sin, cos]) };
-            moved.log_pitch[axis] += step / (7.0 * pitch);
-            for (centre, direction) in moved.centre.iter_mut().zip(direction) {
-                *centre += 0.5 * sign * step * direction;
-            }
+        let ([across, down], (sin, cos)) = (self.pitch, self.direction);
+        let mut grow = |axis: usize, by: f32| {
+            moved.log_pitch[axis] += by;
+            moved.pitch[axis] = libm::expf(moved.log_pitch[axis]);
         };
         match kind {
             0 | 1 => moved.centre[kind] += step,
-            2 => edge(0, 1.0),
-            3 => edge(0, -1.0),
-            4 => edge(1, 1.0),
-            5 => edge(1, -1.0),
-            6 => moved.roll_rad += step / (3.5 * across),
+            2..=5 => {
+                // One side moves by a step, the other stays.
+                let (axis, sign) = ((kind - 2) / 2, if kind.is_multiple_of(2) { 1.0 } else { -1.0 });
+                let (pitch, direction) = if axis == 0 { (across, [cos, sin]) } else { (down, [-sin, cos]) };
+                grow(axis, step / (7.0 * pitch));
+                for (centre, direction) in moved.centre.iter_mut().zip(direction) {
+                    *centre += 0.5 * sign * step * direction;
+                }
+            }
+            6 => {
+                moved.roll_rad += step / (3.5 * across);
+                moved.direction = (libm::sinf(moved.roll_rad), libm::cosf(moved.roll_rad));
+            }
             // All sides at once, because the commonest error is a wrong size in both directions.
             _ => {
-                moved.log_pitch[0] += step / (3.5 * across);
-                moved.log_pitch[1] += step / (3.5 * down);
+                grow(0, step / (3.5 * across));
+                grow(1, step / (3.5 * down));
             }
         }
         moved
@@ -60,22 +87,27 @@ const MOVES: usize = 8;
 
 /// Climbs from `start` in steps that shrink from the first (in pitches) to [`LAST_STEP`], in at most `rounds` rounds.
 pub(super) fn climb(evidence: &Evidence, start: Pose, (step, rounds): (f32, usize)) -> Option<(f32, Pose)> {
-    let pitches = |pose: &Pose| pose.log_pitch.map(libm::expf);
-    let mut overlap = evidence.overlap(pitches(&start));
+    let mut overlap = evidence.overlap(start.pitch);
+    // Moves of opposite sides share these: the last ones inwards and outwards.
+    let mut lately = [overlap; 2];
     let mut best = (evidence.of_overlapping(&start.lattice(), &overlap)?, start);
     let mut step = step;
     for _ in 0..rounds {
         let pitch = libm::expf(0.5 * (best.1.log_pitch[0] + best.1.log_pitch[1]));
         let mut improved = false;
         for kind in 0..MOVES {
-            for direction in [-1.0, 1.0] {
+            for (direction, lately) in [-1.0, 1.0].into_iter().zip(&mut lately) {
                 let moved = best.1.moved(kind, direction * step * pitch);
-                let other = (moved.log_pitch != best.1.log_pitch).then(|| evidence.overlap_like(pitches(&moved), &overlap));
-                if let Some(value) = evidence.of_overlapping(&moved.lattice(), other.as_ref().unwrap_or(&overlap))
+                let changed = moved.pitch != best.1.pitch;
+                if changed {
+                    *lately = evidence.overlap_like(moved.pitch, [&overlap, lately]);
+                }
+                let other = if changed { &*lately } else { &overlap };
+                if let Some(value) = evidence.of_overlapping(&moved.lattice(), other)
                     && value > best.0
                 {
                     best = (value, moved);
-                    overlap = other.unwrap_or(overlap);
+                    overlap = *other;
                     improved = true;
                     break;
                 }
@@ -96,9 +128,9 @@ pub(super) fn explore(evidence: &Evidence, start: Pose, steps: (f32, usize)) -> 
     let mut best = climb(evidence, start, steps)?;
     for _ in 0..LINES {
         let mut highest: Option<(f32, Pose)> = None;
-        let here = evidence.overlap(best.1.log_pitch.map(libm::expf));
+        let here = evidence.overlap(best.1.pitch);
         for pose in neighbours(&best.1) {
-            let overlap = evidence.overlap_like(pose.log_pitch.map(libm::expf), &here);
+            let overlap = evidence.overlap_like(pose.pitch, [&here; 2]);
             if let Some(value) = evidence.of_overlapping(&pose.lattice(), &overlap)
                 && highest.as_ref().is_none_or(|h| value > h.0)
             {
@@ -116,8 +148,7 @@ pub(super) fn explore(evidence: &Evidence, start: Pose, steps: (f32, usize)) -> 
 
 /// The poses with one side or two sides a line further out or in.
 fn neighbours(pose: &Pose) -> impl Iterator<Item = Pose> {
-    let pitch = pose.log_pitch.map(libm::expf);
-    let pose = *pose;
+    let (pose, pitch) = (*pose, pose.pitch);
     // The number of lines by which the right, left, lower and upper side move right or down.
     let sides = |code: i32| [code % 3 - 1, code / 3 % 3 - 1, code / 9 % 3 - 1, code / 27 - 1];
     (0..81)

@@ -16,12 +16,12 @@ use link::panel::{LEDS, SIDE};
 const GROUND_SIGMA: f32 = 1.5;
 /// The least pitch in a search of isolated spots (px).
 const LEAST_RESOLVED_PX: f32 = 2.2;
-/// Places at which the rarer grounds are tried (count). More: slower, and panels on white boards and among shadows are found beside higher
-/// peaks.
-const SELDOM_PLACES: usize = 8;
 /// The least share of the light that spots explain at their first place (share of the energy). Higher: faster, and small panels before
 /// moving objects are missed.
-pub(super) const LEAST_SHARE: f32 = 0.12;
+const LEAST_SHARE: f32 = 0.12;
+/// The same in a single frame without its smooth part, in which spots explain most of what is left of a panel. Higher: faster, and panels
+/// before clutter are missed.
+const LEAST_SHARE_OF_SPOTS: f32 = 0.3;
 /// The step from Off to On over the standard deviation among LEDs of one state, at least (ratio): 64 evenly spread brightnesses, cut in two
 /// halves, have 3.5, normal ones 2.7. Higher: faster, and faint panels are missed.
 const LEAST_DISTINCT: f32 = 3.4;
@@ -105,11 +105,11 @@ pub(super) enum Ground {
 }
 
 impl Ground {
-    /// The number of busiest places at which it is tried if the whole frame is searched (count).
-    pub fn places(self) -> usize {
+    /// The number of busiest places at which it is tried if `places` are searched: the rarer grounds suit few panels.
+    pub fn places(self, places: usize) -> usize {
         match self {
-            Self::Around | Self::Edges => usize::MAX,
-            Self::Smooth | Self::Holes => SELDOM_PLACES,
+            Self::Around | Self::Edges => places,
+            Self::Smooth | Self::Holes => places.div_ceil(2),
         }
     }
 
@@ -153,6 +153,15 @@ impl View<'_, '_> {
             (Some(_), _) => [trial(told, Scope::Change), trial(any, Scope::Change)].into(),
             (None, Ground::Around) => [trial(told, Scope::Ground), trial(any, Scope::Board)].into(),
             (None, _) => [trial(any, Scope::Board)].into_iter().collect(),
+        }
+    }
+
+    /// The least share of the light that spots have to explain at their first place.
+    pub fn least_share(&self) -> f32 {
+        match self.ground {
+            _ if self.earlier.is_some() => LEAST_SHARE,
+            Ground::Around => LEAST_SHARE,
+            Ground::Smooth | Ground::Edges | Ground::Holes => LEAST_SHARE_OF_SPOTS,
         }
     }
 
@@ -210,29 +219,30 @@ impl View<'_, '_> {
             (self.spot_sigma_px / step as f32).max(COARSE_SIGMA * pitch),
             self.spot_sigma_px / step as f32,
         );
-        let pose = Pose {
-            centre: patch.to_samples(expected.centre),
-            log_pitch: [across, down].map(|pitch| libm::logf(pitch / step as f32)),
-            roll_rad: libm::atan2f(expected.column[1], expected.column[0]),
-        };
-        let overlap = evidence.overlap(pose.lattice().pitch());
-        let mut best = Ranking::default();
+        let pose = Pose::new(
+            patch.to_samples(expected.centre),
+            [across, down].map(|pitch| libm::logf(pitch / step as f32)),
+            libm::atan2f(expected.column[1], expected.column[0]),
+        );
+        let overlap = evidence.overlap(pose.pitch);
+        let mut best: Option<(f32, Pose)> = None;
         for (x, y) in (-NEAR_STEPS..=NEAR_STEPS).flat_map(|x| (-NEAR_STEPS..=NEAR_STEPS).map(move |y| (x, y))) {
             let moved = [x, y].map(|c| c as f32 * NEAR_STEP * pitch);
-            let pose = Pose {
-                centre: [pose.centre[0] + moved[0], pose.centre[1] + moved[1]],
-                ..pose
-            };
-            best.offer(evidence.of_overlapping(&pose.lattice(), &overlap), pose);
+            let pose = pose.at([pose.centre[0] + moved[0], pose.centre[1] + moved[1]]);
+            if let Some(value) = evidence.of_overlapping(&pose.lattice(), &overlap)
+                && best.is_none_or(|best| value > best.0)
+            {
+                best = Some((value, pose));
+            }
         }
-        let (_, pose) = hill_climbing::climb(&evidence, best.0.first()?.1, NEAR)?;
+        let (_, pose) = hill_climbing::climb(&evidence, best?.1, NEAR)?;
         let near = patch.to_frame_lattice(&pose.lattice());
         self.sharpened(&near, &[self.spot_sigma_px], 0.0).map(|sharpened| sharpened.lattice)
     }
 
     /// The pose near `start`, if it explains enough for a verification.
     pub fn promising(&self, start: &Lattice, widths_px: &[f32], scope: Scope) -> Option<Sharpened> {
-        let pose = self.sharpened(start, widths_px, LEAST_SHARE)?;
+        let pose = self.sharpened(start, widths_px, self.least_share())?;
         (scope == Scope::Change || pose.is_of_two_brightnesses()).then_some(pose)
     }
 
@@ -251,11 +261,11 @@ impl View<'_, '_> {
         let patch = self.patch(&blob, step);
         let step = step as f32;
         let pitch = [across, down].map(|pitch| pitch / step);
-        let pose = Pose {
-            centre: patch.to_samples(start.centre),
-            log_pitch: pitch.map(libm::logf),
-            roll_rad: libm::atan2f(start.column[1], start.column[0]),
-        };
+        let pose = Pose::new(
+            patch.to_samples(start.centre),
+            pitch.map(libm::logf),
+            libm::atan2f(start.column[1], start.column[0]),
+        );
         // Only the pose of each width is kept, because the evidence is large for a small stack.
         let mut best: Option<(f32, Pose, f32)> = None;
         for &width_px in widths_px {
@@ -369,13 +379,10 @@ impl Ranking {
 /// Poses of one size around a centre: any rotation, and centres up to 0.6 pitches away, with the spacing of a hill's width.
 fn grid(centre: [f32; 2], pitch: f32, log_pitch: [f32; 2]) -> impl Iterator<Item = Pose> {
     ROLLS_RAD.into_iter().flat_map(move |roll_rad| {
-        SHIFTS.into_iter().flat_map(move |x| {
-            SHIFTS.map(move |y| Pose {
-                centre: [centre[0] + x * pitch, centre[1] + y * pitch],
-                log_pitch,
-                roll_rad,
-            })
-        })
+        let pose = Pose::new(centre, log_pitch, roll_rad);
+        SHIFTS
+            .into_iter()
+            .flat_map(move |x| SHIFTS.map(move |y| pose.at([centre[0] + x * pitch, centre[1] + y * pitch])))
     })
 }
 
