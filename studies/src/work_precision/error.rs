@@ -1,6 +1,7 @@
 //! The errors of a measurement.
 
 use link::camera::CameraError;
+use rx_pipeline::settings::SettingError;
 use sim::scene::SceneError;
 use sim::view::ViewError;
 
@@ -26,6 +27,9 @@ pub enum PrecisionError {
     /// No thread can be started.
     #[error("cannot begin a thread: {0}")]
     Thread(#[from] crate::parallel::NoThread),
+    /// A setting of the receiver is out of range.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
     /// A camera is invalid.
     #[error(transparent)]
     Camera(#[from] CameraError),

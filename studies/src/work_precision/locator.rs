@@ -14,6 +14,7 @@ use super::error::PrecisionError;
 use super::numbers::{percent, rounded, variant};
 use super::point::Point;
 use super::scale::Scale;
+use super::single_search::{self, SingleSearch};
 use super::steps::Steps;
 use super::timing::{Candidate, time_by_turns};
 use crate::random_scenes::{FRAMES, RIGHT, RandomScene, WINDOW_PIXELS};
@@ -54,6 +55,8 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         corners.push(off);
     }
     let missed = time_by_turns(candidates, scale.turns);
+    let single = SingleSearch::all()?.into_iter().map(|search| search.candidate(&panels, steps));
+    let single = time_by_turns(single.collect::<Result<_, _>>()?, scale.turns);
     let off = missed.iter().zip(corners);
     let off = off
         .filter_map(|(point, error)| {
@@ -69,13 +72,16 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     let diagrams = vec![
         Diagram::of("panels missed", ["miss rate", ""], cost, missed),
         Diagram::of("corners of those found", ["median corner error", "px"], cost, off),
+        Diagram::of(SINGLE, ["miss rate", ""], "one search of a frame without its panel", single),
     ];
     Ok(Measurement {
         method: format!(
             "{scenes} panels anywhere in frames of {} × {} pixels: 30 to 70 m, interval 0.5 to 2, roll to 15°, yaw to 30°, 50 to 10 000 \
              lx, with noise, two in three before a photograph. A panel is missed if {FRAMES} successive frames do not locate it to \
              {RIGHT} of its pitch. Frames are searched whole (1×) or averaged down 2, 3 or 4 times, which the time includes. *share* \
-             examines the strongest candidates and one other in each frame; *full*, on whole frames only, examines all.",
+             examines the strongest candidates and one other in each frame; *full*, on whole frames only, examines all. A single frame \
+             has none before it: *spots* searches it for isolated spots, *places* then examines so many of the busiest places for any \
+             panel. Its time is that of frames whose panel is covered by what is beside it, because nothing ends that search early.",
             SIZE[0], SIZE[1]
         ),
         reference: "The drawn corner LEDs. Bars of the miss rate are 95 % intervals (Gaffke 2005). An arrow marks none missed and \
@@ -84,6 +90,9 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         diagrams,
     })
 }
+
+/// The diagram of single frames.
+const SINGLE: &str = "single frames";
 
 /// The default, and the reason.
 pub fn why(diagrams: &[Diagram]) -> String {
@@ -101,10 +110,14 @@ pub fn why(diagrams: &[Diagram]) -> String {
     format!(
         "The whole frame with *share*, which misses {} of the panels. Frames averaged down: {}. An LED at 70 m is 1.6 pixels \
          wide in the whole frame, and a search tries all candidates if the panel is no longer visible. \
-         The whole frame with *full* {}. Once it has a panel, a receiver follows it and stops searching.",
+         The whole frame with *full* {}. Once it has a panel, a receiver follows it and stops searching. {}",
         of(true, 1).map_or_else(String::new, percent),
         smaller.collect::<Vec<_>>().join(", "),
-        told(of(false, 1))
+        told(of(false, 1)),
+        diagrams
+            .iter()
+            .find(|diagram| diagram.title == SINGLE)
+            .map_or_else(String::new, single_search::why)
     )
 }
 

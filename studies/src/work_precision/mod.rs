@@ -31,6 +31,7 @@ mod pose;
 mod quartiles;
 mod renderer;
 mod scale;
+mod single_search;
 mod steps;
 mod timing;
 mod transmitter;
