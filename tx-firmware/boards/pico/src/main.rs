@@ -27,6 +27,7 @@ use embassy_executor::{InterruptExecutor, Spawner};
 use embassy_rp::{
     bind_interrupts, i2c, interrupt,
     interrupt::{InterruptExt, Priority},
+    pac,
     peripherals::{I2C0, UART0, USB},
     uart, usb,
     watchdog::Watchdog,
@@ -133,6 +134,8 @@ async fn main(_spawner: Spawner) {
         RECEIVE.init([0; 256]),
         uart::Config::default(),
     );
+    // Without an adapter, the line stays high: no break.
+    pac::PADS_BANK0.gpio(1).modify(|pad| pad.set_pue(true));
     let context = RequestContext {
         shared,
         store: STORE.init(Mutex::new(store)),
