@@ -1,0 +1,315 @@
+"""Faults that are planted in the circuits, the firmware's pins and the pages. Each has to be named: this tests the rules."""
+
+from dataclasses import replace
+
+import desk_kit
+import pages
+import receiver
+import road_kit
+from circuit import Share
+from parts import RESISTOR
+
+
+def move(circuit, end, net):
+    """Puts a pin on another net, or on none."""
+    for ends in circuit.nets.values():
+        if end in ends:
+            ends.remove(end)
+    if net:
+        circuit.nets.setdefault(net, []).append(end)
+
+
+def swap(circuit, one, other):
+    nets = circuit.net_of(one), circuit.net_of(other)
+    move(circuit, one, nets[1])
+    move(circuit, other, nets[0])
+
+
+def remove(circuit, ref):
+    for pin in circuit.components[ref].part.pins:
+        move(circuit, (ref, pin.number), None)
+    del circuit.components[ref]
+
+
+def change(circuit, ref, **what):
+    component = circuit.components[ref]
+    component.part = replace(component.part, **what)
+
+
+def end(circuit, ref, name):
+    return circuit.components[ref][name]
+
+
+# --- Faults of wiring ------------------------------------------------------------------------------------------------------------------
+
+
+def swap_at_the_pico(c):
+    swap(c, end(c, "U1", "GP18"), end(c, "U1", "GP19"))
+
+
+def swap_behind_the_shifter(c):
+    swap(c, end(c, "U2", "2Y"), end(c, "U2", "3Y"))
+
+
+def no_capacitor(c):
+    remove(c, "C5")
+
+
+def capacitor_at_another_supply(c):
+    move(c, end(c, "C1", "1"), "3V3")
+
+
+def small_capacitor(c):
+    c.components["C1"].value = "100 pF"
+
+
+def output_against_output(c):
+    c.open.clear()
+    move(c, end(c, "U2", "4Y"), "CLK")
+
+
+def sources_joined(c):
+    move(c, end(c, "U1", "3V3"), "5V")
+
+
+def output_enable_floats(c):
+    """Two registers joined, but not with the gate."""
+    for ref in ("U5", "U6"):
+        move(c, end(c, ref, "OE"), "OE_OF_TWO")
+
+
+def gate_without_output(c):
+    move(c, end(c, "U2", "Y"), None)
+
+
+def five_volts_into_a_gpio(c):
+    c.open.clear()
+    move(c, end(c, "U1", "GP1"), "FROM_5V")
+    move(c, end(c, "U11", "4Y"), "FROM_5V")
+
+
+def pull_up_to_5v(c):
+    c.add("R99", RESISTOR, "4.7 kΩ")
+    c.nets["LIT"].append(end(c, "R99", "1"))
+    c.nets["5V"].append(end(c, "R99", "2"))
+
+
+def without_shifter(c):
+    """The latch of the registers at 5 V straight from the Pico."""
+    move(c, end(c, "U11", "3Y"), None)
+    c.open[end(c, "U11", "3Y")] = "unused"
+    for row in range(3, 11):
+        move(c, end(c, f"U{row}", "RCLK"), "LATCH")
+
+
+def plain_buffer(c):
+    change(c, "U2", gates=(("A", None, "Y", False),))
+
+
+def no_pull_down(c):
+    remove(c, "R1")
+
+
+def weak_pull_down(c):
+    c.components["R1"].value = "10 kΩ"
+
+
+def low_current_too_low(c):
+    c.components["R13"].value = "9.1 kΩ"
+
+
+def gate_fed_by_the_pico(c):
+    """The gate at the Pico's supply, the registers at their own."""
+    change(c, "U2", supply_v=(2.7, 3.6))
+    move(c, end(c, "U2", "VCC"), "3V3")
+
+
+def no_supply(c):
+    move(c, end(c, "U6", "VDD"), None)
+
+
+def too_little_supply(c):
+    move(c, end(c, "U4", "VCC"), "3V3")
+
+
+def ground_on_a_supply(c):
+    move(c, end(c, "U3", "GND"), "5V")
+
+
+def leds_swapped(c):
+    swap(c, end(c, "D12", "K"), end(c, "D13", "K"))
+
+
+def led_reversed(c):
+    swap(c, end(c, "D20", "A"), end(c, "D20", "K"))
+
+
+def built_for_the_other_bit(c):
+    c.lit_by = 1
+
+
+def rows_swapped(c):
+    swap(c, end(c, "U6", "SDI"), end(c, "U7", "SDI"))
+
+
+def small_resistor(c):
+    c.components["R117"].value = "15 Ω"
+
+
+def large_resistor_at_a_sink(c):
+    c.components["R14"].value = "62 kΩ"
+    remove(c, "R24")
+
+
+def no_pull_up(c):
+    remove(c, "R3")
+
+
+def pull_up_of_i2c_to_5v(c):
+    move(c, end(c, "R4", "1"), "5V")
+
+
+def pads_at_1v8(c):
+    change(c, "U2", logic_own_v=1.8, output_high=Share(1.0))
+
+
+def clear_open(c):
+    move(c, end(c, "U8", "SRCLR"), None)
+
+
+def no_such_pin(c):
+    c.nets["CLOCK"].append(("U2", "15"))
+
+
+def at_a_pin_without_connection(c):
+    move(c, end(c, "U2", "NC"), "OE")
+
+
+def another_gpio(c):
+    move(c, end(c, "U1", "GP17"), None)
+    move(c, end(c, "U1", "GP22"), "LATCH")
+
+
+def leds_from_3v3(c):
+    move(c, end(c, "F1", "1"), "3V3")
+
+
+def two_nets(c):
+    c.nets["OE"].append(end(c, "R1", "1"))
+
+
+def data_lines_swapped(c):
+    swap(c, end(c, "U2", "D3"), end(c, "U2", "D4"))
+
+
+TLC, TPIC, HC = road_kit.CIRCUITS
+DESK, CAMERA_KIT = desk_kit.desk_kit, receiver.receiver
+WIRING = (
+    ("two wires swapped at the Pico", DESK, swap_at_the_pico, ("U3 pin DIN", "GPIO 18", "data")),
+    ("two wires swapped behind the shifter", DESK, swap_behind_the_shifter, ("U3 pin CS", "latch", "GPIO 18")),
+    ("a capacitor is missing", TLC, no_capacitor, ("U5", "100 nF")),
+    ("a capacitor at another supply", DESK, capacitor_at_another_supply, ("U2", "100 nF")),
+    ("a capacitor that is too small", DESK, small_capacitor, ("U2", "100 nF")),
+    ("output against output", DESK, output_against_output, ("output against output", "3Y", "4Y")),
+    ("two supplies joined", DESK, sources_joined, ("output against output", "VBUS", "3V3")),
+    ("output enable of one register floats", TLC, output_enable_floats, ("U5 pin 13 (OE)", "floats")),
+    ("the gate's output is not connected", HC, gate_without_output, ("U3 pin 13 (OE)", "floats")),
+    ("output of 5 V into a GPIO", TPIC, five_volts_into_a_gpio, ("GPIO 1 ", "bears 3.6 V", "5.0 V", "4Y")),
+    ("pull-up to 5 V at GPIO 20", TPIC, pull_up_to_5v, ("GPIO 20", "bears 3.6 V", "5.0 V")),
+    ("3.3 V into CMOS at 5 V", HC, without_shifter, ("RCLK", "3.50 V for high", "GPIO 17", "2.62 V")),
+    ("a plain buffer in place of the gate", TPIC, plain_buffer, ("reset or boot loader", "is low")),
+    ("no pull-down at the gate", TPIC, no_pull_down, ("wire from the board broken", "neither low nor high", "nothing holds")),
+    ("a weak pull-down at the gate", HC, weak_pull_down, ("leaks 0.12 mA", "1.20 V at R1", "0.80 V at most")),
+    ("the gate fed by the Pico", TPIC, gate_fed_by_the_pico, ("board without power", "U2 has no supply")),
+    ("a register without supply", TLC, no_supply, ("U6 pin 16 (VDD)", "connected to nothing")),
+    ("a TPIC6B595 at 3.3 V", TPIC, too_little_supply, ("U4 pin 2 (VCC)", "4.5 to 5.5 V", "3.3 V")),
+    ("a ground pin at a supply", DESK, ground_on_a_supply, ("U3 pin GND", "no ground")),
+    ("two LEDs swapped", TLC, leds_swapped, ("U4 pin 8 (Q3)", "D13 instead of D12")),
+    ("an LED the wrong way round", TLC, led_reversed, ("D20 is never lit", "U5 pin 8 (Q3)")),
+    ("firmware built for the other bit", HC, built_for_the_other_bit, ("D1 is never lit", "cathode")),
+    ("two rows swapped", TLC, rows_swapped, ("U6 pin 2 (SDI), row 3", "U5 pin 14 (SDO)")),
+    ("a resistor of an LED that is too small", HC, small_resistor, ("U5 pin 15 (Q0)", "mA, not 0 to 8 mA")),
+    ("a current that is too low", TLC, large_resistor_at_a_sink, ("U6 pin 5 (Q0)", "0.3 mA, not 3 to 120 mA")),
+    ("a low current that is too low", TLC, low_current_too_low, ("U5 pin 5 (Q0)", "2.1 mA, not 3 to 120 mA")),
+    ("no pull-up at SDA", TPIC, no_pull_up, ("SDA", "without a pull-up")),
+    ("pull-up of I2C to 5 V", TPIC, pull_up_of_i2c_to_5v, ("SCL", "GPIO 5", "bears 3.6 V", "5.0 V")),
+    ("a camera with pads at 1.8 V", CAMERA_KIT, pads_at_1v8, ("GPIO 14", "2.00 V for high", "1.80 V")),
+    ("clear left open", HC, clear_open, ("U8 pin 10 (SRCLR)", "floats")),
+    ("a pin that does not exist", DESK, no_such_pin, ("U2 (74AHCT125) has no pin 15",)),
+    ("a wire at a pin without connection", TLC, at_a_pin_without_connection, ("U2 pin 1 (NC)", "no connection inside")),
+    ("the latch at a GPIO that the firmware does not use", TLC, another_gpio, ("GPIO 22", "does not use it")),
+    ("LEDs fed by the Pico's 3.3 V", TLC, leds_from_3v3, ("3V3", "300 mA at most")),
+    ("a pin on two nets", TLC, two_nets, ("R1 pin 1", "2 nets")),
+    ("two data lines of the camera swapped", CAMERA_KIT, data_lines_swapped, ("U2 pin D3", "data3", "GPIO 10")),
+)
+
+
+# --- Faults elsewhere ------------------------------------------------------------------------------------------------------------------
+
+
+def firmware_moved(root, firmware, rules):
+    """The firmware's latch on another pin."""
+    roles, pulled = firmware.read(root, "tx-firmware/boards/pico")
+    return rules.check(TLC(), roles | {"latch": "GP16"}, pulled)
+
+
+def firmware_without_pull(root, firmware, rules):
+    """The firmware without its pull-up at the serial port."""
+    roles, pulled = firmware.read(root, "rx-pipeline/boards/pico")
+    return rules.check(CAMERA_KIT().without_options(), roles, pulled - {"GP1"})
+
+
+def changed(root, page, old, new):
+    text = (root / page).read_text()
+    if old not in text:
+        return None
+    return text.replace(old, new, 1)
+
+
+def page_names_another_pin(root, _firmware, _rules):
+    text = changed(root, pages.ROAD, "18 (24), 19 (25)", "18 (25), 19 (24)")
+    return pages.check_pico_pins(pages.ROAD, text, ()) if text else ()
+
+
+def page_swaps_lines(root, firmware, _rules):
+    roles, _ = firmware.read(root, "tx-firmware/boards/pico")
+    text = changed(root, pages.ROAD, "18 (24), 19 (25)", "19 (25), 18 (24)")
+    return pages.check_rows(pages.ROAD, text, r"(\d+) \(\d+\)", "GP{}", pages.ROAD_ROWS, roles) if text else ()
+
+
+def page_swaps_register_pins(root, _firmware, _rules):
+    text = changed(root, pages.ROAD, "| 15, 1 to 7 |", "| 15, 1 to 6, 9 |")
+    return pages.check_registers(pages.ROAD, text) if text else ()
+
+
+def page_of_the_nucleo(root, firmware, _rules):
+    roles, _ = firmware.read(root, "tx-firmware/boards/nucleo-g474")
+    text = changed(root, pages.PORTING, "| PA5, PA7 |", "| PA5, PA6 |")
+    return pages.check_rows(pages.PORTING, text, r"\b(P[A-G]\d+)\b", "{}", pages.NUCLEO_ROWS, roles) if text else ()
+
+
+ELSEWHERE = (
+    ("the firmware's latch moved", firmware_moved, ("latch", "GPIO 17", "GPIO 16")),
+    ("the firmware does not pull the serial port", firmware_without_pull, ("GPIO 1 ", "floats")),
+    ("a page with the wrong pin", page_names_another_pin, ("GPIO 18 is pin 24", "not 25")),
+    ("a page with two lines swapped", page_swaps_lines, ("SPI 0 SCK, TX", "GP19, GP18")),
+    ("a page with the wrong pin of a register", page_swaps_register_pins, ("columns 0 to 7 of 74HC595",)),
+    ("a page with the wrong pin of the Nucleo", page_of_the_nucleo, ("shift clock", "PA6")),
+)
+FAULTS = (*WIRING, *ELSEWHERE)
+
+
+def check(root, firmware, rules):
+    """The faults that no rule names."""
+    for name, make, plant, words in WIRING:
+        circuit = make()
+        plant(circuit)
+        yield from missed(name, rules.check(circuit, *firmware.read(root, circuit.board)), words)
+    for name, find, words in ELSEWHERE:
+        yield from missed(name, find(root, firmware, rules), words)
+
+
+def missed(name, problems, words):
+    problems = list(problems)
+    if not any(all(word in problem for word in words) for problem in problems):
+        yield f"planted fault: {name}: no rule names {', '.join(words)}; they say: {'; '.join(problems) or 'nothing'}"

@@ -1,0 +1,558 @@
+"""The rules that a circuit has to keep. Each yields sentences that name the part, the pin and what is wrong."""
+
+import re
+
+from circuit import Fixed
+
+# Outputs that drive both levels.
+DRIVERS = ("output", "source")
+# The firmware's outputs; its other lines are inputs or I2C.
+FIRMWARE_OUTPUTS = ("data", "clock", "latch", "lit", "full_current", "transmit", "lamp")
+# The line of the firmware that leads to a pin, and whether it arrives inverted.
+LEADS = {"enable": ("lit", True)}
+# The pins whose role is the register's own.
+LOCAL_ROLES = ("column", "carry", "clear", "current")
+FACTORS = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6, "": 1.0}
+
+
+def quantity(text):
+    """The number of a value such as "4.7 kΩ" or "100 nF"."""
+    match = re.match(r"([\d.]+) ([pnµmkM]?)[ΩFAV]", text)
+    if not match:
+        raise ValueError(f"{text!r} is no value such as 4.7 kΩ or 100 nF")
+    return float(match[1]) * FACTORS[match[2]]
+
+
+def check(circuit, roles, pulled):
+    """All that is wrong. `roles` are the firmware's pins, `pulled` those that it pulls itself."""
+    found = list(connections(circuit, roles, pulled))
+    # A missing wire has consequences, which the others name. They need pins and nets that exist.
+    if not any("there is no" in problem or "has no pin" in problem for problem in found):
+        rules = (drivers, floating, supplies, decoupling, levels, leakage, voltages, pull_ups, currents, chain, firmware, dark)
+        found += [problem for rule in rules for problem in rule(circuit, roles, pulled)]
+    return found
+
+
+def ends_of(circuit, *kinds):
+    for component in circuit.components.values():
+        for pin in component.part.pins:
+            if pin.kind in kinds:
+                yield (component.ref, pin.number)
+
+
+def firmware_kind(circuit, end, roles):
+    """Whether the firmware makes a GPIO an output, an input or a line of I2C, or does not use it."""
+    name = circuit.pin(end).name
+    role = next((role for role, pin in roles.items() if pin == name), None)
+    if role is None:
+        return None
+    if role in ("scl", "sda"):
+        return "bus"
+    return "output" if role in FIRMWARE_OUTPUTS else "input"
+
+
+def kind_of(circuit, end, roles):
+    kind = circuit.pin(end).kind
+    return firmware_kind(circuit, end, roles) if kind == "gpio" else kind
+
+
+# --- Nets ------------------------------------------------------------------------------------------------------------------------------
+
+
+def connections(circuit, _roles, _pulled):
+    """Each pin is on one net, or open for a reason; each net has two pins or more."""
+    nets_of = {}
+    for net, ends in circuit.nets.items():
+        for ref, number in ends:
+            component = circuit.components.get(ref)
+            if component is None:
+                yield f"net {net}: there is no {ref}"
+                continue
+            if not any(pin.number == number for pin in component.part.pins):
+                yield f"net {net}: {ref} ({component.part.name}) has no pin {number}"
+                continue
+            nets_of.setdefault((ref, number), []).append(net)
+        if len(ends) == 1:
+            yield f"net {net} has one pin only, {circuit.label(ends[0])}"
+    for component in circuit.components.values():
+        for pin in component.part.pins:
+            end = (component.ref, pin.number)
+            nets = nets_of.get(end, [])
+            if len(nets) > 1:
+                yield f"{circuit.label(end)} is on {len(nets)} nets: {', '.join(nets)}"
+            if nets and end in circuit.open:
+                yield f"{circuit.label(end)} is to stay open, and is on net {nets[0]}"
+            if nets and pin.kind == "none":
+                yield f"{circuit.label(end)} has no connection inside, and is on net {nets[0]}"
+            must = pin.kind != "none" and (not component.part.may_be_open or pin.kind == "supply" and component is not board_of(circuit))
+            if must and not nets and end not in circuit.open:
+                yield f"{circuit.label(end)} of {component.part.name} is connected to nothing"
+
+
+def drivers(circuit, roles, _pulled):
+    """No two outputs drive a net against each other."""
+    for net, ends in circuit.nets.items():
+        kinds = {end: kind_of(circuit, end, roles) for end in ends}
+        drive = [end for end, kind in kinds.items() if kind in DRIVERS]
+        grounds = [end for end, kind in kinds.items() if kind == "ground"]
+        if drive and grounds:
+            yield f"net {net}: {circuit.label(drive[0])} drives ground, {circuit.label(grounds[0])}"
+        if len(drive) > 1:
+            yield f"net {net}: output against output, {' and '.join(circuit.label(end) for end in drive)}"
+        drains = [end for end, kind in kinds.items() if kind in ("drain", "bus")]
+        if drive and drains and any(kinds[end] == "output" for end in drive):
+            yield f"net {net}: {circuit.label(drive[0])} drives against {circuit.label(drains[0])}"
+
+
+def passives(circuit, net, symbols=("resistor",)):
+    """The parts with two pins at a net: part, its pin here, and the net at its other pin."""
+    for end in circuit.nets.get(net, []):
+        component = circuit.components[end[0]]
+        if component.part.symbol in symbols:
+            yield component, end, circuit.net_of(circuit.other_end(end))
+
+
+def floating(circuit, roles, pulled):
+    """Each input is driven, or held by a resistor to a supply or to ground."""
+    for component in circuit.components.values():
+        for pin in component.part.pins:
+            end = (component.ref, pin.number)
+            if kind_of(circuit, end, roles) != "input":
+                continue
+            net = circuit.net_of(end)
+            if net is None:
+                # A GPIO may be held by its own pull, or on its board.
+                on_board = {roles[role] for role in circuit.on_board}
+                if pin.name not in pulled | on_board:
+                    yield f"{circuit.label(end)} is an input that floats: nothing is connected, and the firmware does not pull it"
+                continue
+            others = [other for other in circuit.nets[net] if other != end]
+            kinds = {kind_of(circuit, other, roles) for other in others}
+            held = any(circuit.net_v(far) is not None for _, _, far in passives(circuit, net) if far)
+            if not kinds & {"output", "source", "bus"} and circuit.net_v(net) is None and not held:
+                yield f"{circuit.label(end)} is an input that floats: net {net} has no output, and no resistor to a supply"
+
+
+def supplies(circuit, _roles, _pulled):
+    """Each supply pin has a voltage that the part takes, and each ground pin is at ground. No source feeds more than it can."""
+    for end in ends_of(circuit, "supply"):
+        net = circuit.net_of(end)
+        part = circuit.part(end)
+        if net is None:
+            continue
+        volts = circuit.net_v(net)
+        if not volts:
+            yield f"{circuit.label(end)} of {part.name} is on net {net}, which no supply feeds"
+        elif not part.supply_v[0] <= volts <= part.supply_v[1]:
+            yield f"{circuit.label(end)} of {part.name} takes {part.supply_v[0]} to {part.supply_v[1]} V, and net {net} has {volts} V"
+    for end in ends_of(circuit, "ground"):
+        net = circuit.net_of(end)
+        if net is not None and circuit.net_v(net) != 0.0:
+            yield f"{circuit.label(end)} of {circuit.part(end).name} is a ground pin on net {net}, which is no ground"
+    grounds = {circuit.net_of(end) for end in ends_of(circuit, "ground")} - {None}
+    if len(grounds) > 1:
+        yield f"{len(grounds)} grounds are not connected: {', '.join(sorted(grounds))}"
+    for component in circuit.components.values():
+        if component.part.may_be_open and not any(
+            circuit.net_of((component.ref, pin.number)) for pin in component.part.pins if pin.kind == "ground"
+        ):
+            yield f"{component.ref} ({component.part.name}) has no ground"
+    for end in ends_of(circuit, "source"):
+        net = circuit.net_of(end)
+        if net is None:
+            continue
+        limit = circuit.part(end).source_ma[circuit.pin(end).name]
+        taken = load_ma(circuit, net)
+        if taken > limit:
+            yield f"{circuit.label(end)} feeds {limit} mA at most, and net {net} takes {taken:.0f} mA"
+
+
+def load_ma(circuit, net, seen=()):
+    """What the parts on a supply take, and the LEDs at full current, also behind a fuse."""
+    total = 0.0
+    for end in circuit.nets.get(net, []):
+        component = circuit.components[end[0]]
+        if circuit.pin(end).kind == "supply":
+            total += component.part.supply_ma
+        elif component.part.symbol == "led":
+            total += led_ma(circuit, component) or 0.0
+        elif component.part.symbol == "fuse" and end[0] not in seen:
+            total += load_ma(circuit, circuit.net_of(circuit.other_end(end)), (*seen, end[0]))
+    return total
+
+
+def decoupling(circuit, _roles, _pulled):
+    """Each chip has its capacitor, from its supply to its ground."""
+    for component in circuit.components.values():
+        needed = component.part.decoupling
+        if not needed:
+            continue
+        supply = circuit.net_of(circuit.supply_end(component))
+        has = False
+        for other in circuit.components.values():
+            if other.part.symbol != "capacitor" or other.beside != component.ref:
+                continue
+            nets = {circuit.net_of((other.ref, pin.number)) for pin in other.part.pins}
+            has |= supply in nets and any(net and circuit.net_v(net) == 0.0 for net in nets) and quantity(other.value) >= quantity(needed)
+        if not has:
+            yield f"{component.ref} ({component.part.name}) has no {needed} beside it, from net {supply} to ground"
+
+
+# --- Levels ----------------------------------------------------------------------------------------------------------------------------
+
+
+def level(circuit, end, what):
+    """One of a part's voltages. None if it has none, or depends on a supply that is not connected."""
+    bound = getattr(circuit.part(end), what)
+    if bound is None or isinstance(bound, Fixed):
+        return bound and bound.fixed_v
+    volts = circuit.logic_v(end)
+    return None if volts is None else bound.volts(volts)
+
+
+def levels(circuit, roles, _pulled):
+    """Each output reaches what each input on its net takes for low and for high."""
+    for net, ends in circuit.nets.items():
+        kinds = {end: kind_of(circuit, end, roles) for end in ends}
+        for driver in (end for end, kind in kinds.items() if kind == "output"):
+            for receiver in (end for end, kind in kinds.items() if kind == "input"):
+                high, needed = level(circuit, driver, "output_high"), level(circuit, receiver, "input_high")
+                if high is not None and needed is not None and high < needed:
+                    yield (
+                        f"net {net}: {circuit.label(receiver)} of {circuit.part(receiver).name} takes {needed:.2f} V for high, "
+                        f"and {circuit.label(driver)} gives {high:.2f} V"
+                    )
+                low, most = level(circuit, driver, "output_low"), level(circuit, receiver, "input_low")
+                if low is not None and most is not None and low > most:
+                    yield (
+                        f"net {net}: {circuit.label(receiver)} of {circuit.part(receiver).name} takes {most:.2f} V for low, "
+                        f"and {circuit.label(driver)} gives {low:.2f} V"
+                    )
+        # A line of I2C is as high as its pull-ups.
+        for receiver in (end for end, kind in kinds.items() if kind == "bus"):
+            high, needed = pull_up_v(circuit, net), level(circuit, receiver, "input_high")
+            if high and needed and high < needed:
+                yield f"net {net}: {circuit.label(receiver)} takes {needed:.2f} V for high, and its pull-ups give {high:.2f} V"
+
+
+def leakage(circuit, _roles, _pulled):
+    """What a GPIO leaks while no program drives it does not lift a line that a resistor pulls down."""
+    for net, ends in circuit.nets.items():
+        leak_ma = max((circuit.part(end).gpio_leak_ma for end in ends if circuit.pin(end).kind == "gpio"), default=0)
+        inputs = [end for end in ends if circuit.pin(end).kind == "input"]
+        for resistor, _, far in passives(circuit, net):
+            if not leak_ma or not far or circuit.net_v(far) != 0.0:
+                continue
+            volts = leak_ma * 1e-3 * quantity(resistor.value)
+            for end in inputs:
+                most = level(circuit, end, "input_low")
+                if most is not None and volts > most:
+                    yield (
+                        f"net {net}: the board's pin leaks {leak_ma} mA, which lifts {circuit.label(end)} to {volts:.2f} V "
+                        f"at {resistor.ref}, {resistor.value}: low is {most:.2f} V at most"
+                    )
+
+
+def pull_up_v(circuit, net):
+    """The highest voltage that pulls a line up."""
+    found = [circuit.net_v(far) for _, _, far in passives(circuit, net) if far and circuit.net_v(far)]
+    found += [circuit.logic_v(end) for end in circuit.nets[net] if circuit.part(end).has_pull_ups and circuit.pin(end).kind == "bus"]
+    return max(found, default=None)
+
+
+def pull_ups(circuit, roles, _pulled):
+    """Each line of I2C has a pull-up."""
+    for net, ends in circuit.nets.items():
+        if any(kind_of(circuit, end, roles) == "bus" for end in ends) and pull_up_v(circuit, net) is None:
+            yield f"net {net}: a line of I2C without a pull-up"
+
+
+def voltages(circuit, roles, _pulled):
+    """No pin gets more than it bears: of outputs, and of supplies through resistors and LEDs."""
+    for net in circuit.nets:
+        volts, why = highest_v(circuit, net, roles)
+        for end in circuit.nets[net]:
+            pin, part = circuit.pin(end), circuit.part(end)
+            most = level(circuit, end, "drain_most" if pin.kind == "drain" else "most")
+            if most is None or pin.kind in ("supply", "source", "ground", "passive"):
+                continue
+            if volts > most + 1e-9:
+                yield f"net {net}: {circuit.label(end)} of {part.name} bears {most:.1f} V, and gets {volts:.1f} V from {why}"
+
+
+def highest_v(circuit, net, roles, seen=frozenset()):
+    """The highest voltage of a net, and what causes it."""
+    found = [(0.0, "nothing")]
+    if (volts := circuit.net_v(net)) is not None:
+        return volts, f"net {net}"
+    for end in circuit.nets[net]:
+        kind = kind_of(circuit, end, roles)
+        if kind == "output" or kind == "bus" and circuit.part(end).has_pull_ups:
+            if volts := circuit.logic_v(end):
+                found.append((volts, circuit.label(end)))
+    for component, _, far in passives(circuit, net, ("resistor", "led", "diode")):
+        if far and component.ref not in seen:
+            found.append(highest_v(circuit, far, roles, seen | {component.ref}))
+    return max(found)
+
+
+# --- The LEDs --------------------------------------------------------------------------------------------------------------------------
+
+
+def series(circuit, net, wanted, seen=()):
+    """The parts on the way from a net through resistors to a part that is wanted."""
+    for component, end, far in passives(circuit, net, ("resistor", "led")):
+        if component.ref in seen:
+            continue
+        if wanted(component):
+            return [component]
+        if component.part.symbol == "resistor" and far:
+            further = series(circuit, far, wanted, (*seen, component.ref))
+            if further:
+                return [component, *further]
+    return []
+
+
+def registers(circuit):
+    return [component for component in circuit.components.values() if any(pin.role == "carry" for pin in component.part.pins)]
+
+
+def led_ma(circuit, led):
+    """The current of an LED that is lit, by the resistor in series or by its current sink. None if nothing says."""
+    for pin in led.part.pins:
+        ohms, net, previous = 0.0, circuit.net_of((led.ref, pin.number)), led.ref
+        while net:
+            ends = [end for end in circuit.nets[net] if end[0] != previous]
+            net = None
+            for end in ends:
+                component = circuit.components[end[0]]
+                if circuit.pin(end).role == "column":
+                    return output_ma(circuit, led, end, ohms)
+                if component.part.symbol == "resistor":
+                    ohms += quantity(component.value)
+                    net, previous = circuit.net_of(circuit.other_end(end)), component.ref
+    return None
+
+
+def output_ma(circuit, led, end, ohms):
+    """The current of an LED at an output, through resistors in series."""
+    register = circuit.components[end[0]]
+    if register.part.sink_volts:
+        return register.part.sink_volts * sum(1.0 / quantity(resistor.value) for resistor in current_resistors(circuit, register)) * 1e3
+    if not ohms:
+        return None
+    nets = [circuit.net_of((led.ref, pin.number)) for pin in led.part.pins]
+    supply = next((circuit.net_v(net) for net in nets if net and circuit.net_v(net)), None) or circuit.logic_v(end)
+    return (supply - circuit.led_v - register.part.output_drop_v) / ohms * 1e3
+
+
+def current_resistors(circuit, register):
+    """The resistors at a current sink's pin: to ground, or to a transistor that switches one on."""
+    pin = next(pin for pin in register.part.pins if pin.role == "current")
+    for component, _, far in passives(circuit, circuit.net_of((register.ref, pin.number))):
+        if far and (circuit.net_v(far) == 0.0 or any(circuit.pin(end).kind == "drain" for end in circuit.nets[far])):
+            yield component
+
+
+def direction(circuit, end, led):
+    """An LED is lit by the bit that the firmware is built for: its anode is at a supply, or its cathode at ground."""
+    rails = {pin.name: circuit.net_v(circuit.net_of((led.ref, pin.number))) for pin in led.part.pins}
+    is_sink = circuit.pin(end).kind == "drain"
+    lit_by_low = is_sink or circuit.lit_by == 0
+    if lit_by_low and not rails["A"]:
+        yield f"{led.ref} is never lit: {circuit.label(end)} sinks its current, and its anode is at no supply"
+    if not lit_by_low and rails["K"] != 0.0:
+        yield f"{led.ref} is never lit: {circuit.label(end)} feeds it, and its cathode is not at ground"
+
+
+def low_ma(circuit, register):
+    """A current sink's current while its switch is off."""
+    if not register.part.sink_volts:
+        return None
+    total = 0.0
+    for resistor in current_resistors(circuit, register):
+        if any(circuit.net_v(circuit.net_of((resistor.ref, pin.number))) == 0.0 for pin in resistor.part.pins):
+            total += register.part.sink_volts / quantity(resistor.value) * 1e3
+    return total
+
+
+def currents(circuit, _roles, _pulled):
+    """No output has more or less current than it is made for."""
+    for register in registers(circuit):
+        least, most = register.part.output_ma
+        total = 0.0
+        for pin in (pin for pin in register.part.pins if pin.role == "column"):
+            net = circuit.net_of((register.ref, pin.number))
+            way = series(circuit, net, lambda component: component.part.symbol == "led") if net else []
+            if not way:
+                yield f"{circuit.label((register.ref, pin.number))} leads to no LED"
+                continue
+            yield from direction(circuit, (register.ref, pin.number), way[-1])
+            milliamperes = led_ma(circuit, way[-1])
+            if milliamperes is None:
+                # A current sink whose curve is not known here limits it, too.
+                if not any(other.role == "current" for other in register.part.pins):
+                    yield f"{way[-1].ref} has no resistor in series, and {register.part.name} does not limit its current"
+                continue
+            total += milliamperes
+            low = low_ma(circuit, register)
+            for each in {milliamperes, milliamperes if low is None else low}:
+                if not least <= each <= most:
+                    yield f"{circuit.label((register.ref, pin.number))} has {each:.1f} mA, not {least} to {most} mA"
+        if register.part.all_outputs_ma and total > register.part.all_outputs_ma:
+            yield f"{register.ref} ({register.part.name}) has {total:.0f} mA, and may have {register.part.all_outputs_ma} mA"
+
+
+def source_of(circuit, net):
+    """Follows a net back through buffers and inverters: the outputs that drive it, and whether it is inverted."""
+    inverted = False
+    seen = set()
+    while net and net not in seen:
+        seen.add(net)
+        for end in circuit.nets[net]:
+            gate = next((gate for gate in circuit.part(end).gates if gate[2] == circuit.pin(end).name), None)
+            if gate:
+                inverted ^= gate[3]
+                net = circuit.net_of(circuit.components[end[0]][gate[0]])
+                break
+    return net, inverted
+
+
+def chain(circuit, _roles, _pulled):
+    """The registers are chained by rows, and LED 8·row + column, counted from D1, is at output `column` of register `row`."""
+    rows = registers(circuit)
+    for row, register in enumerate(rows):
+        data = next(pin for pin in register.part.pins if pin.role == "data")
+        net = circuit.net_of((register.ref, data.number))
+        if row > 0:
+            before = rows[row - 1]
+            carry = next(pin for pin in before.part.pins if pin.role == "carry")
+            if net is None or (before.ref, carry.number) not in circuit.nets[net]:
+                yield f"{circuit.label((register.ref, data.number))}, row {row}, is not at {circuit.label((before.ref, carry.number))}"
+        for column in range(8):
+            end = register[f"Q{column}"]
+            way = series(circuit, circuit.net_of(end), lambda component: component.part.symbol == "led")
+            expected = f"D{8 * row + column + 1}"
+            if way and way[-1].ref != expected:
+                yield f"{circuit.label(end)}, row {row} and column {column}, lights {way[-1].ref} instead of {expected}"
+
+
+def board_of(circuit):
+    """The board with the microcontroller: it has GPIO."""
+    return next(component for component in circuit.components.values() if any(pin.kind == "gpio" for pin in component.part.pins))
+
+
+def firmware(circuit, roles, _pulled):
+    """Each line of the firmware leads to the pins of its role, and no other."""
+    reached = set()
+    board = board_of(circuit)
+    carries = {circuit.net_of(register[pin.name]) for register in registers(circuit) for pin in register.part.pins if pin.role == "carry"}
+    for component in circuit.components.values():
+        for pin in component.part.pins:
+            if not pin.role or pin.role in LOCAL_ROLES:
+                continue
+            end = (component.ref, pin.number)
+            role, should_invert = LEADS.get(pin.role, (pin.role, False))
+            net = circuit.net_of(end)
+            if net is None or net in carries:
+                continue
+            net, inverted = source_of(circuit, net)
+            gpio = next((other for other in circuit.nets.get(net, []) if other[0] == board.ref and circuit.pin(other).kind == "gpio"), None)
+            if gpio is None:
+                yield f"{circuit.label(end)} of {component.part.name} ({role}) leads to no pin of the board"
+                continue
+            if circuit.pin(gpio).name != roles.get(role):
+                there = circuit.label(board[roles[role]]) if role in roles else "no pin"
+                yield (
+                    f"{circuit.label(end)} of {component.part.name} ({role}) leads to {circuit.label(gpio)}, "
+                    f"and the firmware in {circuit.board} has {role} on {there}"
+                )
+            if inverted != should_invert:
+                yield f"{circuit.label(end)} of {component.part.name} ({role}) is {'' if inverted else 'not '}inverted on its way"
+            reached.add(role)
+    for role in roles:
+        if role not in reached | set(circuit.unused_roles) | set(circuit.on_board):
+            yield f"the firmware in {circuit.board} has {role} on {circuit.label(board[roles[role]])}, which leads nowhere"
+        if role in reached and role in circuit.unused_roles:
+            yield f"{role} is to lead nowhere ({circuit.unused_roles[role]}), and is connected"
+    for pin in board.part.pins:
+        end = (board.ref, pin.number)
+        if pin.kind == "gpio" and circuit.net_of(end) and pin.name not in roles.values():
+            yield f"{circuit.label(end)} is connected to net {circuit.net_of(end)}, and the firmware in {circuit.board} does not use it"
+
+
+# --- Dark without a program ------------------------------------------------------------------------------------------------------------
+
+# The states in which no program lights the LEDs: name, whether the board has power, whether its pin is connected, and what it does.
+DARK_STATES = (
+    ("board without power", False, True, "held low by its protection diodes, weakly"),
+    ("reset or boot loader", True, True, "input"),
+    ("start or panic", True, True, "low"),
+    ("wire from the board broken", True, False, "nothing"),
+)
+
+
+def enable_pins(circuit):
+    return [(c.ref, pin.number) for c in circuit.components.values() for pin in c.part.pins if pin.role == "enable"]
+
+
+def dark_states(circuit, roles):
+    """For each state and enable pin: the state, the pin, whether it is high, and the parts that make it so."""
+    board = board_of(circuit)
+    for name, powered, connected, does in DARK_STATES:
+        for end in enable_pins(circuit):
+            if not is_fed(circuit, circuit.net_of(circuit.supply_end(circuit.components[end[0]])), board, powered):
+                yield name, end, True, "the register has no supply"
+                continue
+            high, why = logic(circuit, circuit.net_of(end), board, roles, powered, connected, does)
+            yield name, end, high, why
+
+
+def is_fed(circuit, net, board, powered):
+    """Whether a supply has voltage while the board has power or not."""
+    sources = [end for end in circuit.nets.get(net, []) if circuit.pin(end).kind == "source"]
+    if sources:
+        # VBUS is USB's.
+        return powered or any(end[0] != board.ref for end in sources)
+    return bool(circuit.net_v(net))
+
+
+def logic(circuit, net, board, roles, powered, connected, does):
+    """Whether a net is high, low or neither (None), and the parts that make it so."""
+    volts = circuit.net_v(net)
+    if volts is not None:
+        fed = volts > 0 and is_fed(circuit, net, board, powered)
+        return fed, f"net {net}"
+    for end in circuit.nets[net]:
+        component = circuit.components[end[0]]
+        gate = next((gate for gate in component.part.gates if gate[2] == circuit.pin(end).name), None)
+        if not gate:
+            continue
+        if not is_fed(circuit, circuit.net_of(circuit.supply_end(component)), board, powered):
+            return None, f"{component.ref} has no supply"
+        if gate[1]:
+            enable, why = logic(circuit, circuit.net_of(component[gate[1]]), board, roles, powered, connected, does)
+            if enable is not False:
+                return None, f"{component.ref} is not enabled: {why}"
+        value, why = logic(circuit, circuit.net_of(component[gate[0]]), board, roles, powered, connected, does)
+        if value is None:
+            return None, why
+        return value != gate[3], f"{component.ref} ({component.part.name}), with {why}"
+    at_board = [end for end in circuit.nets[net] if end[0] == board.ref]
+    if at_board and does == "low":
+        return False, "the program"
+    held = [(component, circuit.net_v(far)) for component, _, far in passives(circuit, net) if far and circuit.net_v(far) is not None]
+    directions = {volts > 0 for _, volts in held}
+    if len(directions) == 1:
+        return directions.pop(), f"{held[0][0].ref} ({held[0][0].value})"
+    if at_board and connected and powered and board.part.pulls_down_in_reset:
+        return False, f"the pull-down in {board.ref}"
+    return None, f"nothing holds net {net}"
+
+
+def dark(circuit, roles, _pulled):
+    """Output enable is high, which is dark, in each state in which no program lights the LEDs."""
+    for state, end, high, why in dark_states(circuit, roles):
+        if high is not True:
+            level = "low" if high is False else "neither low nor high"
+            yield f"{state}: output enable, {circuit.label(end)}, is {level}, and the LEDs may shine: {why}"
