@@ -7,7 +7,7 @@ from parts import ADAPTER, CAMERA, PICO
 def receiver():
     kit = Circuit("receiver", "Receiver", "docs/hardware/receiver.md", "rx-pipeline/boards/pico")
     camera = kit.add("U2", CAMERA, remarks="D0 to D7 led out, an oscillator of 24 MHz, pads at 2.8 V", at=(0, 6.5))
-    adapter = kit.add("J1", ADAPTER, remarks="optional: USB is a serial port, too", at=(0, 0), optional=True)
+    adapter = kit.add("J1", ADAPTER, remarks="optional, 115 200 baud: USB is a serial port, too", at=(0, 0), optional=True)
     pico = kit.add("U1", PICO, at=(1, 0))
 
     kit.wire("3V3", pico["3V3"], camera["VCC"])

@@ -155,7 +155,7 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
         kit.wire("3V3", resistor["1"])
         kit.wire(line.upper(), pico[lines[line]], sensor[line.upper()], resistor["2"])
     if board is PICO:
-        adapter = kit.add("J2", ADAPTER, remarks="optional: USB is a serial port, too", at=(INPUTS, 22.5), optional=True)
+        adapter = kit.add("J2", ADAPTER, remarks="optional, 115 200 baud: USB is a serial port, too", at=(INPUTS, 22.5), optional=True)
         kit.wire("TX", pico[lines["transmit"]], adapter["RX"])
         kit.wire("RX", pico[lines["receive"]], adapter["TX"])
         kit.wire("GND", adapter["GND"], pico["GND3"])
