@@ -57,7 +57,7 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
     has_shifter = supply == "5V"
 
     kit.add("U1", board, at=(BOARD, 0))
-    gate = kit.add("U2", GATE_5V if supply == "5V" else GATE_3V3, remarks="keeps the LEDs dark without a program", at=(STAGE, 0))
+    gate = kit.add("U2", GATE_5V if supply == "5V" else GATE_3V3, remarks="SOT-23-5, keeps the LEDs dark without a program", at=(STAGE, 0))
     rows = [
         kit.add(f"U{row + 3}", register, remarks="row 0 is U3, row 7 U10", at=(REGISTERS, 13 * row) if row < DRAWN else None)
         for row in range(8)
@@ -133,7 +133,7 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
             if switch:
                 remarks = "with R11 to R18 the full current"
                 second = kit.add(f"R{row + 21}", RESISTOR, "1.1 kΩ", remarks=remarks, at=place(row, STAGE, 10.5))
-                transistor = kit.add(f"Q{row + 1}", TRANSISTOR, remarks="the current switch", at=place(row, STAGE, 14))
+                transistor = kit.add(f"Q{row + 1}", TRANSISTOR, remarks="SOT-23, the current switch", at=place(row, STAGE, 14))
                 kit.wire(f"REXT{row}", second["2"])
                 kit.wire(f"SWITCH{row}", second["1"], transistor["D"])
                 kit.wire("GND", transistor["S"])
