@@ -13,6 +13,7 @@ pub mod sensor;
 pub mod shake;
 pub mod sightings;
 pub mod simulated_board;
+pub mod stills;
 pub mod streets;
 pub mod terminal;
 pub mod trials;

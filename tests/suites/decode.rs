@@ -1,13 +1,19 @@
-//! The receiver's cells, features and k-means on frames drawn by another program.
+//! The receiver's cells, features and k-means on frames drawn by another program, and how sure `vocc decode` is of single pictures.
+
+use std::path::Path;
 
 use link::camera::Camera;
+use reception::still::{Place, StillDecoder};
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
-use rx_pipeline::detect::Detector;
+use rx_pipeline::detect::{Detector, Method};
 use rx_pipeline::features::Features;
 use rx_pipeline::frame::Frame;
+use rx_pipeline::likelihood::MaximumLikelihood;
 use rx_pipeline::locate::{Locator, LocatorMemory};
-use vocc_tests::{ReferenceFrame, reference_frames};
+use serde::Deserialize;
+use vocc_tests::stills::reliability;
+use vocc_tests::{ReferenceFrame, cases, reference_frames};
 
 fn picture(frame: &ReferenceFrame) -> image::GrayImage {
     image::open(&frame.png)
@@ -72,4 +78,82 @@ fn the_locator_finds_every_panel_before_a_plain_background() {
     let (median, worst) = (distances[distances.len() / 2], distances[distances.len() - 1]);
     println!("corner LEDs: median {median:.3} px, worst {worst:.3} px");
     assert!(median < 0.05 && worst < 0.5, "median {median} px, worst {worst} px");
+}
+
+/// A panel of which one outer line of LEDs is Off.
+#[derive(Deserialize)]
+struct DarkLine {
+    bits: [String; 8],
+    led_corner_centres_px: [[f32; 2]; 4],
+}
+
+/// The lattice a line farther in has the same lights. The bits there are one line off, and as sure as the right ones, for a detector that
+/// does not look at the place.
+#[test]
+fn a_panel_with_a_dark_outer_line_is_read_on_its_own_lines() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/frames/dark-lines");
+    // The side, and columns and rows to the lattice farther in.
+    for (side, columns, rows) in [("top", 0, 1), ("bottom", 0, -1), ("left", 1, 0), ("right", -1, 0)] {
+        let text = std::fs::read(folder.join(side).with_extension("json")).expect("the truth");
+        let truth: DarkLine = serde_json::from_slice(&text).expect("the truth");
+        let leds = truth.bits.iter().flat_map(|row| row.bytes());
+        let bits = leds
+            .enumerate()
+            .fold(0, |bits, (led, state)| bits | u64::from(state == b'1') << led);
+        let picture = image::open(folder.join(side).with_extension("png"))
+            .expect("a picture")
+            .into_luma8();
+        let frame = Frame::new(picture.as_raw(), picture.width() as usize, picture.height() as usize).expect("a frame");
+
+        let points = truth.led_corner_centres_px;
+        let [right, down] = [1, 3].map(|next| [0, 1].map(|axis: usize| (points[next][axis] - points[0][axis]) / 7.0));
+        let farther_in = points.map(|point| [0, 1].map(|axis| point[axis] + columns as f32 * right[axis] + rows as f32 * down[axis]));
+        let farther_in = Corners::new(farther_in).expect("corners");
+        let mut naive = Box::new(MaximumLikelihood::<{ 128 * 128 }>::new(Camera::default()));
+        let naive = naive.detect(&frame, &farther_in).expect("bits");
+        let leds = 8 * rows + columns;
+        let there = if leds > 0 { bits >> leds } else { bits << -leds };
+        assert_eq!(naive.bits.bits(), there, "{side}");
+        assert!(naive.confidence > 0.99, "{side}: {}", naive.confidence);
+
+        let mut decoder = StillDecoder::new(Method::MaximumLikelihood);
+        let mut decoded = |given| {
+            decoder
+                .decode(&frame, Camera::default(), given)
+                .expect("a frame")
+                .0
+                .expect("a panel")
+        };
+        let found = decoded(None);
+        assert_eq!(
+            (found.reading.detection.bits.bits(), found.place),
+            (bits, Place::Confirmed),
+            "{side}"
+        );
+        assert!(found.reading.detection.confidence > 0.99, "{side}");
+        let given = decoded(Some(farther_in));
+        assert_ne!(given.place, Place::Confirmed, "{side}");
+        assert!(
+            given.reading.detection.confidence < 0.8,
+            "{side}: {}",
+            given.reading.detection.confidence
+        );
+    }
+}
+
+/// A part of the table in `docs/detectors.md`, by a renderer that needs no other program.
+#[test]
+fn sure_readings_of_single_pictures_are_right() {
+    let count = u64::from(cases(60, 600));
+    let seen = reliability(0..count);
+    println!("{count} pictures: {seen:?}");
+    let sure = [seen.found, seen.at_corners, seen.disturbed];
+    let [all, wrong] = [sure.map(|tally| tally.sure), sure.map(|tally| tally.wrong)].map(|counts| counts.iter().sum::<usize>());
+    assert!(100 * wrong <= all, "{wrong} of {all} sure readings are wrong: {seen:?}");
+    // A decoder that doubts everything is of no use.
+    let count = count as usize;
+    assert!(
+        10 * seen.found.sure >= 8 * count && 10 * seen.at_corners.sure >= 8 * count,
+        "{seen:?}"
+    );
 }
