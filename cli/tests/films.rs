@@ -65,7 +65,7 @@ fn what_is_wrong_with_frames_is_said_and_not_that_the_pipe_was_closed() {
     let place = Place::new("closed", "/bin/cat frames || { echo 'Broken pipe' >&2; exit 1; }");
     for (header, words) in [
         ("It W320 H240", ["the film is flagged as interlaced", "--progressive"]),
-        ("W8200 H240", ["no W of 1 to 8192", "scale or cut"]),
+        ("W8200 H240", ["8200 × 240 pixels, and at most 8192 × 8192", "-vf scale=8192:-2"]),
     ] {
         let frame = [b"FRAME\n".to_vec(), vec![0; 320 * 240]].concat();
         let frames = [format!("YUV4MPEG2 {header} Cmono\n").into_bytes(), frame.repeat(60)].concat();

@@ -201,12 +201,30 @@ fn what_is_neither_picture_nor_film_is_named_with_what_helps() {
     let pipe = "-f yuv4mpegpipe - | vocc receive -";
     refused(&["receive", name(&dump)], &["neither a picture", pipe, "--raw WIDTHxHEIGHT"]);
     let address = "ftp://example.org/film.mp4";
-    refused(&["receive", address], &[address, "is an address", pipe]);
+    for arguments in [&["receive"][..], &["receive", "--live"], &["decode"]] {
+        refused(
+            &[arguments, &[address]].concat(),
+            &[address, "is an address of ftp", "rtsp", "http", pipe],
+        );
+        refused(&[arguments, &["file:///road.mp4"]].concat(), &["give its path"]);
+    }
+    let road = place.join("road.mp4");
+    std::fs::write(&road, b"\0\0\0\x18ftypmp42").expect("a file");
+    for (source, what) in [
+        (name(&road), "is a film"),
+        ("/dev/video99", "is a camera"),
+        ("RTSP://host/live", "is an address"),
+    ] {
+        refused(&["decode", source], &[what, "vocc receive", source]);
+    }
     // A picture by its content alone is one.
     let film = filmed("nameless", 1);
     let nameless = film.join("frame");
     std::fs::rename(film.join("frame-000000.png"), &nameless).expect("renamed");
     says(&receive(&nameless, &["--bits"]), 1, &["no message in 1 frames"]);
+    let misnamed = film.join("frame.mod");
+    std::fs::rename(nameless, &misnamed).expect("renamed");
+    says(&run(command(&["decode"]).arg(misnamed)), 0, &[]);
 }
 
 #[test]

@@ -257,6 +257,6 @@ fn a_port_that_is_taken_is_named() {
     );
     refused(&["receive", name(&frame), "--foxglove=65536"], &["65536"]);
     // A port is no source.
-    refused(&["receive", "--foxglove", "0"], &["cannot take 0 for a frame"]);
+    refused(&["receive", "--foxglove", "0"], &["cannot use 0 as a frame"]);
     refused(&["receive", name(&frame), "--frame-id", "front"], &["--mcap"]);
 }

@@ -61,7 +61,7 @@ test("files that are none", async (t) => {
   const page = await open(t, { address: "#mode=receive" });
   for (const [file, pattern] of [
     [made("cut.y4m", whole.subarray(0, whole.length - 999)), /ends inside a frame|cut off/],
-    [made("head.y4m", "YUV4MPEG2 W999999 H5\nFRAME\n"), /has no W of 1 to 8192/],
+    [made("head.y4m", "YUV4MPEG2 W999999 H5\nFRAME\n"), /999999 × 5 pixels, and at most 8192 × 8192/],
     [made("mess.y4m", "nothing of the kind"), /does not begin as/],
     [made("empty.y4m", ""), /is empty|no frame|does not begin as/],
     [made("mess.png", "nothing of the kind"), /no whole PNG, JPEG or PGM/],

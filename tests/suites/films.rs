@@ -182,8 +182,18 @@ fn frames_that_are_too_wide_are_named(ready: &Ready) {
     let film = ready.film("wide.avi", "25", &["-vf", "scale=8200:64", "-c:v", "mjpeg", "-pix_fmt", "yuvj420p"]);
     let refused = text(&ready.receive(&film, &[]).stderr);
     assert!(
-        refused.contains("no W of 1 to 8192") && !refused.contains("Broken pipe"),
+        refused.contains("8200 × 64 pixels") && refused.contains("-vf scale=8192:-2") && !refused.contains("Broken pipe"),
         "{refused}"
+    );
+    // As it says.
+    let scaled = ready.path("scaled.y4m");
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-loglevel", "error", "-i"]).arg(&film);
+    made(ffmpeg.args(["-vf", "scale=8192:-2", "-f", "yuv4mpegpipe"]).arg(&scaled));
+    let received = ready.receive_piped(&scaled, &[]);
+    assert!(
+        text(&received.stderr).contains(&format!("no message in {FRAMES} frames")),
+        "{received:?}"
     );
 }
 

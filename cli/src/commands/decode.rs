@@ -15,6 +15,7 @@ use studies::detectors::DetectorChoice;
 
 use crate::camera::{CameraArguments, CameraHints};
 use crate::frames::PixelArguments;
+use crate::frames::foreign;
 use crate::frames::picture::PictureReader;
 use crate::options::{self, Shared};
 use crate::output::{self, Verdict, line};
@@ -130,6 +131,9 @@ impl Decoder {
         path: &Path,
         given: Option<Corners>,
     ) -> anyhow::Result<Result<PanelReading, String>> {
+        if let Some(advice) = foreign::many_frames(path) {
+            anyhow::bail!(advice);
+        }
         let picture = pictures.read(path)?;
         if let Some(remark) = picture.remark {
             output::tell(remark);

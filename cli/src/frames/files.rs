@@ -25,12 +25,7 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
             "standard input (-) cannot be mixed with files: give it alone"
         );
         if !source.is_dir() {
-            ensure!(
-                !film::is_one(source),
-                "{0} is a film: `vocc receive {0}`, with nothing beside it, reads its messages; `ffmpeg -i {0} frame-%06d.png` makes \
-                 frames of it",
-                source.display()
-            );
+            ensure!(!film::is_one(source), film::alone(source));
             frames.push(source.clone());
             continue;
         }

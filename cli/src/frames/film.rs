@@ -95,6 +95,14 @@ pub fn pipe(options: &str, input: &str) -> String {
     format!("ffmpeg {options}-i '{input}' -pix_fmt yuv420p -f yuv4mpegpipe - | vocc receive -")
 }
 
+/// Advice for a film where pictures are read.
+pub fn alone(film: &Path) -> String {
+    format!(
+        "{0} is a film: `vocc receive {0}`, with nothing beside it, reads its messages; `ffmpeg -i {0} frame-%06d.png` makes frames of it",
+        film.display()
+    )
+}
+
 /// A film or a live source being read.
 pub struct Film {
     name: String,

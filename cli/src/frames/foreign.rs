@@ -4,16 +4,13 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use super::live::{self, Live};
 use super::{files, film, secrets};
 
 /// Advice if a source is unreadable by its name; `None` if it may be readable.
 pub fn advice(source: &Path) -> Option<String> {
-    if is_address(source) {
-        let name = secrets::masked(&source.to_string_lossy());
-        return Some(format!(
-            "{name} is an address, and files are read here: pipe what is there, by `{}`",
-            film::pipe("", &name)
-        ));
+    if let Some(advice) = address(source) {
+        return Some(advice);
     }
     let name = source.display();
     let pipe = |options| film::pipe(options, &name.to_string());
@@ -27,12 +24,44 @@ pub fn advice(source: &Path) -> Option<String> {
     })
 }
 
-/// Whether it is a URL, and no file.
-pub fn is_address(source: &Path) -> bool {
+/// Advice if the source is an address that is not read.
+pub fn address(source: &Path) -> Option<String> {
+    let scheme = scheme(source).filter(|scheme| !live::SCHEMES.contains(&&**scheme))?;
+    let name = secrets::masked(&source.to_string_lossy());
+    Some(match &*scheme {
+        "file" => format!("{name} is the address of a file: give its path, without file://"),
+        _ => format!(
+            "{name} is an address of {scheme}, and only those of {} are read: download the file, or, if ffmpeg can read it there, pipe it, \
+             by `{}`",
+            live::SCHEMES.join(", "),
+            film::pipe("", &name)
+        ),
+    })
+}
+
+/// Advice if the source has more frames than one picture. A picture is one whatever its name.
+pub fn many_frames(source: &Path) -> Option<String> {
+    if source.is_file() {
+        let is_film = film::is_one(source) && !begins_as_picture(source);
+        return is_film.then(|| film::alone(source));
+    }
+    let what = match Live::of(source) {
+        Some(Live::Camera(_)) => "a camera",
+        Some(Live::Address(_)) => "an address",
+        _ => return address(source),
+    };
+    let name = secrets::masked(&source.to_string_lossy());
+    Some(format!(
+        "{name} is {what}, and pictures are read here: `vocc receive {name}` reads its messages"
+    ))
+}
+
+/// The scheme of a URL in lower case, unless it is a file's name.
+pub fn scheme(source: &Path) -> Option<String> {
     let text = source.to_string_lossy();
-    let scheme = text.split_once("://").map(|(scheme, _)| scheme);
-    scheme.is_some_and(|scheme| !scheme.is_empty() && scheme.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte)))
-        && !source.exists()
+    let (scheme, _) = text.split_once("://")?;
+    let is_one = !scheme.is_empty() && scheme.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte));
+    (is_one && !source.exists()).then(|| scheme.to_ascii_lowercase())
 }
 
 /// Whether a file begins with the signature of any picture format.

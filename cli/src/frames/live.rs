@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
 
-use super::{cameras, files, film, secrets};
+use super::{cameras, files, film, foreign, secrets};
 
 /// URL schemes that are read.
-const SCHEMES: [&str; 9] = ["rtsp", "rtsps", "rtp", "udp", "tcp", "http", "https", "srt", "rtmp"];
+pub const SCHEMES: [&str; 9] = ["rtsp", "rtsps", "rtp", "udp", "tcp", "http", "https", "srt", "rtmp"];
 /// Protocols that an address may redirect to: no local files.
 const NETWORK: &str = "rtsp,rtsps,rtp,srtp,udp,tcp,tls,http,https,httpproxy,crypto,data,srt,rtmp";
 /// Decodes each frame at once, after at most half a second of format detection, and keeps its time.
@@ -47,8 +47,9 @@ impl Live {
         if text.starts_with("/dev/v4l") || text.starts_with("/dev/video") {
             return Some(Self::Camera(source.into()));
         }
-        if text.split_once("://").is_some_and(|(scheme, _)| SCHEMES.contains(&scheme)) && !source.exists() {
-            return Some(Self::Address(text.into_owned()));
+        if let Some(scheme) = foreign::scheme(source).filter(|scheme| SCHEMES.contains(&&**scheme)) {
+            // ffmpeg knows it in lower case alone.
+            return Some(Self::Address(format!("{scheme}{}", &text[scheme.len()..])));
         }
         // A shell's /dev/fd/63 may be a single picture.
         let is_named = !source.starts_with("/dev") && !source.starts_with("/proc");
@@ -156,6 +157,8 @@ mod tests {
         for address in ["rtsp://10.0.0.7/live", "udp://127.0.0.1:5000?fifo_size=1000", "http://[::1]:8080/"] {
             assert_eq!(Live::of(Path::new(address)), Some(Live::Address(address.into())));
         }
+        let shouted = Live::of(Path::new("RTSP://User@Host/Path"));
+        assert_eq!(shouted, Some(Live::Address("rtsp://User@Host/Path".into())));
         for other in [
             "road.mp4",
             "frames",

@@ -61,7 +61,7 @@ impl PictureReader {
 
     /// Reads a PNG, JPEG or PGM file as 8-bit grey.
     pub fn read(&mut self, path: &Path) -> anyhow::Result<GreyPicture> {
-        let unusable = || format!("cannot take {} for a frame", secrets::masked(&path.display().to_string()));
+        let unusable = || format!("cannot use {} as a frame", secrets::masked(&path.display().to_string()));
         let mut picture = input::picture(path).with_context(unusable)?;
         self.unstretch(&mut picture);
         let lacks_end = picture.lacks_end;

@@ -62,12 +62,25 @@ pub enum StreamError {
     )]
     LongLine,
     /// The header lacks a width or a height.
-    #[error("the y4m header {header:?} has no {tag} of 1 to {SIDE_MAX}, or two; where frames are larger, scale or cut them")]
+    #[error("the y4m header {header:?} has no {tag}, a number of pixels from 1 on, or more than one")]
     Side {
         /// The header.
         header: String,
         /// W or H.
         tag: &'static str,
+    },
+    /// The frames are larger than those that are read.
+    #[error(
+        "the frames have {width} × {height} pixels, and at most {SIDE_MAX} × {SIDE_MAX} are read: scale them, by `ffmpeg -i FILM -vf \
+         scale={} -f yuv4mpegpipe -`, or cut them, by -vf crop=WIDTH:HEIGHT:LEFT:TOP, and pipe the result",
+        // −2: the even number that keeps the aspect.
+        if width > height { format!("{SIDE_MAX}:-2") } else { format!("-2:{SIDE_MAX}") }
+    )]
+    TooLarge {
+        /// Their columns.
+        width: u64,
+        /// Their rows.
+        height: u64,
     },
     /// The frames are interlaced, or may be: each has two times.
     #[error(
@@ -360,18 +373,21 @@ fn y4m_header(header: &str) -> Result<((usize, usize), Video), StreamError> {
         fields.filter_map(move |field| field.strip_prefix(tag))
     };
     let field = |tag| fields(tag).next();
-    let side = |tag: &'static str| -> Result<usize, StreamError> {
+    let side = |tag: &'static str| -> Result<u64, StreamError> {
         let mut sides = fields(tag).filter(|side| side.bytes().all(|digit| digit.is_ascii_digit()));
         let side = sides
             .next()
             .and_then(|side| side.parse().ok())
-            .filter(|side| (1..=SIDE_MAX).contains(side) && sides.next().is_none());
+            .filter(|&side| side > 0 && sides.next().is_none());
         side.ok_or_else(|| StreamError::Side {
             header: header.into(),
             tag,
         })
     };
-    let (width, height) = (side("W")?, side("H")?);
+    let (width, height) = match (side("W")?, side("H")?) {
+        (width, height) if width.max(height) <= SIDE_MAX as u64 => (width as usize, height as usize),
+        (width, height) => return Err(StreamError::TooLarge { width, height }),
+    };
     let kind = field("C").unwrap_or("420");
     let (layout, bits) = depth(kind);
     let sharing = match layout {
@@ -527,8 +543,13 @@ mod tests {
             b"YUV4MPEG2\tW3\tH2\n",
             b"YUV4MPEG2 W3 H2\r\n",
             b"YUV4MPEG2 W18446744073709551615 H2\n",
+            b"YUV4MPEG2 W18446744073709551616 H2\n",
         ] {
             assert!(open(bytes).is_err(), "{bytes:?}");
+        }
+        for (sides, scale) in [("W8193 H2", "8192:-2"), ("W2 H8193", "-2:8192")] {
+            let why = open(format!("YUV4MPEG2 {sides}\n").as_bytes()).err().expect("an error").to_string();
+            assert!(why.contains("8193") && why.contains(scale), "{why}");
         }
         let cut = b"YUV4MPEG2 W2 H1 Cmono\nFRAME\n\x01";
         assert!(open(cut).unwrap().next_frame().is_err());

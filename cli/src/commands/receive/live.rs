@@ -204,8 +204,11 @@ pub fn of(sources: &[std::path::PathBuf]) -> anyhow::Result<Live> {
     if source == Path::new("-") {
         return Ok(Live::Input);
     }
+    if let Some(advice) = foreign::address(source) {
+        anyhow::bail!(advice);
+    }
     ensure!(
-        film::is_one(source) && !source.is_dir() && !foreign::is_address(source),
+        film::is_one(source) && !source.is_dir(),
         "{} is not live: name a camera, an address, a named pipe, a film or -, or leave --live out",
         secrets::masked(&source.to_string_lossy())
     );

@@ -185,7 +185,7 @@ impl<'a> Source<'a> {
             }
         } else if let Some(alone) = sources
             .iter()
-            .find(|source| Live::of(source).is_some() || foreign::is_address(source))
+            .find(|source| Live::of(source).is_some() || foreign::address(source).is_some())
         {
             bail!(
                 "{} is live or an address, and other sources are named beside it: give it alone",
