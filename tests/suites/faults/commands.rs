@@ -240,6 +240,24 @@ pub const LARGEST: &[Work] = &[
         ..work("receive", "- --raw 8192x8192 --panels 4 --mcap @received.mcap --out @bytes")
     },
     work("receive", "frames frames frames frames --show @shown/ --bits --json"),
+    Work {
+        input: Some("/dev/zero"),
+        ..work(
+            "receive",
+            "--live - --raw 8192x8192 --panels 4 --mcap @received.mcap --show @shown/ --bits",
+        )
+    },
+    Work {
+        input: Some("/dev/zero"),
+        ..work(
+            "receive",
+            "--live - --raw 640x480 --view --foxglove=0 --mcap @received.mcap --max-size 10M",
+        )
+    },
+    Work {
+        input: Some("/dev/zero"),
+        ..work("receive", "- --raw 8192x8192 --view --foxglove=0 --json")
+    },
     work("device list", ""),
     work("device status", "--port %port --timeout 60"),
     work("device watch", "--interval 3600 --port %port --timeout 60"),
