@@ -46,15 +46,15 @@ const WORDS: [&[u8]; 30] = [
 pub fn damaged(whole: &[u8], random: &mut impl Rng) -> Vec<u8> {
     let mut bytes = whole.to_vec();
     let is_whole_again = random.random_range(0..4u32) > 0;
-    let open = checked_json(&bytes).filter(|_| is_whole_again);
-    if let Some(open) = &open {
-        bytes.truncate(open.end);
+    let checked = Checked::of(&bytes).filter(|_| is_whole_again);
+    if let Some((_, end)) = checked {
+        bytes.truncate(end);
     }
     for _ in 0..random.random_range(1..=CHANGES_MAX) {
         change(&mut bytes, random);
     }
-    if open.is_some() {
-        close_json(&mut bytes);
+    if let Some((checked, _)) = checked {
+        checked.end(&mut bytes);
     }
     if is_whole_again && bytes.starts_with(PNG) {
         mend_png(&mut bytes);
@@ -141,20 +141,40 @@ fn change_line(bytes: &mut Vec<u8>, random: &mut impl Rng) {
     *bytes = lines.concat();
 }
 
-const CHECKSUM: &[u8] = b",\"checksum\":\"";
-
-/// The part of a JSON object that its checksum is of, without the bracket that closes it.
-fn checked_json(bytes: &[u8]) -> Option<Range<usize>> {
-    let at = bytes.windows(CHECKSUM.len()).rposition(|window| window == CHECKSUM)?;
-    Some(0..at)
+/// A format that ends with a checksum of what is before it.
+#[derive(Clone, Copy)]
+enum Checked {
+    /// A JSON object's last field.
+    Json,
+    /// A table's last line.
+    Table,
 }
 
-/// Ends it with the checksum that fits.
-fn close_json(open: &mut Vec<u8>) {
-    let sum = checksum::of(&[open, &b"}"[..]].concat());
-    open.extend(CHECKSUM);
-    open.extend(sum.bytes());
-    open.extend(b"\"}");
+impl Checked {
+    /// The format, and where what the checksum is of ends: of an object without the bracket that closes it.
+    fn of(bytes: &[u8]) -> Option<(Self, usize)> {
+        [Self::Json, Self::Table].into_iter().find_map(|checked| {
+            let mark = checked.mark();
+            let at = bytes.windows(mark.len()).rposition(|window| window == mark)?;
+            Some((checked, at))
+        })
+    }
+
+    fn mark(self) -> &'static [u8] {
+        match self {
+            Self::Json => b",\"checksum\":\"",
+            Self::Table => b"# checksum ",
+        }
+    }
+
+    /// Ends it with the checksum that fits.
+    fn end(self, bytes: &mut Vec<u8>) {
+        let (sum, after) = match self {
+            Self::Json => (checksum::of(&[bytes, &b"}"[..]].concat()), &b"\"}"[..]),
+            Self::Table => (checksum::of(bytes), &b"\n"[..]),
+        };
+        bytes.extend([self.mark(), sum.as_bytes(), after].concat());
+    }
 }
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
