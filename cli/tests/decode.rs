@@ -33,6 +33,25 @@ fn a_soft_lens_makes_no_panel_its_complement() {
     assert!(wrong.iter().all(|&bits| bits <= 8), "{wrong:?}");
 }
 
+#[test]
+fn a_search_that_leaves_places_out_names_the_option() {
+    let path = folder("places").join("grey.pgm");
+    let mut picture = b"P5 64 64 255\n".to_vec();
+    picture.extend([99; 64 * 64]);
+    std::fs::write(&path, picture).expect("a picture");
+    let decoded = |options: &[&str]| {
+        let ended = vocc(&[&["decode", common::name(&path)], options].concat());
+        (ended.status.code(), String::from_utf8_lossy(&ended.stderr).into_owned())
+    };
+    let (status, said) = decoded(&[]);
+    assert!(status == Some(1) && said.contains("--places 24"), "{said}");
+    assert_eq!(decoded(&["--places", "24"]), (Some(1), String::new()));
+    for places in ["0", "25", "2.5", "few"] {
+        let (status, said) = decoded(&["--places", places]);
+        assert!(status == Some(2) && said.contains(places), "{said}");
+    }
+}
+
 type Points = [[f64; 2]; 4];
 
 /// A picture of `day`, the corners of its panel and its bits.

@@ -204,7 +204,7 @@ fn what_is_neither_picture_nor_film_is_named_with_what_helps() {
     for arguments in [&["receive"][..], &["receive", "--live"], &["decode"]] {
         refused(
             &[arguments, &[address]].concat(),
-            &[address, "is an address of ftp", "rtsp", "http", pipe],
+            &[address, "begins with ftp://", "rtsp", "http", pipe],
         );
         refused(&[arguments, &["file:///road.mp4"]].concat(), &["give its path"]);
     }

@@ -145,7 +145,7 @@ fn no_output_shows_a_password() {
         (&[address, address], &[shown, "give it alone"]),
         (&[ftp], &["ftp://me:***@localhost/film.mp4 is an address"]),
         (&["film.mp4", ftp], &["ftp://me:***@localhost/film.mp4 is live or an address"]),
-        (&["--live", ftp], &["ftp://me:***@localhost/film.mp4 is an address of ftp"]),
+        (&["--live", ftp], &["ftp://me:***@localhost/film.mp4 begins with ftp://"]),
     ] {
         let received = place.received(arguments);
         says(&received, 2, words);

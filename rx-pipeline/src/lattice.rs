@@ -29,7 +29,11 @@ impl Lattice {
     /// An upright lattice turned by `roll_rad`, its columns `across` px and its rows `down` px apart.
     #[cfg(test)]
     pub fn turned(centre: [f32; 2], across: f32, down: f32, roll_rad: f32) -> Self {
-        let (sin, cos) = (libm::sinf(roll_rad), libm::cosf(roll_rad));
+        Self::along(centre, [across, down], (libm::sinf(roll_rad), libm::cosf(roll_rad)))
+    }
+
+    /// One with these pitches along rows and along columns, whose rows have the direction of that sine and cosine.
+    pub fn along(centre: [f32; 2], [across, down]: [f32; 2], (sin, cos): (f32, f32)) -> Self {
         Self {
             centre,
             column: [across * cos, across * sin],

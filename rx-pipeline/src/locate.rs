@@ -61,7 +61,7 @@ pub(crate) use verification::is_random;
 /// Changed peaks tried in a frame, at most (count). More: slower, and panels among much motion are found.
 const CHANGED_PEAKS: usize = 4;
 /// Busy peaks kept of a frame, at most (count). More: slower, and panels among much clutter are found.
-const BUSY_PEAKS: usize = 24;
+pub const BUSY_PEAKS: usize = 24;
 /// The assumed extent of an LED, before any estimate (px, standard deviation).
 const LED_SIGMA_PX: f32 = 0.6;
 /// The least noise, by rounding (grey).
@@ -616,6 +616,7 @@ impl<'a, const N: usize> Attempt<'a, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use link::scramble::split_mix64;
     use std::boxed::Box;
     use std::vec::Vec;
 
@@ -676,7 +677,7 @@ mod tests {
             let (near_column, near_row) = (column.round(), row.round());
             let is_lamp = (0.0..columns as f32).contains(&near_column) && (0.0..rows as f32).contains(&near_row);
             let number = near_row.max(0.0) as u64 * columns as u64 + near_column.max(0.0) as u64;
-            let is_on = is_lamp && link::scramble::split_mix64(bits ^ number) & 1 == 1;
+            let is_on = is_lamp && split_mix64(bits ^ number) & 1 == 1;
             let (u, v) = (column - near_column, row - near_row);
             0.3 + f32::from(is_on) * 3.0 * (-(u * u + v * v) / 0.16).exp()
         };
@@ -714,6 +715,50 @@ mod tests {
             assert!(seen.is_close_to(&TRUTH), "{columns} {rows}: {seen:?}");
         }
         assert!(at(20.0, 0.0).is_err());
+    }
+
+    /// Merged LEDs among patches of noise that are busier.
+    #[test]
+    fn panels_beside_busier_things_are_found_at_further_places() {
+        const WIDE: usize = 4 * SIDE;
+        let panel = before_two_walls(0.3, [0.2, 3.0], 1.5);
+        let noise = |i: usize| (split_mix64(i as u64) >> 56) as u8;
+        let pixels: Vec<u8> = (0..WIDE * WIDE)
+            .map(|i| {
+                let (x, y) = (i % WIDE, i / WIDE);
+                match (x / SIDE, y / SIDE) {
+                    (1, 1) => panel[y % SIDE * SIDE + x % SIDE],
+                    _ if x % SIDE < 32 && y % SIDE < 32 => noise(x / 2 + y / 2 * WIDE),
+                    _ => 60,
+                }
+            })
+            .collect();
+        let frame = Frame::new(&pixels, WIDE, WIDE).unwrap();
+        let mut memory = Box::new(LocatorMemory::<25_600>::new());
+        let mut found = |full_places| {
+            let settings = SearchSettings {
+                full_places,
+                ..SearchSettings::DEFAULT
+            };
+            let locator = Locator::new(Camera::default()).unwrap().with_settings(settings).unwrap();
+            locator.locate(&frame, &mut memory).map(|found| Lattice::through(&found.corners))
+        };
+        assert!(found(8).is_err());
+        let at = Lattice {
+            centre: TRUTH.centre.map(|c| c + SIDE as f32),
+            ..TRUTH
+        };
+        assert!(found(BUSY_PEAKS as u16).is_ok_and(|seen| seen.is_close_to(&at)));
+    }
+
+    #[test]
+    fn a_full_search_may_examine_all_peaks() {
+        let of = |full_places| SearchSettings {
+            full_places,
+            ..SearchSettings::DEFAULT
+        };
+        assert_eq!(of(BUSY_PEAKS as u16).validate(), Ok(()));
+        assert!(of(BUSY_PEAKS as u16 + 1).validate().is_err());
     }
 
     #[test]

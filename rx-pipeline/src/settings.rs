@@ -88,8 +88,7 @@ settings! {
         ///
         /// More: panels among clutter are found in fewer frames, and each frame takes longer. 0: only what blinks is found.
         busy_poses: u16 = 3 in 0..=1000,
-        /// Busy places of a single frame that a full search examines for merged LEDs (count); half of them for panels on white boards and
-        /// among shadows. Isolated spots are searched at all 24.
+        /// Busy places of a single frame that a full search examines for any panel (count). Isolated spots are searched at all.
         ///
         /// More: panels beside busier things are found, and frames without a panel take longer.
         full_places: u16 = 8 in 1..=24,

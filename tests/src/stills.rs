@@ -17,6 +17,8 @@ const CORNERS: [usize; 4] = [0, SIDE - 1, LEDS - 1, LEDS - SIDE];
 const WRONG_BITS: u32 = 7;
 /// Confidence from which a reading counts as sure.
 const SURE: f32 = 0.99;
+/// Pitches of the panels (count).
+const PITCHES: usize = 6;
 /// Corners that are not the panel's: columns and rows by which each differs.
 const DISTURBED: [[[f64; 2]; 4]; 6] = [
     // A column beside, a row beside, half a line beside.
@@ -68,7 +70,7 @@ pub fn reliability(seeds: Range<u64>) -> Reliability {
         let film = Film {
             seed,
             // From the smallest LEDs that are read to large ones.
-            pitch_px: 3.5 * 1.3_f64.powi((seed % 6) as i32),
+            pitch_px: 3.5 * 1.3_f64.powi((seed % PITCHES as u64) as i32),
             shake: Shake::Random,
             step: 0.0,
             frames: 1,
@@ -91,7 +93,7 @@ pub fn reliability(seeds: Range<u64>) -> Reliability {
         for (given, tally) in [
             (None, &mut sum.found),
             (Some([[0.0; 2]; 4]), &mut sum.at_corners),
-            (Some(DISTURBED[seed as usize % DISTURBED.len()]), &mut sum.disturbed),
+            (Some(DISTURBED[seed as usize / PITCHES % DISTURBED.len()]), &mut sum.disturbed),
         ] {
             let (still, _) = decoder
                 .decode(&frame, Camera::default(), given.map(corners))

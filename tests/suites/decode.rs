@@ -150,6 +150,7 @@ fn sure_readings_of_single_pictures_are_right() {
     let sure = [seen.found, seen.at_corners, seen.disturbed];
     let [all, wrong] = [sure.map(|tally| tally.sure), sure.map(|tally| tally.wrong)].map(|counts| counts.iter().sum::<usize>());
     assert!(100 * wrong <= all, "{wrong} of {all} sure readings are wrong: {seen:?}");
+    assert!(seen.disturbed.read > 0, "{seen:?}");
     // A decoder that doubts everything is of no use.
     let count = count as usize;
     assert!(

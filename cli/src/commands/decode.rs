@@ -8,7 +8,9 @@ use reception::still::{Place, StillDecoder, StillError, StillReading};
 use reception::whereabouts::{PoseInput, PoseMeter, PoseResult};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
+use rx_pipeline::locate::BUSY_PEAKS;
 use rx_pipeline::receiver::Reading;
+use rx_pipeline::settings::SearchSettings;
 use serde::Serialize;
 use serde_json::Value;
 use studies::detectors::DetectorChoice;
@@ -33,12 +35,30 @@ pub struct Arguments {
     /// Centres of the corner LEDs in pixels: top left, top right, bottom right, bottom left. Without them the panel is looked for.
     #[arg(long, value_parser = corners, allow_hyphen_values = true, value_name = "x,y,x,y,x,y,x,y")]
     corners: Option<Corners>,
+    /// The number of busiest places that are searched for any panel, after a search for isolated spots, 1 to 24. More: panels beside busier
+    /// things are found, and pictures without a panel take longer.
+    #[arg(long, value_name = "N", default_value_t = SearchSettings::DEFAULT.full_places, value_parser = places, conflicts_with = "corners")]
+    places: u16,
     #[command(flatten)]
     camera: CameraArguments,
     #[command(flatten)]
     pixels: PixelArguments,
     #[command(flatten)]
     panel: PanelArguments,
+}
+
+impl Arguments {
+    fn search(&self) -> SearchSettings {
+        SearchSettings {
+            full_places: self.places,
+            ..SearchSettings::DEFAULT
+        }
+    }
+
+    /// Whether a search may have left out places.
+    fn leaves_places(&self) -> bool {
+        self.corners.is_none() && usize::from(self.places) < BUSY_PEAKS
+    }
 }
 
 #[derive(Default, Serialize)]
@@ -76,7 +96,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let hints = arguments.camera.hints(arguments.pixels)?;
     let mut pictures = PictureReader::new(hints.pixels, hints.encoding);
     let mut decoder = Decoder {
-        still: StillDecoder::new(options::untrained(arguments.detector)?),
+        still: StillDecoder::new(options::untrained(arguments.detector)?).with_search(arguments.search()),
         hints,
         meter: PoseMeter::new(arguments.panel.size()?),
     };
@@ -97,8 +117,24 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
             }
         }
     }
+    if answer == Verdict::No && arguments.leaves_places() {
+        output::tell(format_args!(
+            "vocc: {} places of a picture were searched; --places {BUSY_PEAKS} searches all busy places, and takes longer",
+            arguments.places
+        ));
+    }
     anyhow::ensure!(bad == 0, "{bad} of {} images could not be used", arguments.images.len());
     Ok(answer)
+}
+
+/// Parses the number of `--places`.
+fn places(text: &str) -> Result<u16, String> {
+    let places = text.parse().map_err(|_| format!("{text:?} is no whole number"))?;
+    let search = SearchSettings {
+        full_places: places,
+        ..SearchSettings::DEFAULT
+    };
+    search.validate().map(|()| places).map_err(|error| error.to_string())
 }
 
 /// Parses the four points of `--corners`.

@@ -31,7 +31,7 @@ pub fn address(source: &Path) -> Option<String> {
     Some(match &*scheme {
         "file" => format!("{name} is the address of a file: give its path, without file://"),
         _ => format!(
-            "{name} is an address of {scheme}, and only those of {} are read: download the file, or, if ffmpeg can read it there, pipe it, \
+            "{name} begins with {scheme}://, and vocc reads {}: download the file, or, if ffmpeg can read it there, pipe it, \
              by `{}`",
             live::SCHEMES.join(", "),
             film::pipe("", &name)

@@ -13,6 +13,7 @@ use rx_pipeline::locate::{Location, Locator, LocatorMemory};
 use rx_pipeline::receiver::{
     FrameSearch, NoSearch, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Search, SearchMemory,
 };
+use rx_pipeline::settings::SearchSettings;
 
 /// Maximum number of pixels in a panel's bounding box.
 pub const PANEL_PIXELS: usize = 512 * 512;
@@ -133,6 +134,7 @@ type StillReceiver<S> = Receiver<SEARCH_PIXELS, Box<ReceiverMemory<SEARCH_PIXELS
 /// Reads single frames, each for itself.
 pub struct StillDecoder {
     method: Method,
+    search: SearchSettings,
     map: Box<CellMap<PANEL_PIXELS>>,
     likelihood: Box<MaximumLikelihood<LIKELIHOOD_PIXELS>>,
     locator: Box<LocatorMemory<CONFIRMATION_PIXELS>>,
@@ -145,11 +147,17 @@ impl StillDecoder {
     pub fn new(method: Method) -> Self {
         Self {
             method,
+            search: SearchSettings::DEFAULT,
             map: Box::new(CellMap::empty()),
             likelihood: Box::new(MaximumLikelihood::new(Camera::default())),
             locator: Box::default(),
             larger: Vec::new(),
         }
+    }
+
+    /// The same decoder with another search.
+    pub fn with_search(self, search: SearchSettings) -> Self {
+        Self { search, ..self }
     }
 
     /// The panel in a single frame, at the given corners or at the place that a search finds, and the learnt camera.
@@ -194,6 +202,7 @@ impl StillDecoder {
         let settings = ReceiverSettings {
             camera,
             method: self.method,
+            search: self.search,
             ..ReceiverSettings::default()
         };
         Receiver::new(settings, Box::default(), search)

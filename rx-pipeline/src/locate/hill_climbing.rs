@@ -40,13 +40,7 @@ impl Pose {
     }
 
     pub fn lattice(&self) -> Lattice {
-        let ([across, down], (sin, cos)) = (self.pitch, self.direction);
-        Lattice {
-            centre: self.centre,
-            column: [across * cos, across * sin],
-            row: [-down * sin, down * cos],
-            tilt: [0.0; 2],
-        }
+        Lattice::along(self.centre, self.pitch, self.direction)
     }
 
     /// One of [`MOVES`], `step` in samples at the panel's edge.

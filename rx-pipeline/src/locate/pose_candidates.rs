@@ -16,6 +16,9 @@ use link::panel::{LEDS, SIDE};
 const GROUND_SIGMA: f32 = 1.5;
 /// The least pitch in a search of isolated spots (px).
 const LEAST_RESOLVED_PX: f32 = 2.2;
+/// Places at which the rarer grounds are tried (count). More: slower, and panels on white boards and among shadows are found beside higher
+/// peaks.
+const SELDOM_PLACES: usize = 8;
 /// The least share of the light that spots explain at their first place (share of the energy). Higher: faster, and small panels before
 /// moving objects are missed.
 const LEAST_SHARE: f32 = 0.12;
@@ -105,11 +108,11 @@ pub(super) enum Ground {
 }
 
 impl Ground {
-    /// The number of busiest places at which it is tried if `places` are searched: the rarer grounds suit few panels.
+    /// The number of busiest places at which it is tried if `places` are searched.
     pub fn places(self, places: usize) -> usize {
         match self {
             Self::Around | Self::Edges => places,
-            Self::Smooth | Self::Holes => places.div_ceil(2),
+            Self::Smooth | Self::Holes => places.min(SELDOM_PLACES),
         }
     }
 

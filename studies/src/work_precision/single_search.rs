@@ -4,7 +4,7 @@ use std::hint::black_box;
 
 use link::camera::Camera;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::locate::{Effort, Locator, LocatorMemory};
+use rx_pipeline::locate::{BUSY_PEAKS, Effort, Locator, LocatorMemory};
 use rx_pipeline::settings::SearchSettings;
 
 use super::diagram::Diagram;
@@ -16,8 +16,10 @@ use super::timing::Candidate;
 use crate::random_scenes::{RIGHT, RandomScene, WINDOW_PIXELS};
 use crate::statistics::share_95;
 
+/// All busy places (count).
+const ALL: u16 = BUSY_PEAKS as u16;
 /// Busy places that the full search examines after that of isolated spots (count).
-const PLACES: [u16; 6] = [0, 1, 2, 4, SearchSettings::DEFAULT.full_places, 24];
+const PLACES: [u16; 6] = [0, 1, 2, 4, SearchSettings::DEFAULT.full_places, ALL];
 /// Frames without their panel that are timed.
 const TIMED: usize = 6;
 /// Room around the panel that is covered with it (pitches).
@@ -91,16 +93,16 @@ impl SingleSearch {
 /// The default, and the reason.
 pub(super) fn why(diagram: &Diagram) -> String {
     let default = SearchSettings::DEFAULT.full_places;
-    let told = |places: u16| {
+    let cost_of = |places: u16| {
         variant(diagram, &name(places)).map_or_else(String::new, |point| {
             format!("misses {} in {} times the time", percent(point), rounded(point.ratio.median))
         })
     };
     let missed = variant(diagram, &name(default)).map_or_else(String::new, percent);
     format!(
-        "In single frames, the {default} busiest places, which miss {missed}: *spots* alone {}, all 24 places {}.",
-        told(0),
-        told(24)
+        "In single frames, the {default} busiest places, which miss {missed}: *spots* alone {}, all {ALL} places {}.",
+        cost_of(0),
+        cost_of(ALL)
     )
 }
 
