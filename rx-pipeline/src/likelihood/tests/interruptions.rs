@@ -3,11 +3,9 @@
 use super::*;
 
 /// Frames before, and after each interruption (count).
-const FRAMES: u64 = 12;
-/// Frames until bits are right again (frames).
-const SOON: u64 = 3;
-/// Interruptions, one after another (count).
-const INTERRUPTIONS: u32 = 2;
+const FRAMES: usize = 12;
+/// Frames until bits are right again (count).
+const SOON: usize = 3;
 
 /// Day and night.
 const SCENES: [Scene; 2] = [
@@ -28,31 +26,52 @@ const ENCODINGS: [(f32, f32); 2] = [(2.2, 0.8), (1.0, 0.35)];
 
 type Change<'a> = &'a dyn Fn(Scene) -> Scene;
 
-/// The wrong bits of frames of a scene, except soon after each interruption by frames changed in these ways.
-fn wrong_bits_after(scene: &Scene, seed: u64, interruption: &[Change<'_>]) -> u32 {
-    let camera = Camera {
-        encoding: Encoding::Gamma(scene.gamma),
-        ..Camera::default()
-    };
-    let mut detector = Box::new(MaximumLikelihood::<16384>::new(camera));
-    let mut number = seed << 20;
-    let mut wrong_bits = |change: Change<'_>| {
-        number += 1;
-        let bits = random_bits(number);
-        let scene = Scene { bits, ..change(*scene) };
-        let found = detector.detect(&scene.render().frame(), &scene.corners());
-        found.map_or(64, |found| (found.bits.bits() ^ bits).count_ones())
-    };
-    let mut wrong: u32 = (0..FRAMES).map(|_| wrong_bits(&|scene| scene)).sum();
-    for _ in 0..INTERRUPTIONS {
-        for change in interruption {
-            wrong_bits(*change);
-        }
-        let after = |number| (number, wrong_bits(&|scene| scene));
-        let late = (0..FRAMES).map(after).filter(|(number, _)| *number >= SOON);
-        wrong += late.map(|(_, wrong)| wrong).sum::<u32>();
+/// A detector that has read frames of a scene, and is then interrupted again and again.
+struct Interrupted {
+    scene: Scene,
+    number: u64,
+    detector: Box<MaximumLikelihood<16384>>,
+}
+
+impl Interrupted {
+    fn new(scene: Scene, seed: u64) -> Self {
+        let camera = Camera {
+            encoding: Encoding::Gamma(scene.gamma),
+            ..Camera::default()
+        };
+        let mut new = Self {
+            scene,
+            number: seed << 20,
+            detector: Box::new(MaximumLikelihood::new(camera)),
+        };
+        assert_eq!(new.wrong_bits(), [0; FRAMES], "{scene:?}");
+        new
     }
-    wrong
+
+    /// The wrong bits of each frame.
+    fn wrong_bits(&mut self) -> [u32; FRAMES] {
+        std::array::from_fn(|_| self.wrong_bits_of(&|scene| scene))
+    }
+
+    fn wrong_bits_of(&mut self, change: Change<'_>) -> u32 {
+        self.number += 1;
+        let bits = random_bits(self.number);
+        let scene = Scene {
+            bits,
+            ..change(self.scene)
+        };
+        let found = self.detector.detect(&scene.render().frame(), &scene.corners());
+        found.map_or(64, |found| (found.bits.bits() ^ bits).count_ones())
+    }
+
+    /// Interrupts by frames that are changed in these ways, and checks that bits are right again soon.
+    fn by(&mut self, interruption: &[Change<'_>], what: &str) {
+        for change in interruption {
+            self.wrong_bits_of(*change);
+        }
+        let wrong = self.wrong_bits();
+        assert_eq!(wrong[SOON..], [0; FRAMES - SOON], "{what}, {:?}: {wrong:?}", self.scene);
+    }
 }
 
 /// All scenes with all encodings, each with a seed.
@@ -64,6 +83,7 @@ fn scenes() -> impl Iterator<Item = (u64, Scene)> {
 #[test]
 fn after_a_wiper_bits_are_right_again() {
     for (seed, scene) in scenes() {
+        let mut interrupted = Interrupted::new(scene, seed);
         for (passes, own) in [(0.0, 0.0), (0.0, 0.03), (0.1, 0.03), (0.3, 0.01)] {
             let between = properties::all_cases().then_some(4);
             for frames in [1, 8].into_iter().chain(between) {
@@ -76,8 +96,7 @@ fn after_a_wiper_bits_are_right_again() {
                 let (comes, covers, goes) = (wiper([0, 48]), wiper([0, 96]), wiper([40, 96]));
                 let mut interruption: std::vec::Vec<Change<'_>> = std::vec![&covers; frames + 2];
                 (interruption[0], interruption[frames + 1]) = (&comes, &goes);
-                let wrong = wrong_bits_after(&scene, seed, &interruption);
-                assert_eq!(wrong, 0, "{frames} frames through {passes}, {scene:?}");
+                interrupted.by(&interruption, &std::format!("{frames} frames through {passes}"));
             }
         }
     }
@@ -97,10 +116,10 @@ fn after_lamps_dip_and_flashes_dazzle_bits_are_right_again() {
             ..scene
         };
         let changes: [Change<'_>; 4] = [&dip, &dark, &flash, &glare];
+        let mut interrupted = Interrupted::new(scene, seed + 10);
         for (kind, change) in changes.into_iter().enumerate() {
             for frames in [1, 8] {
-                let wrong = wrong_bits_after(&scene, seed + 10, &std::vec![change; frames]);
-                assert_eq!(wrong, 0, "{frames} frames of kind {kind}, {scene:?}");
+                interrupted.by(&std::vec![change; frames], &std::format!("{frames} frames of kind {kind}"));
             }
         }
     }
@@ -109,16 +128,16 @@ fn after_lamps_dip_and_flashes_dazzle_bits_are_right_again() {
 #[test]
 fn after_exposures_jump_bits_are_right_again() {
     for (seed, scene) in scenes() {
+        let mut from_usual = Interrupted::new(scene, seed + 20);
         for stops in [-2, -1, 1, 2] {
             let jumped = Scene {
                 exposure: 2f32.powi(stops) * scene.exposure,
                 ..scene
             };
-            for (from, to) in [(scene, jumped), (jumped, scene)] {
-                let jump: Change<'_> = &|_| to;
-                let wrong = wrong_bits_after(&from, seed + 20, &[jump; 8]);
-                assert_eq!(wrong, 0, "{stops} stops to {to:?}");
-            }
+            let what = std::format!("{stops} stops");
+            let (away, back): (Change<'_>, Change<'_>) = (&|_| jumped, &|_| scene);
+            from_usual.by(&[away; 8], &what);
+            Interrupted::new(jumped, seed + 20).by(&[back; 8], &what);
         }
     }
 }
@@ -128,7 +147,7 @@ fn after_exposures_jump_bits_are_right_again() {
 fn a_covered_panel_is_not_read_and_teaches_nothing() {
     for (seed, scene) in scenes().filter(|(_, scene)| scene.gamma > 1.0) {
         let mut detector = detector();
-        for number in 0..FRAMES {
+        for number in 0..FRAMES as u64 {
             let bits = random_bits((seed + 40) << 20 | number);
             assert_eq!(read(&mut detector, &Scene { bits, ..scene }).bits.bits(), bits);
         }
