@@ -126,7 +126,7 @@ fn deterministic() -> Vec<&'static str> {
 }
 
 properties! {
-    #![cases(cases(4, 96))]
+    #![cases(cases(2, 96))]
 
     #[test]
     fn leaving_one_effect_out_changes_no_more_than_its_bound(settings in scenes(), others in any::<bool>(), frame in 0u64..50) {

@@ -22,6 +22,8 @@ const USUAL: Film = Film {
     change: None,
 };
 
+/// Deviations of the transmitter's clock around changes of the carrier.
+const CLOCKS_PPM: [f64; 3] = [0.0, 40.0, -150.0];
 /// Frames after a change of the carrier: three repeats of the message.
 const CHANGED_FRAMES: usize = 100;
 
@@ -119,8 +121,14 @@ fn a_carrier_that_changes_in_mid_film_is_learnt_anew() {
         ),
     ];
     let mut latest = 0;
-    for (name, change, cycles) in CHANGES {
-        for clock_ppm in [0.0, 40.0, -150.0] {
+    for (kind, (name, change, cycles)) in CHANGES.into_iter().enumerate() {
+        // Each clock with at least one change.
+        let clocks = if properties::all_cases() {
+            &CLOCKS_PPM[..]
+        } else {
+            &CLOCKS_PPM[kind % CLOCKS_PPM.len()..][..1]
+        };
+        for &clock_ppm in clocks {
             let film = Film {
                 cycles,
                 clock_ppm,

@@ -109,7 +109,7 @@ properties! {
 }
 
 properties! {
-    #![cases(properties::cases(32, 256))]
+    #![cases(properties::cases(12, 256))]
 
     /// From corners with an error of a tenth of a pitch, a few frames reduce the error to a twentieth, and the bits are right.
     #[test]
