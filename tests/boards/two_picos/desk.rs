@@ -9,11 +9,12 @@ use vocc_tests::vocc::{vocc, vocc_until};
 
 use crate::image::Programs;
 use crate::pair::Pair;
-use crate::talk::{ANOTHER_TEXT, DISTANCE_M, TEXT, hand_over, talking};
+use crate::talk::{DISTANCE_M, TEXT, hand_over, talking};
 
 const UART: &str = "receiver";
 const USB: &str = "receiver_usb";
 const ATTEMPTS: usize = 10;
+const ANOTHER_TEXT: &str = "Hello again";
 const PICTURE: &str = "frame.png";
 /// Pitch of the panel, in m.
 const PITCH_M: f64 = 0.06;
@@ -35,7 +36,7 @@ fn ask(pair: &mut Pair, programs: &Programs, folder: &Path, port: &str, words: &
     answer
 }
 
-/// `vocc` at the receiver's port: the status, the picture, and the next text as it arrives.
+/// `vocc` at the receiver's port: the status and the picture, over the serial line and over USB, and the next text as it arrives.
 pub fn a_computer_asks_the_receiver(programs: &Programs, folder: &Path) {
     let mut pair = talking(programs, folder);
     let status = status(&mut pair, programs, folder);
@@ -43,6 +44,7 @@ pub fn a_computer_asks_the_receiver(programs: &Programs, folder: &Path) {
     assert_eq!(status["message"]["text"], TEXT, "{status}");
     assert_eq!(status["camera"]["size_px"], json!([162, 122]), "{status}");
     assert_pictured(&mut pair, programs, folder, UART, &status);
+    asks_over_usb(&mut pair, programs, folder);
 
     let reading = reading_of_one_symbol(&mut pair, programs, folder);
     let pitches = reading["range_pitches"].as_f64().expect("a number");
@@ -62,11 +64,10 @@ pub fn a_computer_asks_the_receiver(programs: &Programs, folder: &Path) {
 }
 
 /// Over USB, the receiver answers a computer as over the serial line: with short requests and answers, and with long ones.
-pub fn a_computer_asks_over_usb(programs: &Programs, folder: &Path) {
-    let mut pair = talking(programs, folder);
-    let status = ask(&mut pair, programs, folder, USB, &["device", "status"]);
+fn asks_over_usb(pair: &mut Pair, programs: &Programs, folder: &Path) {
+    let status = ask(pair, programs, folder, USB, &["device", "status"]);
     assert_eq!(status["message"]["text"], TEXT, "{status}");
-    assert_pictured(&mut pair, programs, folder, USB, &status);
+    assert_pictured(pair, programs, folder, USB, &status);
 }
 
 /// Checks that the picture has bright pixels on the panel, and none elsewhere.

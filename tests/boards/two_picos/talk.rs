@@ -16,8 +16,6 @@ use crate::timing::tell_latency;
 pub const TEXT: &str = "Hello by light";
 /// The receiver's output of the text.
 pub const MESSAGE: &str = "message: Hello by light";
-/// The text that is sent next.
-pub const ANOTHER_TEXT: &str = "Hello again";
 /// Simulated time within which a text must arrive, in s: for finding the panel, setting the exposure, and three repeats.
 pub const ARRIVES_IN_S: u32 = 30;
 
@@ -54,20 +52,15 @@ pub fn hand_over(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str
     tell_transmitter(pair, programs, folder, &["device", "send", "--message", text]);
 }
 
-/// Sends another text, because a repeated one is output once, and waits for its arrival.
-pub fn reads_on(pair: &mut Pair, programs: &Programs, folder: &Path) {
+/// Sends a new text, because a repeated one is output once, and waits for its arrival.
+pub fn reads_on(pair: &mut Pair, programs: &Programs, folder: &Path, text: &str) {
     let from = pair.record.len();
-    send(pair, programs, folder, ANOTHER_TEXT);
-    arrives(pair, from);
+    send(pair, programs, folder, text);
+    arrives(pair, from, text);
 }
 
-/// Waits for the other text, unless it has arrived since an event, given by its number in the record.
-pub fn arrives(pair: &mut Pair, from: usize) -> Event {
-    text_arrives(pair, from, ANOTHER_TEXT)
-}
-
-/// The same wait for any text.
-pub fn text_arrives(pair: &mut Pair, from: usize, text: &str) -> Event {
+/// Waits for a text, unless it has arrived since an event, given by its number in the record.
+pub fn arrives(pair: &mut Pair, from: usize, text: &str) -> Event {
     pair.wait_since(from, &format!("message: {text}"), ARRIVES_IN_S)
 }
 
