@@ -20,7 +20,7 @@ use crate::pin::Pin;
 /// Options of every command.
 #[derive(Args)]
 pub struct Shared {
-    /// Override a scene key, such as pose.distance_m=70 (repeatable).
+    /// Override a scene key, such as pose.distance_m=70 (repeatable); KEY=none leaves it out.
     #[arg(long = "set", value_name = "KEY=VALUE", global = true)]
     pub set: Vec<String>,
     /// Seed of all random numbers.

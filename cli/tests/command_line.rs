@@ -11,6 +11,7 @@ fn bad_scenes_are_refused() {
     refused(&["plan", "--set", "pose.distance_m=inf"], &["pose.distance_m"]);
     refused(&["plan", "--set", "pose.distance_cm=5000"], &["distance_cm", "distance_m"]);
     refused(&["plan", "--set", "pose.distance_m=50m"], &["50m"]);
+    refused(&["plan", "--set", "pose.distance_cm=none"], &["distance_cm", "distance_m"]);
     refused(
         &["plan", "--set", "pose.x_m=1", "--set", "effects.noise=yes", "--set", "pose.y_m=1"],
         &["--set effects.noise=yes", "auto"],

@@ -3,8 +3,12 @@
 use toml::{Table, Value};
 
 use super::error::SceneError;
+use crate::keys;
 
-/// Applies one `TABLE.KEY=VALUE` to the scene's table.
+/// The value of a key that is left out.
+const NONE: &str = "none";
+
+/// Applies one `TABLE.KEY=VALUE` to the scene's table; `none` leaves the key out.
 pub(crate) fn overrule(table: &mut Table, text: &str) -> Result<(), SceneError> {
     let fault = |why: &str| SceneError::Override {
         text: text.into(),
@@ -36,7 +40,12 @@ pub(crate) fn overrule(table: &mut Table, text: &str) -> Result<(), SceneError> 
             _ => return Err(fault("a value stands where a table should")),
         };
     }
-    place.insert((*last).to_string(), parse_value(value.trim()));
+    // An unknown key is an error of the scene.
+    let is_known = tables.last().is_some_and(|table| keys::find(table, last).is_some());
+    match value.trim() {
+        NONE if is_known => drop(place.remove(*last)),
+        value => drop(place.insert((*last).to_string(), parse_value(value))),
+    }
     Ok(())
 }
 
