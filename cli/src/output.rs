@@ -119,6 +119,15 @@ pub fn name(path: &Path) -> String {
     one_line(&chunks.collect::<String>()).into_owned()
 }
 
+/// Quotes a word for a shell, if it needs quotes.
+pub fn shell_word(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:/=+@".contains(c);
+    match !word.is_empty() && word.chars().all(is_plain) {
+        true => word.into(),
+        false => format!("'{}'", word.replace('\'', r"'\''")),
+    }
+}
+
 fn one_line(text: &str) -> Cow<'_, str> {
     replaced(text, is_control, |c| c.escape_default().to_string())
 }
@@ -301,6 +310,18 @@ mod tests {
         assert_eq!(one_line(hostile), r"a\u{1b}[2J\u{7f}\u{9b}\u{202e}\u{2066}\u{2028}\nb");
         assert_eq!(shown(hostile), "a\\u{1b}[2J\\u{7f}\\u{9b}\\u{202e}\\u{2066}\\u{2028}\nb");
         assert_eq!(one_line("größer als 2 µm²"), "größer als 2 µm²");
+    }
+
+    #[test]
+    fn words_are_quoted_for_a_shell_if_they_need_it() {
+        assert_eq!(shell_word("--set=camera.readout_s=0.01"), "--set=camera.readout_s=0.01");
+        for word in ["", "it's", "[1, 2]", "$HOME", "a;b"] {
+            let echoed = std::process::Command::new("sh")
+                .args(["-c", &format!("printf %s {}", shell_word(word))])
+                .output()
+                .expect("a shell");
+            assert_eq!(echoed.stdout, word.as_bytes());
+        }
     }
 
     #[test]

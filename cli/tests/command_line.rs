@@ -107,6 +107,7 @@ fn a_camera_is_told_what_to_be_shown() {
     assert!(codes.len() == 5 && tried.len() > 5, "{lines:?}");
     assert!(most > 0.0, "{lines:?}");
     // Carriers were tried, and one is recommended or refused with a reason.
+    assert!(tried.iter().all(|row| row["ber"].is_f64()) && carried.iter().all(|row| row["ber"].is_null()));
     assert!(
         !carried.is_empty() && last["carrier"].is_null() != last["no_carrier"].is_null(),
         "{last}"
@@ -118,40 +119,35 @@ fn a_camera_is_told_what_to_be_shown() {
     assert!(said.contains("device rate") && said.contains("symbols/s"), "{said}");
 }
 
-/// The options of the printed `vocc link` command.
+/// The arguments of the printed `vocc link` command.
 fn printed_link(said: &str) -> Vec<&str> {
-    let (_, after) = said.split_once("and vocc link ").expect("a command");
-    after.split(" tries it").next().expect("its end").split_whitespace().collect()
+    let command = said.lines().find(|line| line.starts_with("vocc link ")).expect("a command");
+    // No word holds a space.
+    command.split_whitespace().skip(1).map(|word| word.trim_matches('\'')).collect()
 }
 
 #[test]
 fn a_recommended_carrier_delivers_as_printed() {
-    // One camera exposes line by line.
+    // One camera exposes line by line. It is put into a scene with another camera, whose exposure is fixed.
+    let other = common::folder("other-camera").join("other.toml");
+    std::fs::write(&other, "[camera]\nexposure_s = 0.0001\njpeg_quality = 5\n").expect("room");
     for camera in [
-        &["day"][..],
+        &["day", "--camera", "day"][..],
         &[
+            common::name(&other),
+            "--camera",
             "phone",
             "--set=camera.frame_rate_hz=60",
             "--set=camera.exposure_max_s=0.01",
             "--set=camera.readout_s=0.012",
         ],
     ] {
-        let own = [
-            &["--set=camera.exposure_s=0.00025"][..],
-            &words("--set camera.width_px=320 --set camera.height_px=240"),
-            &camera[1..],
-        ];
-        let own = own.concat();
-        let plan = vocc(&[&words("plan --bytes 8 --runs 1 --camera")[..], &camera[..1], &own].concat());
+        let own = words("--set=camera.exposure_s=0.00025 --set camera.width_px=320 --set camera.height_px=240 --set link.l2a=2");
+        let plan = vocc(&[&words("plan --bytes 8 --runs 1")[..], camera, &own].concat());
         let said = text(&plan.stdout);
-        let sent = vocc(
-            &[
-                &["link", camera[0], "--message", "Braking!", "--set=link.l2a=2"],
-                &own[..],
-                &printed_link(&said),
-            ]
-            .concat(),
-        );
+        let link = printed_link(&said);
+        assert_eq!(link.contains(&"camera.jpeg_quality=none"), camera[0] != "day", "{said}");
+        let sent = vocc(&link);
         assert_eq!(sent.status.code(), Some(0), "{said}{}", text(&sent.stdout));
     }
     // An exposure of several cycles hides them.

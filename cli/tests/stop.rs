@@ -3,7 +3,7 @@
 
 mod common;
 
-use std::io::Read;
+use std::io::{BufRead, Read};
 use std::process::{Child, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -84,4 +84,33 @@ fn what_was_never_kept_is_not_said_to_stay() {
     assert_eq!(stopped(&mut receive).code(), Some(1));
     let said = errors(receive);
     assert!(said.contains("interrupted in the middle") && !said.contains("stay"), "{said}");
+}
+
+#[test]
+fn finished_advice_for_still_panels_is_printed_though_carriers_were_not_tried() {
+    let small = "--bytes 4 --runs 2 --set camera.width_px=160 --set=camera.height_px=120 --set=camera.exposure_s=0.00025";
+    let arguments = format!("plan --camera day --json {small}");
+    let arguments: Vec<&str> = arguments.split_whitespace().collect();
+    // The last code's line comes before carriers are looked for.
+    let mut plan = command(&arguments);
+    let mut plan = plan.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("vocc runs");
+    let _watchdog = common::bounded::Watchdog::of(&plan);
+    let mut lines = std::io::BufReader::new(plan.stdout.take().expect("a pipe"))
+        .lines()
+        .map(|line| line.expect("read"));
+    let mut codes = std::collections::HashSet::new();
+    while codes.len() < 5 {
+        let row: serde_json::Value = serde_json::from_str(&lines.next().expect("a line")).expect("JSON");
+        codes.insert(row["code"].to_string());
+    }
+    common::bounded::signal("-INT", plan.id());
+    let last: serde_json::Value = serde_json::from_str(&lines.last().expect("advice")).expect("JSON");
+    assert!(last["best"]["net_bit_s"].as_f64().is_some_and(|net| net > 0.0), "{last}");
+    assert!(
+        last["carrier"].is_null() && last["no_carrier"].as_str().is_some_and(|why| why.contains("stopped")),
+        "{last}"
+    );
+    assert_eq!(plan.wait().expect("a child").code(), Some(1));
+    let said = errors(plan);
+    assert!(said.contains("a carrier is missing"), "{said}");
 }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use link::panel::{LEDS, PanelFrame};
 use link::waveform::Waveform;
 
 /// A light that is switched symbol by symbol, with a period in symbols.
@@ -54,6 +55,18 @@ impl Light {
             mean: symbols.len() as f64,
             waveform,
         }
+    }
+
+    /// The light of an LED of panels that repeat.
+    pub fn of_led(panels: &[PanelFrame], led: usize, waveform: Waveform) -> Self {
+        let symbols: Vec<f64> = panels.iter().map(|panel| f64::from(panel.led(led))).collect();
+        Self::of(&symbols, 1.0, waveform)
+    }
+
+    /// The light of all LEDs of panels that repeat.
+    pub fn of_panel(panels: &[PanelFrame], waveform: Waveform) -> Self {
+        let counts: Vec<f64> = panels.iter().map(|panel| f64::from(panel.count_on())).collect();
+        Self::of(&counts, LEDS as f64, waveform)
     }
 
     /// Symbols of a period.

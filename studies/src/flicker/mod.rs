@@ -52,6 +52,8 @@ pub use visibility::Visibility;
 use link::panel::{LEDS, PanelFrame};
 use link::waveform::Waveform;
 
+use crate::stop::Stop;
+
 /// The modulation of a panel's light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flicker {
@@ -81,15 +83,13 @@ pub struct Measures {
 impl Flicker {
     /// The flicker of panels that repeat, each still for a symbol.
     pub fn of(panels: &[PanelFrame]) -> Self {
-        Self::shown(panels, Waveform::STILL)
+        Self::with_waveform(panels, Waveform::STILL)
     }
 
     /// The flicker of panels that repeat, with a waveform.
-    pub fn shown(panels: &[PanelFrame], waveform: Waveform) -> Self {
-        let light = |led: usize| panels.iter().map(|panel| f64::from(panel.led(led))).collect::<Vec<_>>();
-        let leds: Vec<Light> = (0..LEDS).map(|led| Light::of(&light(led), 1.0, waveform)).collect();
-        let counts: Vec<f64> = panels.iter().map(|panel| f64::from(panel.count_on())).collect();
-        let all = Light::of(&counts, LEDS as f64, waveform);
+    pub fn with_waveform(panels: &[PanelFrame], waveform: Waveform) -> Self {
+        let leds: Vec<Light> = (0..LEDS).map(|led| Light::of_led(panels, led, waveform)).collect();
+        let all = Light::of_panel(panels, waveform);
         let (mut worst_led, mut squares) = (Spectrum::default(), Spectrum::default());
         for led in &leds {
             let spectrum = Spectrum::of_light(led);
@@ -119,6 +119,27 @@ impl Flicker {
     pub fn panel_measures(&self, rate_hz: f64) -> Measures {
         Measures::of(&self.all, rate_hz)
     }
+}
+
+/// The greatest modulation of any LED and of all together relative to the limit of [`Practice::LowRisk`], at `rate_hz` symbols a second.
+/// Up to 1, the practice is met at every frequency. `None` on a stop.
+///
+/// ```
+/// use link::waveform::Waveform;
+/// use studies::flicker::{low_risk_times, panels};
+/// use studies::stop::Stop;
+/// let panels = panels(None)?;
+/// let times = |cycles| low_risk_times(&panels, Waveform::new(cycles).ok()?, 90.0, Stop::NEVER);
+/// assert!(times(0).is_some_and(|times| times > 100.0) && times(16).is_some_and(|times| times < 1.0));
+/// # Ok::<(), link::framing::FramingError>(())
+/// ```
+pub fn low_risk_times(panels: &[PanelFrame], waveform: Waveform, rate_hz: f64, stop: Stop) -> Option<f64> {
+    let leds = (0..LEDS).map(|led| Light::of_led(panels, led, waveform));
+    let mut lights = leds.chain([Light::of_panel(panels, waveform)]);
+    lights.try_fold(0.0, |greatest: f64, light| {
+        let times = Practice::LowRisk.times(&Spectrum::of_light(&light), rate_hz);
+        (!stop.is_asked()).then_some(greatest.max(times))
+    })
 }
 
 impl Measures {
@@ -194,7 +215,7 @@ mod tests {
         let panels = &panels(Some(b"Ice")).expect("a message");
         for cycles in [2, 3, 5, 16] {
             let waveform = Waveform::new(cycles as u32).expect("a carrier");
-            let flicker = Flicker::shown(panels, waveform);
+            let flicker = Flicker::with_waveform(panels, waveform);
             for led in [0, 17, 63] {
                 let drawn = Light::still(&quarters(panels, led, cycles, COSINE));
                 for line in 1..HIGHEST_CARRIERS as usize * cycles * panels.len() {
@@ -255,11 +276,11 @@ mod tests {
         let carrier = Waveform::new(16).expect("a carrier");
         for message in [None, Some(vec![0; 8]), Some(vec![0xa5; 32]), Some(vec![b'x'; 128])] {
             let panels = panels(message.as_deref()).expect("a message");
-            let flicker = Flicker::shown(&panels, carrier);
-            for light in [&flicker.worst_led, &flicker.panel] {
-                let times = Practice::LowRisk.worst(light, RATE_HZ).map_or(0.0, |worst| worst.times_limit());
-                assert!(times < 1.0, "{times}");
-            }
+            let flicker = Flicker::with_waveform(&panels, carrier);
+            let times = [&flicker.worst_led, &flicker.panel].map(|light| Practice::LowRisk.times(light, RATE_HZ));
+            let greatest = times.into_iter().fold(0.0, f64::max);
+            assert!(greatest < 1.0, "{greatest}");
+            assert_eq!(low_risk_times(&panels, carrier, RATE_HZ, Stop::NEVER), Some(greatest));
             for measures in [flicker.worst_led_measures(RATE_HZ), flicker.panel_measures(RATE_HZ)] {
                 assert!(measures.longest_period_s < 0.005 && measures.short_term < 1.0, "{measures:?}");
             }

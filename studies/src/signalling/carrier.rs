@@ -7,13 +7,14 @@
 //! If the frame rate of a camera, or half of it, nearly divides f, the phase creeps and stays where there is no contrast. A carrier
 //! therefore keeps apart from the multiples of half the usual frame rates, and of this camera's.
 
-use link::framing::FramingError;
+use link::framing::MESSAGE_MAX;
+use link::panel::PanelFrame;
 use link::symbol_rate::SymbolRate;
 use link::waveform::{SymbolTiming, Waveform};
 use thiserror::Error;
 
 use super::TrialOutcome;
-use crate::flicker::{Flicker, Practice, panels};
+use crate::flicker::{Practice, low_risk_times};
 use crate::stop::Stop;
 
 /// Usual frame rates of cameras, Hz.
@@ -29,8 +30,8 @@ const CONTRAST_MIN: f64 = 0.2;
 const SLOWEST: f64 = 0.95;
 /// The most cycles between the first and the last line of a panel with which the receiver was tested.
 const CYCLES_BETWEEN_LINES: f64 = 6.4;
-/// Carriers to try.
-pub(super) const TRIED: usize = 3;
+/// The most carriers that are tried.
+pub(super) const CANDIDATES_MAX: usize = 3;
 /// The least share of messages that must arrive.
 const DELIVERED_MIN: f64 = 0.75;
 
@@ -52,10 +53,11 @@ pub struct Carrier {
 pub struct CarrierAdvice {
     /// The carrier.
     pub carrier: Carrier,
-    /// Its modulation relative to the limit of low risk: see [`low_risk_times`].
+    /// The greatest modulation, with the trial's message and with beacons, of any LED and of all together, relative to the limit of low
+    /// risk of IEEE Std 1789-2015. Up to 1, the practice is met at every frequency.
     pub low_risk_times: f64,
     /// Its trial.
-    pub tried: TrialOutcome,
+    pub trial: TrialOutcome,
 }
 
 /// Why no carrier is recommended.
@@ -78,11 +80,25 @@ pub enum NoCarrier {
     },
     /// No carrier is apart from the multiples of frame rates.
     #[error(
-        "no carrier of low risk at about {rate} symbols a second is apart from the multiples of frame rates: choose another symbol rate"
+        "at about {rate} symbols a second, which {frames_hz} frames a second allow, every carrier is near a multiple of half a frame rate: \
+         choose another camera.frame_rate_hz"
     )]
     FrameRates {
-        /// The symbol rate.
+        /// The symbol rate of whole exposures.
         rate: SymbolRate,
+        /// The camera's frames a second.
+        frames_hz: f64,
+    },
+    /// Every carrier exceeds low risk.
+    #[error(
+        "every carrier at about {rate} symbols a second exceeds low risk with beacons or a message of {bytes} bytes: send messages of \
+         another length, 1 to {MESSAGE_MAX} bytes"
+    )]
+    LowRisk {
+        /// The symbol rate of whole exposures.
+        rate: SymbolRate,
+        /// Bytes of the message.
+        bytes: usize,
     },
     /// Messages do not arrive.
     #[error("{}", not_delivered(.best, *.exposure_s))]
@@ -95,7 +111,7 @@ pub enum NoCarrier {
 }
 
 fn not_delivered(best: &CarrierAdvice, exposure_s: f64) -> String {
-    let CarrierAdvice { carrier, tried, .. } = best;
+    let CarrierAdvice { carrier, trial, .. } = best;
     let hz = carrier.hz();
     let why = if carrier.cycles_an_exposure > 0.5 {
         format!(
@@ -117,19 +133,9 @@ fn not_delivered(best: &CarrierAdvice, exposure_s: f64) -> String {
         hz,
         carrier.timing.waveform().cycles(),
         carrier.timing.rate(),
-        tried.delivered,
-        tried.runs
+        trial.delivered,
+        trial.runs
     )
-}
-
-/// The greatest modulation of light that shows these panels, relative to the limit of low risk of IEEE Std 1789-2015: of the worst LED and
-/// of all together, at every frequency. Up to 1, the practice is met.
-pub fn low_risk_times(flicker: &Flicker, rate_hz: f64) -> f64 {
-    let lights = [&flicker.worst_led, &flicker.panel];
-    lights
-        .map(|light| Practice::LowRisk.times(light, rate_hz))
-        .into_iter()
-        .fold(0.0, f64::max)
 }
 
 impl Carrier {
@@ -152,6 +158,14 @@ impl Carrier {
     /// The mean of |c| over all phases.
     pub fn mean_contrast(&self) -> f64 {
         self.contrast * (1.0 - from_whole(self.cycles_an_exposure))
+    }
+
+    /// The greatest of [`low_risk_times`] with these panels, if all are of low risk; `None` also on a stop.
+    fn low_risk_times(&self, shown: &[Vec<PanelFrame>], stop: Stop) -> Option<f64> {
+        shown.iter().try_fold(0.0, |greatest: f64, panels| {
+            let times = low_risk_times(panels, self.timing.waveform(), self.timing.rate().hz(), stop)?;
+            (times <= 1.0).then_some(greatest.max(times))
+        })
     }
 }
 
@@ -199,45 +213,39 @@ impl Camera {
         })
     }
 
-    /// The carriers of low risk for messages like this one and for beacons that this camera sees best, the best first.
-    pub fn candidates(self, rate: SymbolRate, message: &[u8], stop: Stop) -> Result<Result<Vec<(Carrier, f64)>, NoCarrier>, FramingError> {
-        let shown = [panels(None)?, panels(Some(message))?];
-        let of_low_risk = |carrier: Carrier| {
-            if stop.is_asked() {
-                return None;
-            }
-            let timing = carrier.timing;
-            let times = shown.iter().map(|panels| {
-                let flicker = Flicker::shown(panels, timing.waveform());
-                low_risk_times(&flicker, timing.rate().hz())
-            });
-            let times = times.fold(0.0, f64::max);
-            (times <= 1.0).then_some((carrier, times))
-        };
+    /// The carriers that this camera sees best, among those of low risk with all these panels, the best first; none on a stop.
+    pub fn candidates(self, rate: SymbolRate, shown: &[Vec<PanelFrame>], stop: Stop) -> Vec<(Carrier, f64)> {
         let mut seen: Vec<Carrier> = self.carriers(rate).filter(|carrier| carrier.contrast >= CONTRAST_MIN).collect();
         seen.sort_by(|one, other| other.mean_contrast().total_cmp(&one.mean_contrast()));
-        let found: Vec<_> = seen.into_iter().filter_map(of_low_risk).take(TRIED).collect();
-        if !found.is_empty() {
-            return Ok(Ok(found));
+        let of_low_risk = |carrier: Carrier| Some((carrier, carrier.low_risk_times(shown, stop)?));
+        seen.into_iter().filter_map(of_low_risk).take(CANDIDATES_MAX).collect()
+    }
+
+    /// Why there are no candidates.
+    pub fn no_candidate(self, rate: SymbolRate, shown: &[Vec<PanelFrame>], bytes: usize, stop: Stop) -> NoCarrier {
+        let mut carriers = self.carriers(rate).peekable();
+        if carriers.peek().is_none() {
+            let frames_hz = self.frames_hz;
+            return NoCarrier::FrameRates { rate, frames_hz };
         }
-        Ok(Err(match self.carriers(rate).find_map(of_low_risk) {
-            Some((slowest, _)) => NoCarrier::Exposure {
+        match carriers.find(|carrier| carrier.low_risk_times(shown, stop).is_some()) {
+            Some(slowest) => NoCarrier::Exposure {
                 exposure_s: self.exposure_s,
                 needed_s: 0.5 / slowest.hz(),
                 carrier_hz: slowest.hz(),
             },
-            None => NoCarrier::FrameRates { rate },
-        }))
+            None => NoCarrier::LowRisk { rate, bytes },
+        }
     }
 }
 
-/// The carrier of the most messages, if enough of them arrive; of equals, the first.
-pub(super) fn best(tried: Vec<CarrierAdvice>, exposure_s: f64) -> Option<Result<CarrierAdvice, NoCarrier>> {
-    let best = tried.into_iter().reduce(|best, other| {
-        let is_better = other.tried.delivered > best.tried.delivered;
+/// The carrier of the most messages, of equals the first; if too few arrive, why it is not recommended. `None` if none was tried.
+pub(super) fn best(trials: Vec<CarrierAdvice>, exposure_s: f64) -> Option<Result<CarrierAdvice, NoCarrier>> {
+    let best = trials.into_iter().reduce(|best, other| {
+        let is_better = other.trial.delivered > best.trial.delivered;
         if is_better { other } else { best }
     })?;
-    let is_enough = best.tried.delivered as f64 >= DELIVERED_MIN * best.tried.runs as f64;
+    let is_enough = best.trial.delivered as f64 >= DELIVERED_MIN * best.trial.runs as f64;
     Some(if is_enough {
         Ok(best)
     } else {

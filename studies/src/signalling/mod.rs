@@ -11,7 +11,7 @@
 //! use studies::signalling::Search;
 //! use studies::stop::Stop;
 //! let phone = Scene::load("phone", &[])?;
-//! let advice = Search { bytes: 48, runs: 8, seed: 1 }.run(&phone, Stop::NEVER, || {}, |_tried| {})?;
+//! let advice = Search { bytes: 48, runs: 8, seed: 1 }.run(&phone, Stop::NEVER, || {}, |_trial| {})?;
 //! let best = advice.best();
 //! println!("{} symbols a second under {}: {:.0} bit/s", best.rate, best.code, best.net_bit_s());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -30,11 +30,12 @@ use sim::camera::exposure::Exposure;
 use sim::scene::Scene;
 use thiserror::Error;
 
-pub use carrier::{Carrier, CarrierAdvice, NoCarrier, USUAL_FRAMES_HZ, low_risk_times};
+pub use carrier::{Carrier, CarrierAdvice, NoCarrier, USUAL_FRAMES_HZ};
 pub use dimming::DimmingBeat;
 pub use exposed::exposed_for;
 pub use trial::{Trial, TrialError};
 
+use crate::flicker::panels;
 use crate::statistics::FrameErrors;
 use crate::stop::Stop;
 
@@ -74,10 +75,15 @@ pub struct TrialOutcome {
     /// The total time of all messages, s.
     pub seconds: f64,
     /// Wrong bits of single frames, compared with the symbol in the middle of the exposure.
-    pub errors: FrameErrors,
+    errors: FrameErrors,
 }
 
 impl TrialOutcome {
+    /// The rate of wrong bits in single frames. `None` with a carrier: frames that are read before it is known may show complements.
+    pub fn bit_error_rate(&self) -> Option<f64> {
+        self.waveform.is_still().then(|| self.errors.rate())
+    }
+
     /// Payload a second, including the time of lost messages, bit/s.
     pub fn net_bit_s(&self) -> f64 {
         self.bits as f64 / self.seconds
@@ -95,8 +101,8 @@ pub struct Advice {
     /// The rate at which every symbol has a whole exposure on every row of the panel, at any phase.
     pub whole_exposures: SymbolRate,
     /// All trials, in order.
-    pub tried: Vec<TrialOutcome>,
-    /// The index of the best in `tried`.
+    pub trials: Vec<TrialOutcome>,
+    /// The index of the best in `trials`.
     best: usize,
     /// The beat of each panel with PWM dimming or row scanning.
     pub dimming: Vec<DimmingBeat>,
@@ -105,7 +111,7 @@ pub struct Advice {
 impl Advice {
     /// The trial of the highest net rate.
     pub fn best(&self) -> &TrialOutcome {
-        &self.tried[self.best]
+        &self.trials[self.best]
     }
 }
 
@@ -138,7 +144,7 @@ pub enum SignallingError {
 
 impl Search {
     /// The most settings of a search.
-    pub const SETTINGS_MAX: u64 = (1 + SHARES_OF_FRAMES.len() + Code::ALL.len() + carrier::TRIED) as u64;
+    pub const SETTINGS_MAX: u64 = (1 + SHARES_OF_FRAMES.len() + Code::ALL.len() + carrier::CANDIDATES_MAX) as u64;
 
     /// Tries rates and codes; `done` is called after each message, `tell` after each setting.
     ///
@@ -157,20 +163,20 @@ impl Search {
         let dimming = dimming::beats(scene).map_err(TrialError::from)?;
         let whole_exposures = whole_exposures(scene)?;
         let usual = Code::for_length(self.bytes);
-        let mut tried = Vec::new();
+        let mut trials = Vec::new();
         for rate in rates(scene, whole_exposures) {
-            tried.push(self.attempt(scene, SymbolTiming::still(rate), usual, stop, &done)?);
-            tried.last().into_iter().for_each(&mut tell);
+            trials.push(self.attempt(scene, SymbolTiming::still(rate), usual, stop, &done)?);
+            trials.last().into_iter().for_each(&mut tell);
         }
-        let rate = tried[best(&tried)].rate;
+        let rate = trials[best(&trials)].rate;
         for code in Code::ALL.into_iter().filter(|&code| code != usual) {
-            tried.push(self.attempt(scene, SymbolTiming::still(rate), code, stop, &done)?);
-            tried.last().into_iter().for_each(&mut tell);
+            trials.push(self.attempt(scene, SymbolTiming::still(rate), code, stop, &done)?);
+            trials.last().into_iter().for_each(&mut tell);
         }
         Ok(Advice {
             whole_exposures,
-            best: best(&tried),
-            tried,
+            best: best(&trials),
+            trials,
             dimming,
         })
     }
@@ -198,25 +204,27 @@ impl Search {
         };
         let code = Code::for_length(self.bytes);
         let message = self.trial(SymbolTiming::still(rate), code, 0).message();
-        let candidates = match camera.candidates(rate, &message, stop).map_err(TrialError::from)? {
-            _ if stop.is_asked() => return Err(TrialError::Stopped.into()),
-            Ok(candidates) => candidates,
-            Err(none) => return Ok(Err(none)),
-        };
-        let mut tried: Vec<CarrierAdvice> = Vec::new();
-        for (carrier, low_risk_times) in candidates {
-            let outcome = self.attempt(scene, carrier.timing, code, stop, &done)?;
-            tell(&outcome);
-            tried.push(CarrierAdvice {
+        let shown = [panels(None), panels(Some(&message))];
+        let shown = shown.into_iter().collect::<Result<Vec<_>, _>>().map_err(TrialError::from)?;
+        let mut trials: Vec<CarrierAdvice> = Vec::new();
+        for (carrier, low_risk_times) in camera.candidates(rate, &shown, stop) {
+            let trial = self.attempt(scene, carrier.timing, code, stop, &done)?;
+            tell(&trial);
+            trials.push(CarrierAdvice {
                 carrier,
                 low_risk_times,
-                tried: outcome,
+                trial,
             });
-            if outcome.delivered == outcome.runs {
+            if trial.delivered == trial.runs {
                 break;
             }
         }
-        Ok(carrier::best(tried, camera.exposure_s).unwrap_or(Err(NoCarrier::FrameRates { rate })))
+        let advice = carrier::best(trials, camera.exposure_s);
+        let advice = advice.unwrap_or_else(|| Err(camera.no_candidate(rate, &shown, self.bytes, stop)));
+        match stop.is_asked() {
+            true => Err(TrialError::Stopped.into()),
+            false => Ok(advice),
+        }
     }
 
     /// One message. A carrier's receiver also has to find the panel, as `vocc link` does.
@@ -269,9 +277,9 @@ impl Search {
 }
 
 /// The trial of the highest net rate; of equals, the first.
-fn best(tried: &[TrialOutcome]) -> usize {
-    let net = |at: usize| tried[at].net_bit_s();
-    (0..tried.len()).fold(0, |best, at| if net(at) > net(best) { at } else { best })
+fn best(trials: &[TrialOutcome]) -> usize {
+    let net = |at: usize| trials[at].net_bit_s();
+    (0..trials.len()).fold(0, |best, at| if net(at) > net(best) { at } else { best })
 }
 
 /// The rate at which every symbol has a whole exposure on every row of the first panel.

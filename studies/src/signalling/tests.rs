@@ -1,3 +1,7 @@
+use std::sync::atomic::AtomicBool;
+
+use link::panel::PanelFrame;
+
 use super::*;
 
 fn scene(overrides: &[&str]) -> Scene {
@@ -23,10 +27,11 @@ fn a_camera_of_short_exposures_is_shown_nearly_a_symbol_a_frame() {
     let best = advice.best();
     assert!(best.rate.hz() >= 90.0, "{}", best.rate);
     assert_eq!((best.delivered, best.runs), (2, 2));
-    let tried = &advice.tried;
-    assert!(tried.iter().all(|tried| tried.net_bit_s() <= best.net_bit_s()));
+    let trials = &advice.trials;
+    assert!(trials.iter().all(|trial| trial.net_bit_s() <= best.net_bit_s()));
+    assert!(trials.iter().all(|trial| trial.bit_error_rate().is_some()));
     // Every code is tried at one rate, and one code at every rate.
-    assert_eq!(tried.len(), rates(&scene(&[]), advice.whole_exposures).len() + Code::ALL.len() - 1);
+    assert_eq!(trials.len(), rates(&scene(&[]), advice.whole_exposures).len() + Code::ALL.len() - 1);
 }
 
 #[test]
@@ -68,6 +73,11 @@ fn what_cannot_be_tried_is_refused() {
     assert!(matches!(run(Search { runs: 0, ..search }), Err(SignallingError::NoRuns)));
 }
 
+/// Beacons and a message.
+fn shown() -> [Vec<PanelFrame>; 2] {
+    [None, Some(b"Ice".as_slice())].map(|message| panels(message).expect("a message"))
+}
+
 #[test]
 fn a_carrier_keeps_apart_from_frame_rates_is_of_low_risk_and_seen() {
     for (frames_hz, rate_hz, exposure_s) in [(30.0, 27.0, 0.001), (60.0, 54.0, 0.0005), (100.0, 90.0, 0.00025)] {
@@ -77,7 +87,7 @@ fn a_carrier_keeps_apart_from_frame_rates_is_of_low_risk_and_seen() {
             readout_s: 0.01,
         };
         let rate = SymbolRate::from_hz(rate_hz).expect("a rate");
-        let found = camera.candidates(rate, b"Ice", Stop::NEVER).expect("a message").expect("carriers");
+        let found = camera.candidates(rate, &shown(), Stop::NEVER);
         assert!(!found.is_empty());
         for (carrier, times) in found {
             let hz = carrier.hz();
@@ -111,10 +121,8 @@ fn long_exposures_are_told_which_one_would_do() {
         readout_s: 0.0,
     };
     let rate = SymbolRate::from_hz(27.0).expect("a rate");
-    let none = camera
-        .candidates(rate, b"Ice", Stop::NEVER)
-        .expect("a message")
-        .expect_err("too long");
+    assert_eq!(camera.candidates(rate, &shown(), Stop::NEVER), []);
+    let none = camera.no_candidate(rate, &shown(), 3, Stop::NEVER);
     let NoCarrier::Exposure { needed_s, carrier_hz, .. } = none else {
         panic!("{none}")
     };
@@ -123,8 +131,11 @@ fn long_exposures_are_told_which_one_would_do() {
         exposure_s: needed_s,
         ..camera
     };
-    let found = shorter.candidates(rate, b"Ice", Stop::NEVER).expect("a message").expect("carriers");
-    assert!(found.iter().all(|(carrier, _)| carrier.contrast > 0.8), "{found:?}");
+    let found = shorter.candidates(rate, &shown(), Stop::NEVER);
+    assert!(
+        !found.is_empty() && found.iter().all(|(carrier, _)| carrier.contrast > 0.8),
+        "{found:?}"
+    );
 }
 
 #[test]
@@ -136,16 +147,37 @@ fn a_carrier_is_recommended_if_its_messages_arrive() {
     };
     let found = search.carrier(&scene(&["camera.exposure_max_s=0.00025"]), Stop::NEVER, || {}, |_| {});
     let advice = found.expect("trials").expect("a carrier");
-    assert_eq!((advice.tried.delivered, advice.tried.runs), (2, 2));
-    assert_eq!(advice.tried.waveform, advice.carrier.timing.waveform());
-    assert!(!advice.tried.waveform.is_still() && advice.carrier.contrast == 1.0);
+    assert_eq!((advice.trial.delivered, advice.trial.runs), (2, 2));
+    assert_eq!(advice.trial.waveform, advice.carrier.timing.waveform());
+    assert!(!advice.trial.waveform.is_still() && advice.carrier.contrast == 1.0);
+    assert_eq!(advice.trial.bit_error_rate(), None);
     let missed = CarrierAdvice {
-        tried: TrialOutcome {
+        trial: TrialOutcome {
             delivered: 1,
-            ..advice.tried
+            ..advice.trial
         },
         ..advice
     };
     let none = carrier::best(vec![missed], 0.001).expect("a trial").expect_err("too few");
     assert!(none.to_string().contains("1 of 2 messages"), "{none}");
+}
+
+#[test]
+fn the_reason_for_no_carrier_names_what_can_be_set() {
+    let rate = SymbolRate::from_hz(27.0).expect("a rate");
+    // No frequency is 2 Hz from all multiples of 2 Hz.
+    let slow = carrier::Camera {
+        frames_hz: 4.0,
+        exposure_s: 0.001,
+        readout_s: 0.0,
+    };
+    let none = slow.no_candidate(rate, &shown(), 3, Stop::NEVER);
+    assert!(matches!(none, NoCarrier::FrameRates { frames_hz: 4.0, .. }), "{none}");
+    assert!(none.to_string().contains("camera.frame_rate_hz"), "{none}");
+    // After a stop, no carrier counts as of low risk.
+    static STOPPED: AtomicBool = AtomicBool::new(true);
+    let camera = carrier::Camera { frames_hz: 30.0, ..slow };
+    let none = camera.no_candidate(rate, &shown(), 3, Stop::at(&STOPPED));
+    assert!(matches!(none, NoCarrier::LowRisk { bytes: 3, .. }), "{none}");
+    assert!(none.to_string().contains("another length, 1 to 1024 bytes"), "{none}");
 }

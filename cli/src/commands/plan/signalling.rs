@@ -5,12 +5,13 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::Context;
 use link::fec::Code;
+use link::waveform::SymbolTiming;
 use serde::Serialize;
-use sim::scene::Scene;
+use sim::scene::{Camera, Scene};
 use studies::signalling::{Advice, CarrierAdvice, DimmingBeat, NoCarrier, Search, SignallingError, Trial, TrialError, TrialOutcome};
 
 use crate::options::Shared;
-use crate::output::{self, Verdict, line};
+use crate::output::{self, Verdict, line, shell_word};
 use crate::progress::Progress;
 use crate::stop::stop;
 
@@ -45,7 +46,8 @@ struct Row {
     net_bit_s: f64,
     /// `None` if no message arrived.
     seconds_a_message: Option<f64>,
-    ber: f64,
+    /// `None` with a carrier: frames that are read before it is known may show complements.
+    ber: Option<f64>,
 }
 
 /// The final line.
@@ -62,7 +64,7 @@ struct Best {
 #[derive(Serialize)]
 struct CarrierRow {
     #[serde(flatten)]
-    tried: Row,
+    trial: Row,
     carrier_hz: f64,
     cycles_an_exposure: f64,
     contrast: f64,
@@ -86,8 +88,10 @@ impl Options {
 
     /// Tries the settings and prints the advice.
     pub fn run(&self, scene: Option<&OsStr>, camera: &OsStr, shared: &Shared) -> anyhow::Result<Verdict> {
-        let mut scene = Scene::load(scene.unwrap_or(SCENE.as_ref()), &[])?;
+        let name = scene.unwrap_or(SCENE.as_ref());
+        let mut scene = Scene::load(name, &[])?;
         let of_camera = Scene::load(camera, &[]).context("--camera names a preset or a scene file with a [camera]")?;
+        let link = LinkCommand::new(name, &scene.camera, &of_camera.camera, shared)?;
         scene.camera = of_camera.camera;
         // All tried rates are below the frame rate.
         scene.link.symbol_rate_hz = 0.5 * scene.camera.frame_rate_hz;
@@ -105,18 +109,21 @@ impl Options {
             progress.done(*messages);
         };
         let mut printed = if shared.json { Ok(()) } else { line(HEAD) };
-        let mut tell = |tried: &TrialOutcome| {
+        let mut tell = |trial: &TrialOutcome| {
             if printed.is_ok() {
-                printed = print(tried, shared.json);
+                printed = print(trial, shared.json);
             }
         };
         let advice = search.run(&scene, stop(), done, &mut tell);
-        let advice = advice.and_then(|advice| Ok((advice, search.carrier(&scene, stop(), done, &mut tell)?)));
+        let carrier = match advice {
+            Ok(_) => search.carrier(&scene, stop(), done, &mut tell),
+            Err(_) => Err(TrialError::Stopped.into()),
+        };
         drop(counted);
         printed?;
-        let (advice, carrier) = match advice {
+        let advice = match advice {
             Err(SignallingError::Trial(TrialError::Stopped)) => {
-                output::tell("interrupted: what was tried is printed");
+                output::tell("interrupted: the settings that were tried are printed, the best of all and a carrier are missing");
                 return Ok(Verdict::No);
             }
             advice => advice?,
@@ -125,7 +132,16 @@ impl Options {
             as_json(&advice, &carrier)?;
         } else {
             as_text(&scene, &advice, Code::for_length(search.bytes))?;
-            carrier_as_text(&carrier)?;
+            if let Ok(carrier) = &carrier {
+                carrier_as_text(carrier, &link)?;
+            }
+        }
+        match carrier {
+            Err(SignallingError::Trial(TrialError::Stopped)) => {
+                output::tell("interrupted: the advice for still panels is printed, a carrier is missing");
+                return Ok(Verdict::No);
+            }
+            carrier => drop(carrier.context("the advice for still panels is printed; carriers cannot be tried")?),
         }
         Ok(match advice.best().delivered {
             0 => Verdict::No,
@@ -134,21 +150,50 @@ impl Options {
     }
 }
 
-fn row(tried: &TrialOutcome) -> Row {
-    Row {
-        symbol_rate_hz: tried.rate.hz(),
-        carrier_cycles: tried.waveform.cycles(),
-        code: tried.code.to_string(),
-        runs: tried.runs,
-        delivered: tried.delivered,
-        net_bit_s: tried.net_bit_s(),
-        seconds_a_message: (tried.delivered > 0).then(|| tried.seconds_a_message()),
-        ber: tried.errors.rate(),
+/// A `vocc link` command for the scene and the camera of the advice.
+struct LinkCommand(String);
+
+impl LinkCommand {
+    /// The scene of that name, with a camera in place of its `own`.
+    fn new(name: &OsStr, own: &Camera, camera: &Camera, shared: &Shared) -> anyhow::Result<Self> {
+        let [own, camera] = [toml::Table::try_from(own)?, toml::Table::try_from(camera)?];
+        let left_out = own.keys().filter(|key| !camera.contains_key(*key));
+        let left_out = left_out.map(|key| format!("camera.{key}=none"));
+        let differing = camera.iter().filter(|(key, value)| own.get(*key) != Some(value));
+        let differing = differing.map(|(key, value)| format!("camera.{key}={value}"));
+        let sets = left_out.chain(differing).chain(shared.set.iter().cloned());
+        let words = sets.flat_map(|set| ["--set".into(), set]);
+        let words = [output::name(name.as_ref())].into_iter().chain(words);
+        let words: Vec<String> = words.map(|word| shell_word(&word)).collect();
+        Ok(Self(format!("vocc link {}", words.join(" "))))
+    }
+
+    /// With a carrier.
+    fn with(&self, timing: SymbolTiming) -> String {
+        let (rate, cycles) = (timing.rate(), timing.waveform().cycles());
+        let Self(link) = self;
+        format!(
+            "{link} --set link.symbol_rate_hz={rate} --set link.carrier_cycles={cycles} --frames {}",
+            Trial::CARRIER_FRAMES
+        )
     }
 }
 
-fn print(tried: &TrialOutcome, json: bool) -> anyhow::Result<()> {
-    let row = row(tried);
+fn row(trial: &TrialOutcome) -> Row {
+    Row {
+        symbol_rate_hz: trial.rate.hz(),
+        carrier_cycles: trial.waveform.cycles(),
+        code: trial.code.to_string(),
+        runs: trial.runs,
+        delivered: trial.delivered,
+        net_bit_s: trial.net_bit_s(),
+        seconds_a_message: (trial.delivered > 0).then(|| trial.seconds_a_message()),
+        ber: trial.bit_error_rate(),
+    }
+}
+
+fn print(trial: &TrialOutcome, json: bool) -> anyhow::Result<()> {
+    let row = row(trial);
     if json {
         return output::json(&row);
     }
@@ -157,11 +202,7 @@ fn print(tried: &TrialOutcome, json: bool) -> anyhow::Result<()> {
         0 => "still".into(),
         cycles => format!("{:.1}", f64::from(cycles) * row.symbol_rate_hz),
     };
-    // Frames are read before the carrier is known: their bits say nothing.
-    let errors = match row.carrier_cycles {
-        0 => format!("{:.1e}", row.ber),
-        _ => "-".into(),
-    };
+    let errors = row.ber.map_or("-".into(), |ber| format!("{ber:.1e}"));
     line(&format!(
         "{:>9.1}  {:<6}  {:>4} of {:<3} {:>9.0}  {:>11}  {errors:>10}  {carrier:>10}",
         row.symbol_rate_hz,
@@ -173,7 +214,7 @@ fn print(tried: &TrialOutcome, json: bool) -> anyhow::Result<()> {
     ))
 }
 
-fn as_json(advice: &Advice, carrier: &Result<CarrierAdvice, NoCarrier>) -> anyhow::Result<()> {
+fn as_json(advice: &Advice, carrier: &Result<Result<CarrierAdvice, NoCarrier>, SignallingError>) -> anyhow::Result<()> {
     let dimming = advice.dimming.iter().map(|beat| Beat {
         pwm_hz: beat.pulses_hz,
         pulses_an_exposure: beat.pulses_an_exposure,
@@ -181,17 +222,22 @@ fn as_json(advice: &Advice, carrier: &Result<CarrierAdvice, NoCarrier>) -> anyho
         stray: beat.stray,
         beats: beat.is_seen(),
     });
+    let (carrier, no_carrier) = match carrier {
+        Ok(Ok(carrier)) => (Some(carrier), None),
+        Ok(Err(none)) => (None, Some(none.to_string())),
+        Err(error) => (None, Some(error.to_string())),
+    };
     output::json(&Best {
         best: row(advice.best()),
         whole_exposures_hz: advice.whole_exposures.hz(),
-        carrier: carrier.as_ref().ok().map(|advice| CarrierRow {
-            tried: row(&advice.tried),
+        carrier: carrier.map(|advice| CarrierRow {
+            trial: row(&advice.trial),
             carrier_hz: advice.carrier.hz(),
             cycles_an_exposure: advice.carrier.cycles_an_exposure,
             contrast: advice.carrier.contrast,
             low_risk_times: advice.low_risk_times,
         }),
-        no_carrier: carrier.as_ref().err().map(ToString::to_string),
+        no_carrier,
         dimming: dimming.collect(),
     })
 }
@@ -225,11 +271,11 @@ fn as_text(scene: &Scene, advice: &Advice, usual: Code) -> anyhow::Result<()> {
 }
 
 /// Prints the recommended carrier, or why there is none.
-fn carrier_as_text(advice: &Result<CarrierAdvice, NoCarrier>) -> anyhow::Result<()> {
+fn carrier_as_text(advice: &Result<CarrierAdvice, NoCarrier>, link: &LinkCommand) -> anyhow::Result<()> {
     let CarrierAdvice {
         carrier,
         low_risk_times,
-        tried,
+        trial,
     } = match advice {
         Ok(advice) => advice,
         Err(none) => return line(&format!("no carrier to recommend: {none}")),
@@ -242,15 +288,15 @@ fn carrier_as_text(advice: &Result<CarrierAdvice, NoCarrier>) -> anyhow::Result<
         low_risk_times,
         carrier.cycles_an_exposure,
         1e2 * carrier.contrast,
-        tried.delivered,
-        tried.runs,
-        tried.net_bit_s(),
+        trial.delivered,
+        trial.runs,
+        trial.net_bit_s(),
     ))?;
     line(&format!(
-        "vocc device rate {rate} --carrier-cycles {cycles} --port P sets a transmitter, vocc receive --symbol-rate {rate} follows it, and vocc \
-         link --set link.symbol_rate_hz={rate} --set link.carrier_cycles={cycles} --frames {} tries it in the same scene with the same camera",
-        Trial::CARRIER_FRAMES
-    ))
+        "vocc device rate {rate} --carrier-cycles {cycles} --port P sets a transmitter, and vocc receive --symbol-rate {rate} follows it; \
+         this tries it in the same scene with the same camera:"
+    ))?;
+    line(&link.with(carrier.timing))
 }
 
 fn dimming(beat: &DimmingBeat) -> String {

@@ -154,7 +154,7 @@ pub fn run(
     let panels = panels(message)?;
     let waveform = Waveform::new(carrier_cycles.unwrap_or(0))?;
     let rates_hz = options.rates_hz(waveform)?;
-    let flicker = Flicker::shown(&panels, waveform);
+    let flicker = Flicker::with_waveform(&panels, waveform);
     if let Some(stem) = stem {
         plot::save(stem, &chart::draw(&flicker, &rates_hz)?)?;
     }
