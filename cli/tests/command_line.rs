@@ -52,8 +52,7 @@ fn studies_of_single_frames_refuse_a_carrier() {
     let carrier = "--set=link.carrier_cycles=16";
     for command in [
         &["evaluate", "day", "--frames", "8"][..],
-        &["optimize", "day", "--frames", "64", "--intervals", "1"],
-        &["optimize", "day", "--criterion", "reach", "--frames", "64", "--intervals", "1"],
+        &["optimize", "day", "--criterion", "b2w", "--frames", "64", "--intervals", "1"],
     ] {
         refused(&[command, &[carrier]].concat(), &["link.carrier_cycles = 16", "vocc link"]);
     }

@@ -430,3 +430,23 @@ fn the_shipped_source_is_what_its_file_gives() {
     let built = std::fs::read_to_string(link.join("src/shipped_table.rs")).expect("the source");
     assert_eq!(text(&source.stdout), built);
 }
+
+#[test]
+fn a_panel_with_a_carrier_has_a_table_by_reach_that_notes_it() {
+    let path = paths("optimize/carrier");
+    let table = path("table.toml");
+    let day = "optimize day --set link.carrier_cycles=16 --set camera.exposure_s=0.00025 --intervals 1";
+    let search = [&words(day)[..], &words("--json --frames 64 --tolerance 1 -o"), &[&table]].concat();
+    let found = lines(&vocc(&search));
+    let reach_m = found.last().expect("a line")["reach_m"].as_f64().expect("a reach");
+    assert!((30.0..150.0).contains(&reach_m), "{found:?}");
+    let file = std::fs::read_to_string(&table).expect("a table");
+    assert!(file.contains("\ncarrier_cycles = 16\n"), "{file}");
+    let checked = vocc(&["table", "check", &table, "--carrier-cycles", "16"]);
+    assert_eq!((checked.status.code(), text(&checked.stderr)), (Some(0), String::new()));
+    // Single frames do not have their sign.
+    refused(
+        &[&words(day)[..], &words("--criterion b2w --frames 64")].concat(),
+        &["carrier_cycles = 16", "reach"],
+    );
+}

@@ -27,6 +27,7 @@ use crate::corners::Corners;
 use crate::detect::{Detection, correlation};
 use crate::symbols::is_sure;
 use change::{CHANGED, Change, change};
+pub use fit::BLIND;
 use fit::{ALL_SHAPES, AtFrequency, Fit, Shown, mean_modulation, step, still_losses, still_score};
 use history::{History, Sighting};
 use lines::{Known, Lines};

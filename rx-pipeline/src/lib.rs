@@ -97,6 +97,8 @@ pub mod approximate;
 pub mod camera;
 #[cfg_attr(not(feature = "carrier"), path = "no_carrier.rs")]
 mod carrier;
+#[cfg(feature = "carrier")]
+pub use carrier::BLIND as BLIND_CONTRAST;
 pub mod cells;
 mod coarse;
 pub mod corners;

@@ -5,8 +5,8 @@ use super::waveform::{PHASES, SHAPES, WAVEFORMS};
 use crate::detect::no_surer_than;
 use link::panel::SoftPanel;
 
-/// A frame with less contrast is blind (share of the greatest contrast).
-const BLIND: f32 = 0.08;
+/// A frame with less contrast is blind: its bits count as erased (share of the greatest contrast).
+pub const BLIND: f32 = 0.08;
 /// Minimum noise of a frame's modulation (share of its root mean square). Lower: differences that the shapes do not explain cost more.
 const NOISE: f32 = 0.08;
 /// Maximum cost of a frame with an unexpected modulation (nats), because it may have caught two symbols.

@@ -37,6 +37,16 @@ impl Renderer {
         PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led))
     }
 
+    /// The contrast with which an exposure shows the symbol in its middle, for each LED of panel `index`: 1 for a still panel, and below 0 if
+    /// it shows the complement.
+    pub fn contrasts(&self, index: usize, moment: &Moment) -> [f64; LEDS] {
+        let waveform = self.formation.waveform;
+        self.delays_s(index).map(|delay_s| match self.formation.mix_symbols {
+            true => moment.contrasts(delay_s, waveform)[moment.middle_symbol(delay_s)],
+            false => moment.contrast(delay_s, waveform),
+        })
+    }
+
     /// Whether the exposure of any LED of panel `index` is shared between symbols.
     pub fn straddles(&self, index: usize, moment: &Moment) -> bool {
         if !self.formation.mix_symbols {

@@ -38,7 +38,8 @@ pub enum EvaluateError {
     /// The panel has a carrier.
     #[error(
         "link.carrier_cycles = {cycles}: single frames are evaluated here, and with a carrier one frame does not tell its bits from their \
-         complement: set link.carrier_cycles=0 for still panels, or send messages with it (vocc link)"
+         complement: set link.carrier_cycles=0 for still panels, send messages with it (vocc link), or search by reach (vocc optimize \
+         --criterion reach)"
     )]
     Carrier {
         /// Cycles of the carrier a symbol.

@@ -20,6 +20,7 @@ use sim::scene::Scene;
 use sim::view::{View, ViewError};
 
 use super::accumulator::Accumulator;
+use super::carrier::KnownCarrier;
 use super::error::EvaluateError;
 use super::evaluation::{CHUNK, Evaluation, chunks};
 use super::observation::{Observation, PANEL_PIXELS, measure};
@@ -104,6 +105,16 @@ pub struct Evaluator {
     prior: Experience,
     region: Region,
     corners: Corners,
+    /// The carrier of the first panel, for a receiver that follows it.
+    carrier: Option<KnownCarrier>,
+}
+
+/// Checks that a scene has no carrier: in a single frame, nothing distinguishes bits from their complement.
+fn check_still(scene: &Scene) -> Result<(), EvaluateError> {
+    match scene.link.carrier_cycles {
+        Some(cycles @ 1..) => Err(EvaluateError::Carrier { cycles }),
+        _ => Ok(()),
+    }
 }
 
 /// The decision on bits.
@@ -138,14 +149,19 @@ impl Evaluator {
     /// # Errors
     /// If the scene cannot be seen or the panel cannot be measured.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, EvaluateError> {
+        check_still(scene)?;
         Self::begun(scene, settings, None, None)
     }
 
-    /// The same for a receiver with the estimates from a similar panel.
+    /// The same for a receiver that follows the panel, with the estimates from a similar panel, and the carrier if there is one. Erased bits
+    /// count as right.
     ///
     /// # Errors
     /// As [`Self::new`].
     pub(crate) fn experienced(scene: &Scene, settings: Settings, experience: Option<Experience>) -> Result<Self, EvaluateError> {
+        if settings.detector == DetectorChoice::Genie {
+            check_still(scene)?;
+        }
         Self::begun(scene, settings, experience, None)
     }
 
@@ -154,17 +170,16 @@ impl Evaluator {
     /// # Errors
     /// As [`Self::new`].
     pub(crate) fn taught(scene: &Scene, teacher: &Self) -> Result<Self, EvaluateError> {
+        check_still(scene)?;
         Self::begun(scene, teacher.settings, Some(teacher.prior), teacher.method())
     }
 
     fn begun(scene: &Scene, settings: Settings, experience: Option<Experience>, method: Option<Method>) -> Result<Self, EvaluateError> {
-        if let Some(cycles @ 1..) = scene.link.carrier_cycles {
-            return Err(EvaluateError::Carrier { cycles });
-        }
         let renderer = Renderer::of(view(scene, settings.random_reflectance)?, settings.level);
         let region = renderer.cells_region(0);
         let corners = renderer.corners_in(region, &renderer.moment(settings.seed, 0))?;
         let mut evaluator = Self {
+            carrier: KnownCarrier::of(&renderer),
             renderer,
             settings,
             rule: DecisionRule::Receiver(Method::default()),
@@ -278,7 +293,11 @@ impl Evaluator {
         let mut part = Evaluation::default();
         for frame in frames {
             let observed = self.observe(frame, workspace)?;
-            let read = self.detect(&observed, workspace)?;
+            let mut read = self.detect(&observed, workspace)?;
+            if let Some(carrier) = self.carrier {
+                let signs = carrier.signs(&self.renderer, &workspace.moment);
+                read = signs.without_erased(read, observed.bits);
+            }
             let is_across = self.renderer.straddles(0, &workspace.moment);
             part.push(Some(&observed.features), observed.bits, read, is_across);
         }
@@ -405,11 +424,11 @@ impl Evaluator {
             simd::Level::new(),
             _simd => measure(grey, self.region, &corners, map)
         )?;
-        Ok(Observation {
-            bits: self.renderer.truth(0, moment, &shown),
-            features,
-            corners,
-        })
+        let mut bits = self.renderer.truth(0, moment, &shown);
+        if let Some(carrier) = self.carrier {
+            bits = carrier.signs(&self.renderer, moment).shown(bits);
+        }
+        Ok(Observation { bits, features, corners })
     }
 
     /// The corner LEDs in the drawn region.

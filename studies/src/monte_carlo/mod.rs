@@ -15,6 +15,7 @@
 //! ```
 
 mod accumulator;
+mod carrier;
 mod error;
 mod evaluation;
 mod evaluator;

@@ -5,6 +5,7 @@ use link::fec::Code;
 use link::framing::{Deframer, Event, Framer, FramingError, MESSAGE_MAX};
 use link::panel::{Llr, PanelFrame, SoftPanel};
 use rand::{Rng, RngExt};
+use rx_pipeline::BLIND_CONTRAST;
 use serde::{Deserialize, Serialize};
 use sim::random::{Purpose, stream, uniform};
 
@@ -77,6 +78,20 @@ pub enum DemandError {
         /// Symbols a second.
         symbol_rate_hz: f64,
     },
+    /// Too many symbols are erased.
+    #[error(
+        "with a carrier, {:.0} % of the symbols are erased, and too few of {symbols} symbols within {within_s} s are left: give a shorter \
+         message or more time",
+        1e2 * .erased
+    )]
+    Erased {
+        /// The share of erased symbols.
+        erased: f64,
+        /// Available symbols.
+        symbols: u32,
+        /// The time, s.
+        within_s: f64,
+    },
 }
 
 impl Demand {
@@ -94,13 +109,26 @@ impl Demand {
     /// # Errors
     /// If the demand is invalid, or cannot be met without wrong bits either.
     pub fn raw_error_rate(&self, symbol_rate_hz: f64, seed: u64) -> Result<f64, DemandError> {
+        self.raw_error_rate_of(symbol_rate_hz, 0.0, seed)
+    }
+
+    /// The same for a panel with a carrier, of whose symbols a share of [`BLIND_CONTRAST`] is erased: wrong bits among all, of which erased
+    /// ones are none.
+    ///
+    /// # Errors
+    /// As [`raw_error_rate`](Self::raw_error_rate).
+    pub fn raw_error_rate_with_carrier(&self, symbol_rate_hz: f64, seed: u64) -> Result<f64, DemandError> {
+        self.raw_error_rate_of(symbol_rate_hz, f64::from(BLIND_CONTRAST), seed)
+    }
+
+    fn raw_error_rate_of(&self, symbol_rate_hz: f64, erased: f64, seed: u64) -> Result<f64, DemandError> {
         let symbols = self.symbols(symbol_rate_hz)?;
         let most_lost = ((1.0 - self.probability) * TRIALS as f64) as usize;
         let enough = |rate| {
             let mut lost = 0;
             for first in (0..TRIALS).step_by(GROUP as usize) {
                 let group = (first..TRIALS.min(first + GROUP)).into_par_iter();
-                let arrives = |&trial: &u64| arrives(self.message_bytes, symbols, rate, seed, trial).unwrap_or(false);
+                let arrives = |&trial: &u64| arrives(self.message_bytes, symbols, [rate, erased], seed, trial).unwrap_or(false);
                 lost += group.filter(|trial| !arrives(trial)).count();
                 // Undecodable messages take longest, and more of them change nothing.
                 if lost > most_lost {
@@ -117,7 +145,11 @@ impl Demand {
                 false => high = middle,
             }
         }
-        Ok(low)
+        if low == 0.0 && erased > 0.0 {
+            let within_s = self.within_s;
+            return Err(DemandError::Erased { erased, symbols, within_s });
+        }
+        Ok(low * (1.0 - erased))
     }
 
     /// Whole symbols within the time; at least as many as a clean message needs.
@@ -151,8 +183,9 @@ impl Demand {
     }
 }
 
-/// Whether a random message arrives within a number of symbols, from a random symbol of its repeat on.
-fn arrives(bytes: usize, symbols: u32, rate: f64, seed: u64, trial: u64) -> Result<bool, FramingError> {
+/// Whether a random message arrives within a number of symbols, from a random symbol of its repeat on, with a share of the bits wrong and a
+/// share of the symbols erased.
+fn arrives(bytes: usize, symbols: u32, [rate, erased]: [f64; 2], seed: u64, trial: u64) -> Result<bool, FramingError> {
     let mut random = stream(seed, trial, Purpose::Bits);
     let message: Vec<u8> = (0..bytes).map(|_| random.next_u32() as u8).collect();
     let mut framer = Framer::new(&message, Code::for_length(bytes), false)?;
@@ -162,7 +195,10 @@ fn arrives(bytes: usize, symbols: u32, rate: f64, seed: u64, trial: u64) -> Resu
     let mut deframer = Box::new(Deframer::new());
     for index in 0..symbols {
         let panel = framer.next_panel();
-        let read = misread(panel, rate, &mut random);
+        let mut read = misread(panel, rate, &mut random);
+        if erased > 0.0 && uniform(&mut random) < erased {
+            read = SoftPanel::ERASED;
+        }
         if let Event::Delivered(_) = deframer.push(index, 0, &read) {
             return Ok(true);
         }

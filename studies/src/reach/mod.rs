@@ -21,6 +21,10 @@
 //! The panel's position counts as known, as for a receiver that follows the panel. A receiver that must find it first is limited to
 //! [`found_to_m`]; [`crate::random_scenes`] measures how many are found.
 //!
+//! With a carrier, its phase counts as known, too: complements are inverted, and readings of little contrast are erased
+//! ([`Demand::raw_error_rate_with_carrier`]). Phases are those of the scene's clocks. All wrong bits count alike, although a decoder gives
+//! those of little contrast less weight, so that the reach is a lower estimate.
+//!
 //! ```
 //! use sim::scene::Scene;
 //! use studies::detectors::DetectorChoice;

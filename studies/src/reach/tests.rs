@@ -219,3 +219,59 @@ fn more_is_asked_where_there_is_less_time() {
     };
     assert!(matches!(sure.raw_error_rate(90.0, 1), Err(DemandError::Probability { .. })));
 }
+
+#[test]
+fn erased_symbols_leave_room_for_fewer_wrong_bits() {
+    let demand = Demand::default();
+    let still = demand.raw_error_rate(90.0, 1).expect("time enough");
+    let carried = demand.raw_error_rate_with_carrier(90.0, 1).expect("time enough");
+    assert!(carried < still && carried > 0.7 * still, "{carried} of {still}");
+    // Every symbol counts if the message just fits.
+    let short = Demand {
+        message_bytes: 8,
+        within_s: 26.0 / 90.0 + 1e-9,
+        probability: 0.99,
+    };
+    assert!(short.raw_error_rate(90.0, 1).is_ok());
+    let complaint = short.raw_error_rate_with_carrier(90.0, 1).expect_err("erased").to_string();
+    assert!(
+        complaint.contains("8 % of the symbols") && complaint.contains("more time"),
+        "{complaint}"
+    );
+}
+
+/// A short search by k-means for a panel with a carrier.
+fn found(overrides: &[&str]) -> Result<Reach, ReachError> {
+    let overrides: Vec<String> = overrides.iter().map(|s| (*s).into()).collect();
+    let scene = sim::scene::Scene::load("day", &overrides).expect("a scene");
+    let demand = Demand::default();
+    let search = ReachSearch {
+        raw_error_rate: match scene.link.carrier_cycles {
+            Some(1..) => demand.raw_error_rate_with_carrier(90.0, 1).expect("time enough"),
+            _ => demand.raw_error_rate(90.0, 1).expect("time enough"),
+        },
+        frames: 128,
+        detector: DetectorChoice::KMeans,
+        ..ReachSearch::default()
+    };
+    reach(&scene, &search)
+}
+
+#[test]
+fn a_carrier_has_a_reach_of_its_own() {
+    let carrier = "link.carrier_cycles=16";
+    let [still, short, long] = [
+        &["camera.exposure_s=0.00025"][..],
+        &["camera.exposure_s=0.00025", carrier],
+        &["camera.exposure_s=0.001", carrier],
+    ]
+    .map(|overrides| found(overrides).map(|found| found.judged.verdict.reach_m).unwrap_or(0.0));
+    // Less contrast, less reach.
+    assert!(
+        long < short && short < still && short > 0.5 * still,
+        "{long}, {short} and {still} m"
+    );
+    // An exposure of whole cycles shows nothing.
+    let blind = found(&["camera.exposure_s=0.000694444444444", carrier]);
+    assert!(matches!(blind, Err(ReachError::Unread { .. })), "{blind:?}");
+}

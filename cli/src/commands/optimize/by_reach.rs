@@ -116,7 +116,11 @@ impl Arguments {
             interval: self.intervals.clone(),
         };
         survey.check(scene)?;
-        survey.search.raw_error_rate = demand.raw_error_rate(scene.link.symbol_rate_hz, shared.seed)?;
+        let rate_hz = scene.link.symbol_rate_hz;
+        survey.search.raw_error_rate = match scene.link.carrier_cycles {
+            None | Some(0) => demand.raw_error_rate(rate_hz, shared.seed)?,
+            Some(_) => demand.raw_error_rate_with_carrier(rate_hz, shared.seed)?,
+        };
         Ok(survey)
     }
 }

@@ -59,9 +59,10 @@ pub struct Arguments {
     /// yaw is used.
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     yaws: Option<Vec<f64>>,
-    /// The criterion: greatest b2w or fisher, least ber (bit error rate), or greatest reach (distance at which a message arrives).
-    #[arg(long, default_value = "b2w", value_parser = aim)]
-    criterion: Aim,
+    /// The criterion: greatest b2w or fisher, least ber (bit error rate), or greatest reach (distance at which a message arrives). Default:
+    /// b2w; for a panel with a carrier reach, the only one.
+    #[arg(long, value_parser = aim)]
+    criterion: Option<Aim>,
     /// How the distances are combined: mean (of their best ratios, the default) or least-ber (the ratio of the least mean bit error rate).
     #[arg(long, value_parser = rule)]
     rule: Option<Rule>,
@@ -196,7 +197,9 @@ pub fn verdict(file: &TableFile) -> Verdict {
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let scene = shared.scene(&arguments.scene)?;
     arguments.check_out(&scene)?;
-    match arguments.criterion {
+    let is_still = scene.link.carrier_cycles.unwrap_or(0) == 0;
+    let usual = if is_still { Aim::Criterion(Criterion::B2w) } else { Aim::Reach };
+    match arguments.criterion.unwrap_or(usual) {
         Aim::Criterion(criterion) => by_criterion::run(arguments, shared, &scene, criterion),
         Aim::Reach => by_reach::run(arguments, shared, &scene),
     }
