@@ -2,6 +2,7 @@
 
 use link::fec::Code;
 use link::framing::Framer;
+use link::waveform::Waveform;
 use reception::bytes::hex_if_no_text;
 use serde_json::{Value, json};
 use sim::accuracy::Level;
@@ -9,8 +10,11 @@ use sim::renderer::canvas::Region;
 use sim::road::{LinkSettings, Received, Road};
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
+use studies::flicker::{low_risk_times, panels};
 use studies::monte_carlo::receiving_method;
+use studies::signalling::Trial;
 use studies::statistics::FrameErrors;
+use studies::stop::Stop;
 
 use crate::explore::Place;
 use crate::fault::Fault;
@@ -32,6 +36,7 @@ pub struct Sending {
     /// The visible region of each frame.
     region: Region,
     seed: u64,
+    waveform: Waveform,
     errors: FrameErrors,
     unread: u64,
     /// Frames whose exposure contains two symbols.
@@ -54,10 +59,17 @@ impl Sending {
             ..LinkSettings::new(message.clone(), receiving_method(scene, detector, seed, level)?, seed)
         };
         let road = Road::new(scene, &settings)?;
+        let waveform = road.renderer().view().waveform;
         let seconds = REPEATS * f64::from(panels) / scene.link.symbol_rate_hz;
+        let frames = (seconds * scene.camera.frame_rate_hz).ceil() as u64 + 1;
         Ok(Self {
             region: road.renderer().surroundings(0),
-            frames: (seconds * scene.camera.frame_rate_hz).ceil() as u64 + 1,
+            frames: if waveform.is_still() {
+                frames
+            } else {
+                frames.max(Trial::CARRIER_FRAMES)
+            },
+            waveform,
             scene: scene.clone(),
             seed,
             road,
@@ -82,6 +94,7 @@ impl Sending {
             told.insert("panels".into(), self.panels.into());
             told.insert("frame_rate_hz".into(), self.scene.camera.frame_rate_hz.into());
             told.insert("symbol_rate_hz".into(), self.scene.link.symbol_rate_hz.into());
+            told.insert("carrier".into(), self.carrier()?);
             told.insert("region".into(), serde_json::to_value(Place::from(self.region))?);
             told.insert(
                 "corners_px".into(),
@@ -89,6 +102,17 @@ impl Sending {
             );
         }
         Ok(told)
+    }
+
+    /// The carrier's frequency, and the message's modulation relative to the limit of low risk; null for still panels.
+    fn carrier(&self) -> Result<Value, Fault> {
+        if self.waveform.is_still() {
+            return Ok(Value::Null);
+        }
+        let rate_hz = self.scene.link.symbol_rate_hz;
+        let panels = panels(Some(&self.message)).map_err(sim::road::RoadError::from)?;
+        let times = low_risk_times(&panels, self.waveform, rate_hz, Stop::NEVER);
+        Ok(json!({ "hz": f64::from(self.waveform.cycles()) * rate_hz, "low_risk_times": times }))
     }
 
     /// The next frame, with the surroundings of the panel.
@@ -152,7 +176,10 @@ impl Sending {
                 self.last_loss.as_deref().unwrap_or_default()
             ));
         }
-        if self.errors.errors() > 0 {
+        // Frames that are read before the carrier is known may show complements.
+        if !self.waveform.is_still() {
+            advice.push("the carrier was not found: expose for half a cycle of it or less, or leave it out".into());
+        } else if self.errors.errors() > 0 {
             advice.push(format!(
                 "{} of {} bits were wrong: come nearer, take a longer lens, a wider interval of LEDs or another L2A",
                 self.errors.errors(),
@@ -215,6 +242,16 @@ mod tests {
         assert_eq!(end["delivered"]["message"], "Ice");
         assert_eq!(end["delivered"]["is_right"], true);
         assert!(end["advice"].as_array().unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_carrier_s_frequency_and_flicker_are_known_before_the_first_frame() {
+        let with = ["camera.exposure_s=0.00025", "link.carrier_cycles=16"];
+        let mut sending = sending(&[SMALL[0], SMALL[1], with[0], with[1]]);
+        let carrier = &sending.begun().unwrap()["carrier"];
+        assert_eq!(carrier["hz"], 1440.0);
+        assert!(carrier["low_risk_times"].as_f64().unwrap() < 1.0);
+        assert_eq!(run(&mut sending)["delivered"]["message"], "Ice");
     }
 
     #[test]

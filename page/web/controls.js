@@ -37,6 +37,8 @@ const CONTROLS = [
     keeps: true, hint: "The panel to one side" },
   { key: "pose.velocity_m_s", label: "Speed", unit: "m/s", low: -50, high: 50, step: 1, allowed: [-200, 200],
     keeps: true, hint: "At which it comes nearer; negative: away" },
+  { key: "link.carrier_cycles", label: "Carrier", unit: "cycles", low: 2, high: 33, step: 1, allowed: [0, 333],
+    unset: "yes", hint: "A symbol; 16 at 90 symbols a second: no visible flicker" },
 ];
 
 const VELOCITY = "pose.velocity_m_s";

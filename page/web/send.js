@@ -112,7 +112,10 @@ function showBegun(begun) {
   const seconds = begun.frames / begun.frame_rate_hz;
   byId("send-progress").max = begun.frames;
   byId("send-progress").value = 0;
+  const { carrier } = begun;
+  const times = carrier && `${short(carrier.hz)} Hz, ${short(carrier.low_risk_times, 2)} times the limit of low risk`;
   fillTerms(byId("send-numbers"), [
+    ["Carrier", carrier ? `${times}: ${carrier.low_risk_times <= 1 ? "no visible flicker" : "flicker"}` : "none: still panels flicker"],
     ["Symbols of one repeat", short(begun.panels, 6)],
     ["Given up after", `${several(begun.frames, "frame")} (${shortTime(seconds)})`],
     ["L2A", short(begun.l2a)],

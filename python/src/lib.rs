@@ -56,5 +56,5 @@ mod native {
     #[pymodule_export]
     use crate::table::Table;
     #[pymodule_export]
-    use crate::transmit::{as_bits, as_hex, transmit};
+    use crate::transmit::{Flicker, as_bits, as_hex, flicker, transmit};
 }

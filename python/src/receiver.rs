@@ -47,6 +47,9 @@ record! {
         pitch_px: f32,
         /// The number of the symbol that it shows, if it is known.
         symbol: Option<u32>,
+        /// Whether the panel's bits seem to be the phase of a carrier. False until its frames show it, and then bits and `llr` may be those
+        /// of the complement, as the frame shows them.
+        has_carrier: bool,
         /// The panel's clockwise rotation in the picture, in degrees: 0, 90, 180 or 270. Known from the first message header on.
         turned_deg: Option<u32>,
         /// Whether the picture is mirrored, if that is known.
@@ -401,6 +404,7 @@ impl Receiver {
             centre_px: corners.centre_px().into(),
             pitch_px: corners.pitch_px(),
             symbol,
+            has_carrier: self.reception.has_carrier(panel),
             turned_deg: orientation.map(Orientation::turned_deg),
             is_mirrored: orientation.map(Orientation::is_mirrored),
             pose,

@@ -4,13 +4,18 @@ use link::fec::Code;
 use link::framing::Framer;
 use link::panel::PanelFrame;
 use link::raw;
+use link::symbol_rate::SymbolRate;
+use link::waveform::Waveform;
 use numpy::PyArray3;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString};
+use studies::flicker::{low_risk_times, panels};
+use studies::stop::Stop;
 
 use crate::arrays;
 use crate::errors::{check, refused};
+use crate::record::record;
 
 /// Maximum number of panels at a time: 1 GB.
 const COUNT_MAX: usize = 1 << 24;
@@ -30,14 +35,7 @@ const COUNT_MAX: usize = 1 << 24;
 #[pyfunction]
 #[pyo3(signature = (message, *, count=None, raw=false))]
 pub fn transmit(py: Python<'_>, message: &Bound<'_, PyAny>, count: Option<usize>, raw: bool) -> PyResult<Py<PyArray3<bool>>> {
-    let message: Vec<u8> = if let Ok(text) = message.cast::<PyString>() {
-        text.to_cow()?.as_bytes().to_vec()
-    } else if let Ok(bytes) = message.cast::<PyBytes>() {
-        bytes.as_bytes().to_vec()
-    } else {
-        let kind = message.get_type().name()?;
-        return Err(PyTypeError::new_err(format!("a message is a str or bytes; this is of type {kind}")));
-    };
+    let message = bytes_of(message)?;
     if let Some(count) = count.filter(|&count| count > COUNT_MAX) {
         return Err(refused(format!("count = {count}: give 0 to {COUNT_MAX} panels")));
     }
@@ -56,6 +54,61 @@ pub fn transmit(py: Python<'_>, message: &Bound<'_, PyAny>, count: Option<usize>
         }
     });
     Ok(arrays::all_leds(py, &panels))
+}
+
+fn bytes_of(message: &Bound<'_, PyAny>) -> PyResult<Vec<u8>> {
+    if let Ok(text) = message.cast::<PyString>() {
+        return Ok(text.to_cow()?.as_bytes().to_vec());
+    }
+    if let Ok(bytes) = message.cast::<PyBytes>() {
+        return Ok(bytes.as_bytes().to_vec());
+    }
+    let kind = message.get_type().name()?;
+    Err(PyTypeError::new_err(format!("a message is a str or bytes; this is of type {kind}")))
+}
+
+record! {
+    /// The flicker of a panel's light.
+    Flicker {
+        /// Symbols a second.
+        symbol_rate_hz: f64,
+        /// Cycles of the carrier a symbol, 0 for still panels.
+        carrier_cycles: u16,
+        /// The carrier's frequency, 0 for still panels.
+        carrier_hz: f64,
+        /// The greatest modulation, of any LED and of all together, relative to the limit of low risk of IEEE Std 1789-2015. Up to 1, the
+        /// practice is met at every frequency.
+        low_risk_times: f64,
+    }
+}
+
+/// The flicker of a panel that shows a message again and again, or beacons without one, as `vocc transmit --flicker` computes it.
+///
+/// `carrier_cycles` is as `link.carrier_cycles` of a scene: cycles of the carrier a symbol, 0 for still panels.
+///
+/// Raises VoccError if the message is empty or too long, or if no transmitter shows such a carrier.
+///
+/// >>> import vocc
+/// >>> flicker = vocc.flicker("Ice on the bridge", carrier_cycles=16)
+/// >>> flicker.carrier_hz, flicker.low_risk_times < 1
+/// (1440.0, True)
+/// >>> vocc.flicker("Ice on the bridge").low_risk_times > 100
+/// True
+#[pyfunction]
+#[pyo3(signature = (message=None, *, symbol_rate_hz=90.0, carrier_cycles=0))]
+pub fn flicker(py: Python<'_>, message: Option<&Bound<'_, PyAny>>, symbol_rate_hz: f64, carrier_cycles: u32) -> PyResult<Flicker> {
+    let message = message.map(bytes_of).transpose()?;
+    let panels = check(panels(message.as_deref()))?;
+    let rate = check(SymbolRate::from_hz(symbol_rate_hz))?;
+    let waveform = check(Waveform::new(carrier_cycles))?;
+    let carrier_hz = check(waveform.carrier_hz(rate.hz()))?;
+    let times = py.detach(|| low_risk_times(&panels, waveform, rate.hz(), Stop::NEVER));
+    Ok(Flicker {
+        symbol_rate_hz: rate.hz(),
+        carrier_cycles: waveform.cycles(),
+        carrier_hz,
+        low_risk_times: check(times.ok_or("interrupted"))?,
+    })
 }
 
 /// The 16 hexadecimal digits of a panel, bit 8*row + column, as the command line prints them.

@@ -147,6 +147,22 @@ def test_messages_that_cannot_be_sent_are_refused(message: Any, kind: type[Excep
 
 
 @pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"carrier_cycles": 1}, "1 cycles"),
+        ({"carrier_cycles": 334}, "2 to 333"),
+        ({"carrier_cycles": 40}, "3000"),
+        ({"symbol_rate_hz": 1000.0}, "9 to 300"),
+        ({"message": ""}, "the message is empty"),
+    ],
+)
+def test_light_that_no_transmitter_shows_has_no_flicker(settings: dict[str, Any], words: str) -> None:
+    with pytest.raises(vocc.VoccError) as fault:
+        vocc.flicker(**settings)
+    assert words in str(fault.value)
+
+
+@pytest.mark.parametrize(
     ("bits", "kind"),
     [
         (-1, vocc.VoccError),

@@ -38,6 +38,7 @@ SHORT: dict[str, Callable[[], object]] = {
     "as_bits": lambda: vocc.as_bits(5),
     "refused": refused,
     "transmit": lambda: vocc.transmit("Ice", count=3),
+    "flicker": lambda: vocc.flicker("Ice", carrier_cycles=16).to_dict(),
     "render": lambda: renderer.render(5),
     "look up": lambda: (table.l2a(50, 1), table.ratios),
     "camera": lambda: vocc.Camera(encoding="srgb").to_dict(),

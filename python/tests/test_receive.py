@@ -246,3 +246,27 @@ def test_panels_are_those_of_the_program(vocc_json) -> None:
         assert (panels.dtype, panels.shape[1:]) == (bool, (8, 8))
         assert [vocc.as_hex(panel) for panel in panels] == printed
         assert np.array_equal(vocc.transmit(message.encode(), **options), panels)
+
+
+def test_flicker_is_that_of_the_program(vocc_json) -> None:
+    for message, cycles in ((None, 0), (MESSAGE, 16), (MESSAGE, 3)):
+        arguments = ["--message", message] if message else []
+        [printed] = vocc_json("transmit", "--flicker", "--symbol-rate", "90", "--carrier-cycles", cycles, *arguments)
+        flicker = vocc.flicker(message, carrier_cycles=cycles)
+        assert (flicker.carrier_cycles, flicker.carrier_hz) == (printed["carrier_cycles"], 90 * cycles)
+        standards = printed["rates"][0]["by_standards"]
+        assert flicker.low_risk_times == pytest.approx(max(light["low_risk_times"] for light in standards))
+
+
+def test_a_panel_with_a_carrier_is_known_as_one() -> None:
+    small = {"camera.width_px": 160, "camera.height_px": 120, "camera.exposure_s": 0.00025}
+    with_carrier = []
+    for cycles in (0, 16):
+        scene = vocc.Scene("day", **{**small, "link.carrier_cycles": cycles})
+        renderer = vocc.Renderer(scene, level="fast")
+        receiver = vocc.Receiver(fps=100, symbol_rate=90)
+        panels = vocc.transmit(MESSAGE, count=80)
+        # Each frame shows the symbol at its time, so that one panel a frame is close enough here.
+        readings = [receiver.feed(renderer.render(panels[int(k * 0.9)], frame=k)).readings for k in range(80)]
+        with_carrier.append(any(reading.has_carrier for of_frame in readings for reading in of_frame))
+    assert with_carrier == [False, True]

@@ -276,6 +276,11 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
         self.memory.borrow().panels.each_ref().map(PanelMemory::learnt)
     }
 
+    /// Whether each panel seems to have a carrier, by panel number.
+    pub fn has_carrier_each(&self) -> [bool; PANELS] {
+        self.panels.each_ref().map(|panel| panel.decoder.has_carrier())
+    }
+
     /// Sets the delay, in frame periods, of the next frames after the times that their numbers imply: see
     /// [`SymbolClock::set_late`](crate::symbols::SymbolClock::set_late).
     ///

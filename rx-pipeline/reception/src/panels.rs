@@ -26,6 +26,8 @@ pub trait Panels: Send + Sync {
     fn finish(&mut self, report: &mut dyn FnMut(usize, Event<'_>));
     /// The learnt cameras, by panel number.
     fn learnt(&self) -> Vec<Option<Learnt>>;
+    /// Whether a panel seems to have a carrier.
+    fn has_carrier(&self, panel: usize) -> bool;
     /// Sets the initial delay between lines, in exposures.
     fn tell_line_delay(&mut self, exposures: f32);
 }
@@ -42,6 +44,10 @@ impl<const PANELS: usize> Panels for WholeFrames<PANELS> {
 
     fn learnt(&self) -> Vec<Option<Learnt>> {
         self.learnt_each().to_vec()
+    }
+
+    fn has_carrier(&self, panel: usize) -> bool {
+        self.has_carrier_each().get(panel).is_some_and(|&has_carrier| has_carrier)
     }
 
     fn tell_line_delay(&mut self, exposures: f32) {

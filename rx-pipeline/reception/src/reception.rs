@@ -333,6 +333,11 @@ impl Reception {
         &self.learnt
     }
 
+    /// Whether a panel's bits seem to be the phase of a carrier; false until its frames show it.
+    pub fn has_carrier(&self, panel: usize) -> bool {
+        self.receiver.as_ref().is_some_and(|receiver| receiver.has_carrier(panel))
+    }
+
     /// The camera as learnt by the first panel that was read.
     pub fn learnt(&self) -> Option<&Learnt> {
         self.learnt.iter().flatten().next()
