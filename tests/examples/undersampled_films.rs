@@ -4,7 +4,7 @@
 //!
 //! `rolling`: rolling shutter in three films of four; LEDs 6 to 30 px apart. `global`: global shutter, 5.5 px. `still`: `rolling` with a
 //! panel without a carrier. `blind`: `rolling` with exposures of a whole cycle. `verbose` prints for each frame where the panel was read,
-//! and which rows of LEDs were read as the panel (`+`), as its complement (`-`), or as neither (`?`).
+//! the bits that were read, and which rows of them are the panel's (`+`), its complement's (`-`), or neither's (`?`).
 
 use rayon::prelude::*;
 use reception::PanelReport;
@@ -80,11 +80,12 @@ fn told(bits: u64, report: &PanelReport) -> String {
             let mixed = if reading.detection.mixed.is_some() { ", mixed" } else { "" };
             let rows: String = (0..8).map(row).collect();
             let [x, y] = reading.corners.centre_px();
+            let bits = reading.detection.bits;
             let Detection {
                 confidence, modulation, ..
             } = reading.detection;
             format!(
-                "{rows} at ({x:.1}, {y:.1}), {:.1} px apart, {confidence:.3} sure, contrast {modulation:.2}{mixed}",
+                "{rows} {bits} at ({x:.1}, {y:.1}), {:.1} px apart, {confidence:.3} sure, contrast {modulation:.2}{mixed}",
                 reading.corners.pitch_px()
             )
         }

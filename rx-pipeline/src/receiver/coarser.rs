@@ -2,7 +2,7 @@
 //!
 //! All LEDs of a carrier glow. In an exposure that sees little of their bits, an LED stands out only against the gaps. A lattice that lies
 //! at an angle to the panel's, or has a fraction of its pitch, is then read as a panel whose On LEDs form a lattice themselves. In a
-//! message they never do.
+//! message they never do. At a third of the pitch an LED may lie between two places, in its row, in its column or in both, and lights both.
 
 use crate::frame::Frame;
 use crate::lattice::{Lattice, MIDDLE};
@@ -10,6 +10,10 @@ use link::panel::{LEDS, SIDE};
 
 /// Columns and rows from one LED to the next in its row, in places of the finer lattice.
 const STEPS: [[i32; 2]; 6] = [[3, 0], [2, 2], [2, 1], [2, -1], [2, 0], [1, 1]];
+/// The step at which an LED may light two places.
+const THIRD: [i32; 2] = [3, 0];
+/// Places that such an LED lights, along the columns and along the rows.
+const WIDTHS: [[i32; 2]; 3] = [[2, 2], [2, 1], [1, 2]];
 /// Minimum share of the places with an LED that look On.
 const ON: f32 = 0.6;
 /// Maximum number of the other places that look On (count).
@@ -19,11 +23,13 @@ const OFF: u32 = 1;
 /// if there are, but Off.
 const STANDS_OUT: f32 = 1.5;
 
-/// A coarser lattice, and one place of the finer lattice that is an LED.
+/// A coarser lattice, and one place of the finer lattice that is an LED, or the first of those that an LED lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Coarser {
     step: [i32; 2],
     led: [i32; 2],
+    /// Places that an LED lights, along the columns and along the rows.
+    width: [i32; 2],
 }
 
 impl Coarser {
@@ -31,7 +37,13 @@ impl Coarser {
     pub fn of(bits: u64) -> Option<Self> {
         let first = bits.trailing_zeros() as i32;
         let led = [first % SIDE as i32, first / SIDE as i32];
-        STEPS.map(|step| Self { step, led }).into_iter().find(|coarser| {
+        let single = STEPS.map(|step| Self { step, led, width: [1, 1] });
+        let [third, _] = THIRD;
+        let wide = WIDTHS.into_iter().flat_map(|width| {
+            let places = (0..third * third).map(move |place| [place % third, place / third]);
+            places.map(move |led| Self { step: THIRD, led, width })
+        });
+        single.into_iter().chain(wide).find(|coarser| {
             let leds = coarser.leds();
             let (on, all) = ((bits & leds).count_ones(), leds.count_ones());
             on as f32 >= ON * all as f32 && (bits & !leds).count_ones() <= OFF
@@ -43,7 +55,12 @@ impl Coarser {
         let [a, b] = self.step;
         let is_led = |place: usize| {
             let [x, y] = [(place % SIDE) as i32 - self.led[0], (place / SIDE) as i32 - self.led[1]];
-            [a * x + b * y, a * y - b * x].iter().all(|along| along % (a * a + b * b) == 0)
+            let along = [a * x + b * y, a * y - b * x].map(|along| along.rem_euclid(a * a + b * b));
+            // Steps along one axis if an LED is wide.
+            along
+                .into_iter()
+                .zip(self.width)
+                .all(|(along, width)| along < a * width && along % a == 0)
         };
         (0..LEDS).fold(0, |leds, place| leds | u64::from(is_led(place)) << place)
     }
@@ -56,7 +73,8 @@ impl Coarser {
             let along = |column: f32, row: f32| core::array::from_fn(|i| column * lattice.column[i] + row * lattice.row[i]);
             if axis == 0 { along(a, b) } else { along(-b, a) }
         });
-        let at = lattice.position(self.led[0] as f32, self.led[1] as f32);
+        let [x, y] = [0, 1].map(|axis| self.led[axis] as f32 + 0.5 * (self.width[axis] - 1) as f32);
+        let at = lattice.position(x, y);
         let upright = Lattice {
             centre: at,
             column,
@@ -107,9 +125,42 @@ mod tests {
             (0x9936_c96c_b24d_6693, None),
             (0, None),
             (u64::MAX, None),
+            // LEDs at a third of the pitch, between two places of their rows, of their columns, or of both.
+            (0xdbdb_00db_db00_dbdb, Some([3, 0])),
+            (0x18db_00db_db00_dbdb, Some([3, 0])),
+            (0xdb00_00db_0000_db00, Some([3, 0])),
+            (0x4949_0049_4900_4949, Some([3, 0])),
+            (0xdbdb_08db_db08_dbdb, None),
         ] {
             assert_eq!(Coarser::of(bits).map(|coarser| coarser.step), step, "{bits:x}");
         }
+    }
+
+    #[test]
+    fn an_led_between_places_of_a_third_of_the_pitch_is_in_their_middle() {
+        // LEDs 12 px apart from (14, 14) on, 6 px wide, and a lattice of 4 px whose places are 2 px beside them.
+        let is_led = |x: usize, y: usize| {
+            let of_led = |at: usize| (14..=98).contains(&at) && at.wrapping_add(1) % 12 < 6;
+            of_led(x) && of_led(y)
+        };
+        let pixels: std::vec::Vec<u8> = (0..128 * 128).map(|i| if is_led(i % 128, i / 128) { 200 } else { 20 }).collect();
+        let frame = Frame::new(&pixels, 128, 128).expect("a frame");
+        let fine = Lattice {
+            centre: [50.0, 50.0],
+            column: [4.0, 0.0],
+            row: [0.0, 4.0],
+            tilt: [0.0; 2],
+        };
+        let is_on = |place: usize| {
+            let [x, y] = fine.position((place % SIDE) as f32, (place / SIDE) as f32);
+            frame.pixel(x as usize, y as usize).is_some_and(|grey| grey > 100)
+        };
+        let bits = (0..LEDS).fold(0, |bits, place| bits | u64::from(is_on(place)) << place);
+        let panel = Coarser::of(bits).and_then(|coarser| coarser.panel(&frame, &fine));
+        let panel = panel.unwrap_or_else(|| panic!("no panel in {bits:016x}"));
+        let off = [0, 1].map(|axis| panel.centre[axis] - 55.5);
+        assert!(off.iter().all(|off| off.abs() <= 1.0), "{panel:?}");
+        assert_eq!((panel.column, panel.row), ([12.0, 0.0], [0.0, 12.0]));
     }
 
     #[test]
