@@ -228,9 +228,9 @@ fn erased_symbols_leave_room_for_fewer_wrong_bits() {
     assert!(carried < still && carried > 0.7 * still, "{carried} of {still}");
     // Every symbol counts if the message just fits.
     let short = Demand {
-        message_bytes: 8,
         within_s: 26.0 / 90.0 + 1e-9,
         probability: 0.99,
+        ..demand
     };
     assert!(short.raw_error_rate(90.0, 1).is_ok());
     let complaint = short.raw_error_rate_with_carrier(90.0, 1).expect_err("erased").to_string();
