@@ -451,7 +451,9 @@ CAPACITOR = replace(
 )
 
 # Its first pin is the positive one.
-ELECTROLYTIC = replace(CAPACITOR, name="electrolytic capacitor", footprint="Capacitor_THT:CP_Radial_D8.0mm_P3.50mm")
+ELECTROLYTIC = replace(
+    CAPACITOR, name="electrolytic capacitor", is_polarised=True, footprint="Capacitor_THT:CP_Radial_D8.0mm_P3.50mm"
+)
 
 FUSE = replace(RESISTOR, name="fuse", prefix="F", symbol="fuse", footprint="")
 

@@ -55,6 +55,9 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
     lines = LINES[board]
     is_sink = any(pin.role == "current" for pin in register.pins)
     has_shifter = supply == "5V"
+    # LEDs to ground have their current from the registers' supply, which is then behind the fuse, and so is all that drives the registers.
+    to_ground = lit_by == 1 and not is_sink and not register.output_drop_v
+    rail = "LED+" if to_ground and supply == "5V" else supply
 
     kit.add("U1", board, at=(BOARD, 0))
     gate = kit.add("U2", GATE_5V if supply == "5V" else GATE_3V3, remarks="SOT-23-5, keeps the LEDs dark without a program", at=(STAGE, 0))
@@ -82,17 +85,17 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
     reservoir = kit.add("C1", ELECTROLYTIC, "470 µF", remarks="10 V or more, beside the LEDs", at=(INPUTS, 18.5))
     kit.wire("LED+", reservoir["1"])
     kit.wire("GND", reservoir["2"])
-    kit.wire(supply, gate["VCC"])
-    decouple(kit, "C2", "U2", supply, at=(BOARD, 13))
+    kit.wire(rail, gate["VCC"])
+    decouple(kit, "C2", "U2", rail, at=(BOARD, 13))
 
     # --- Lines to the registers ---
 
     if has_shifter:
         shifter = kit.add("U11", SHIFTER, remarks="the registers ask for more than a Pico gives", at=(STAGE, 9))
-        kit.wire("5V", shifter["VCC"])
+        kit.wire(rail, shifter["VCC"])
         kit.wire("GND", shifter["GND"], *(shifter[f"{number}OE"] for number in range(1, 5)), shifter["4A"])
         kit.leave_open(shifter["4Y"], "unused")
-        decouple(kit, "C11", "U11", "5V", at=(BOARD, 17.5))
+        decouple(kit, "C11", "U11", rail, at=(BOARD, 17.5))
         outputs = {}
         for number, line in enumerate(("data", "clock", "latch"), 1):
             kit.wire(line.upper(), pico[lines[line]], shifter[f"{number}A"])
@@ -116,7 +119,7 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
     for row, each in enumerate(rows):
         for pin in register.pins:
             if pin.kind == "supply" or pin.role == "clear":
-                kit.wire(supply, each[pin.number])
+                kit.wire(rail, each[pin.number])
             elif pin.kind == "ground":
                 kit.wire("GND", each[pin.number])
         carry = each[pin_of(register, "carry")]
@@ -124,7 +127,7 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
             kit.wire(f"ROW{row + 1}", carry, rows[row + 1][pin_of(register, "data")])
         else:
             kit.leave_open(carry, "the end of the chain")
-        decouple(kit, f"C{row + 3}", each.ref, supply, at=(BOARD, 14.5 + 1.5 * row) if row < DRAWN else None)
+        decouple(kit, f"C{row + 3}", each.ref, rail, at=(BOARD, 14.5 + 1.5 * row) if row < DRAWN else None)
         if is_sink:
             at = place(row, STAGE, 9 if switch else 7)
             resistor = kit.add(f"R{row + 11}", RESISTOR, limiter, remarks="the low current" if switch else "", at=at)
@@ -139,7 +142,7 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
                 kit.wire("GND", transistor["S"])
                 kit.wire("CURRENT", transistor["G"])
         for column in range(8):
-            add_led(kit, row, column, each, None if is_sink else limiter, lit_by)
+            add_led(kit, row, column, each, None if is_sink else limiter, to_ground)
     if switch:
         low = kit.add("R2", RESISTOR, "4.7 kΩ", remarks="the low current without a program", at=(STAGE, 7))
         kit.wire("CURRENT", pico[lines["full_current"]], low["1"])
@@ -180,16 +183,15 @@ def decouple(kit, ref, beside, supply, at):
     kit.wire("GND", capacitor["2"])
 
 
-def add_led(kit, row, column, register, limiter, lit_by):
+def add_led(kit, row, column, register, limiter, to_ground):
     """An LED at its output, with a resistor in series if `limiter` has one."""
     number = 8 * row + column + 1
     line = 13 * row + column
     is_drawn = row < DRAWN
     led = kit.add(f"D{number}", LED, at=(LIMITERS + bool(limiter), line) if is_drawn else None)
     # Lit by a 0 or by a sink: from the supply to the output. Lit by a 1: from the output to ground.
-    to_output, to_rail = ("K", "A") if lit_by == 0 or register.part.output_drop_v or not limiter else ("A", "K")
-    rail = "LED+" if to_rail == "A" else "GND"
-    kit.wire(rail, led[to_rail])
+    to_output, to_rail = ("A", "K") if to_ground else ("K", "A")
+    kit.wire("GND" if to_ground else "LED+", led[to_rail])
     net = f"OUT{number}"
     kit.wire(net, register[f"Q{column}"])
     if limiter:

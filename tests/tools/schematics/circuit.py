@@ -86,6 +86,8 @@ class Part:
     # Whether its GPIO are pulled down while no program runs, and what they leak at most.
     pulls_down_in_reset: bool = False
     gpio_leak_ma: float = 0
+    # Whether a capacitor's first pin has to have the higher voltage.
+    is_polarised: bool = False
     # A board or module: pins may stay open.
     may_be_open: bool = False
     # The current of one output, least and most, and of all together, mA.
@@ -158,8 +160,9 @@ class Circuit:
         # The roles of the firmware that lead nowhere here, and those that the board itself connects, with the reason.
         self.unused_roles = {}
         self.on_board = {}
-        # What the LEDs drop, V.
+        # What the LEDs drop, V, and the full current that they are to have, mA.
         self.led_v = 2.0
+        self.design_ma = 20.0
         # The bit that lights an LED: what the firmware is built for. A sink's 1 pulls its output low.
         self.lit_by = 1
 
@@ -212,21 +215,23 @@ class Circuit:
         ref, number = end
         return next((ref, pin.number) for pin in self.components[ref].part.pins if pin.number != number)
 
-    def net_v(self, net):
+    def net_v(self, net, with_fuses=True):
         """A supply's voltage: that of its source, also through a fuse or a diode; 0 for ground; none for signals."""
-        return self._net_v(net, {net})
+        return self._net_v(net, {net}, with_fuses)
 
-    def _net_v(self, net, seen):
+    def _net_v(self, net, seen, with_fuses):
         kinds = {self.pin(end).kind for end in self.nets.get(net, [])}
         if "ground" in kinds and "source" not in kinds:
             return 0.0
         for end in self.nets.get(net, []):
             if self.pin(end).kind == "source":
                 return self.part(end).source_v[self.pin(end).name]
-            if self.part(end).symbol in ("fuse", "diode"):
+            # A diode passes a voltage from its anode to its cathode only.
+            symbol = self.part(end).symbol
+            if symbol == "fuse" and with_fuses or symbol == "diode" and self.pin(end).name == "K":
                 other = self.net_of(self.other_end(end))
                 if other and other not in seen:
-                    volts = self._net_v(other, seen | {other})
+                    volts = self._net_v(other, seen | {other}, with_fuses)
                     if volts:
                         return volts
         return None
@@ -258,5 +263,5 @@ class Circuit:
         other.open = dict(self.open)
         other.unused_roles = dict(self.unused_roles)
         other.on_board = dict(self.on_board)
-        other.led_v, other.lit_by = self.led_v, self.lit_by
+        other.led_v, other.design_ma, other.lit_by = self.led_v, self.design_ma, self.lit_by
         return other

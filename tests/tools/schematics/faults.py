@@ -7,7 +7,7 @@ import pages
 import receiver
 import road_kit
 from circuit import Share
-from parts import RESISTOR
+from parts import REGISTER_HC, RESISTOR
 
 
 def move(circuit, end, net):
@@ -194,6 +194,41 @@ def leds_from_3v3(c):
     move(c, end(c, "F1", "1"), "3V3")
 
 
+def on_3v3_to_ground():
+    """74HC595 at the Pico's 3.3 V, and LEDs to ground."""
+    return road_kit.road_kit("on-3v3-to-ground", REGISTER_HC, "3V3", limiter="180 Ω")
+
+
+def nothing(_c):
+    """The circuit itself is the fault."""
+
+
+def registers_before_the_fuse(c):
+    for row in range(3, 11):
+        move(c, end(c, f"U{row}", "VCC"), "5V")
+
+
+def leds_before_the_fuse(c):
+    for number in range(1, 65):
+        move(c, end(c, f"D{number}", "A"), "5V")
+
+
+def large_fuse(c):
+    c.components["F1"].value = "20 A"
+
+
+def small_fuse(c):
+    c.components["F1"].value = "1 A"
+
+
+def diode_reversed(c):
+    swap(c, end(c, "D65", "A"), end(c, "D65", "K"))
+
+
+def electrolytic_reversed(c):
+    swap(c, end(c, "C1", "1"), end(c, "C1", "2"))
+
+
 def two_nets(c):
     c.nets["OE"].append(end(c, "R1", "1"))
 
@@ -203,6 +238,7 @@ def data_lines_swapped(c):
 
 
 TLC, TPIC, HC = road_kit.CIRCUITS
+TO_GROUND, ON_NUCLEO = road_kit.with_74hc595_to_ground, road_kit.with_nucleo
 DESK, CAMERA_KIT = desk_kit.desk_kit, receiver.receiver
 WIRING = (
     ("two wires swapped at the Pico", DESK, swap_at_the_pico, ("U3 pin DIN", "GPIO 18", "data")),
@@ -239,6 +275,13 @@ WIRING = (
     ("a wire at a pin without connection", TLC, at_a_pin_without_connection, ("U2 pin 1 (NC)", "no connection inside")),
     ("the latch at a GPIO that the firmware does not use", TLC, another_gpio, ("GPIO 22", "does not use it")),
     ("LEDs fed by the Pico's 3.3 V", TLC, leds_from_3v3, ("3V3", "300 mA at most")),
+    ("LEDs to ground, fed by the Pico's 3.3 V", on_3v3_to_ground, nothing, ("3V3", "300 mA at most", "463 mA")),
+    ("LEDs to ground, and the registers before the fuse", TO_GROUND, registers_before_the_fuse, ("5V, ", "before the fuse", "64 LEDs")),
+    ("all LEDs before the fuse", TLC, leds_before_the_fuse, ("5V, ", "before the fuse", "64 LEDs")),
+    ("a fuse that is too large", TLC, large_fuse, ("F1, 20 A", "gives 2000 mA")),
+    ("a fuse that is too small", TLC, small_fuse, ("F1, 1 A", "does not suit")),
+    ("the board's diode the wrong way round", TLC, diode_reversed, ("U1 pin 39 (VSYS)", "no supply feeds")),
+    ("an electrolytic capacitor the wrong way round", TPIC, electrolytic_reversed, ("C1 ", "pin 1", "higher voltage")),
     ("a pin on two nets", TLC, two_nets, ("R1 pin 1", "2 nets")),
     ("two data lines of the camera swapped", CAMERA_KIT, data_lines_swapped, ("U2 pin D3", "data3", "GPIO 10")),
 )
@@ -288,6 +331,11 @@ def page_of_the_nucleo(root, firmware, _rules):
     return pages.check_rows(pages.PORTING, text, r"\b(P[A-G]\d+)\b", "{}", pages.NUCLEO_ROWS, roles) if text else ()
 
 
+def page_demands_another_fuse(root, _firmware, _rules):
+    text = changed(root, pages.SAFETY, "put a 2 A", "put a 5 A")
+    return pages.check_fuse(text, [TLC()]) if text else ()
+
+
 ELSEWHERE = (
     ("the firmware's latch moved", firmware_moved, ("latch", "GPIO 17", "GPIO 16")),
     ("the firmware does not pull the serial port", firmware_without_pull, ("GPIO 1 ", "floats")),
@@ -295,6 +343,7 @@ ELSEWHERE = (
     ("a page with two lines swapped", page_swaps_lines, ("SPI 0 SCK, TX", "GP19, GP18")),
     ("a page with the wrong pin of a register", page_swaps_register_pins, ("columns 0 to 7 of 74HC595",)),
     ("a page with the wrong pin of the Nucleo", page_of_the_nucleo, ("shift clock", "PA6")),
+    ("a page with another fuse", page_demands_another_fuse, ("light-safety.md", "5 A", "2 A")),
 )
 FAULTS = (*WIRING, *ELSEWHERE)
 

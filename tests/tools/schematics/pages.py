@@ -8,6 +8,7 @@ from parts import PICO, REGISTER_HC, REGISTER_STP, REGISTER_TLC, REGISTER_TPIC
 
 FOLDER = "docs/hardware"
 ROAD = "docs/hardware/road-kit.md"
+SAFETY = "docs/hardware/light-safety.md"
 PORTING = "docs/porting.md"
 # The emulator's stage before output enable.
 EMULATOR = "tests/boards/emulator/output_enable.mjs"
@@ -174,6 +175,7 @@ def check(root, circuits, drawn, svg, firmware):
     for circuit in circuits:
         if "R1" in circuit.components and (not stage or circuit.components["R1"].value != f"{stage[1]} kΩ"):
             yield f"{EMULATOR} has not the {circuit.components['R1'].value} of R1 in {circuit.name} at its gate"
+    yield from check_fuse((root / SAFETY).read_text(), circuits)
     roles, _ = firmware.read(root, "tx-firmware/boards/nucleo-g474")
     text = (root / PORTING).read_text()
     yield from check_rows(PORTING, text, r"\b(P[A-G]\d+)\b", "{}", NUCLEO_ROWS, roles)
@@ -183,6 +185,15 @@ def check(root, circuits, drawn, svg, firmware):
             value = circuit.components[ref].value
             if not re.search(rf"^\| [^|]*\| [^|]*{words}[^|]*; {re.escape(value)} to ground", text, re.M):
                 yield f"{PORTING}: {words!r} is without the {value} of {ref}"
+
+
+def check_fuse(text, circuits):
+    """The fuses are those that the page of the light's safety demands."""
+    demanded = re.search(r"put a ([\d.]+ A)\s+fuse", text)
+    for circuit in circuits:
+        for component in circuit.components.values():
+            if component.part.symbol == "fuse" and (not demanded or component.value != demanded[1]):
+                yield f"{SAFETY} demands a fuse of {demanded[1] if demanded else 'no value'}, and {circuit.name} has {component.value}"
 
 
 def used_pins(root, circuit, firmware):

@@ -28,8 +28,7 @@ def check(circuit, roles, pulled):
     found = list(connections(circuit, roles, pulled))
     # A missing wire has consequences, which the others name. They need pins and nets that exist.
     if not any("there is no" in problem or "has no pin" in problem for problem in found):
-        rules = (drivers, floating, supplies, decoupling, levels, leakage, voltages, pull_ups, currents, chain, firmware, dark)
-        found += [problem for rule in rules for problem in rule(circuit, roles, pulled)]
+        found += [problem for rule in RULES for problem in rule(circuit, roles, pulled)]
     return found
 
 
@@ -168,17 +167,46 @@ def supplies(circuit, _roles, _pulled):
 
 
 def load_ma(circuit, net, seen=()):
-    """What the parts on a supply take, and the LEDs at full current, also behind a fuse."""
-    total = 0.0
+    """What the parts on a supply take, and the LEDs at full current, also behind a fuse or a diode."""
+    total = sum(led_ma(circuit, led) or circuit.design_ma for led in leds(circuit) if feed_of(circuit, led) == net)
     for end in circuit.nets.get(net, []):
         component = circuit.components[end[0]]
         if circuit.pin(end).kind == "supply":
             total += component.part.supply_ma
-        elif component.part.symbol == "led":
-            total += led_ma(circuit, component) or 0.0
-        elif component.part.symbol == "fuse" and end[0] not in seen:
+        passes = component.part.symbol == "fuse" or component.part.symbol == "diode" and circuit.pin(end).name == "A"
+        if passes and end[0] not in seen:
             total += load_ma(circuit, circuit.net_of(circuit.other_end(end)), (*seen, end[0]))
     return total
+
+
+def polarity(circuit, _roles, _pulled):
+    """The first pin of an electrolytic capacitor has the higher voltage."""
+    for component in circuit.components.values():
+        if component.part.is_polarised:
+            first, second = (circuit.net_v(circuit.net_of((component.ref, number))) for number in ("1", "2"))
+            if first is None or second is None or first <= second:
+                yield f"{component.ref} ({component.part.name}): pin 1 is to have the higher voltage, and has {first} V, pin 2 {second} V"
+
+
+def fuses(circuit, _roles, _pulled):
+    """All LEDs have their current through a fuse, which bears it, and opens before its source limits the current."""
+    fed = {}
+    for led in leds(circuit):
+        fed.setdefault(feed_of(circuit, led), []).append(led.ref)
+    for net, refs in fed.items():
+        if net and circuit.net_v(net, with_fuses=False):
+            yield f"net {net}, which is before the fuse, feeds {len(refs)} LEDs, such as {refs[0]}"
+    for component in circuit.components.values():
+        if component.part.symbol != "fuse":
+            continue
+        taken = given = 0.0
+        for pin in component.part.pins:
+            net = circuit.net_of((component.ref, pin.number))
+            if not circuit.net_v(net, with_fuses=False):
+                taken = load_ma(circuit, net, (component.ref,))
+            given += sum(circuit.part(end).source_ma.get(circuit.pin(end).name, 0) for end in circuit.nets.get(net, []))
+        if not 0 < taken < 1e3 * quantity(component.value) <= given:
+            yield f"{component.ref}, {component.value}, does not suit LEDs that take {taken:.0f} mA, and a source that gives {given:.0f} mA"
 
 
 def decoupling(circuit, _roles, _pulled):
@@ -317,8 +345,12 @@ def registers(circuit):
     return [component for component in circuit.components.values() if any(pin.role == "carry" for pin in component.part.pins)]
 
 
-def led_ma(circuit, led):
-    """The current of an LED that is lit, by the resistor in series or by its current sink. None if nothing says."""
+def leds(circuit):
+    return [component for component in circuit.components.values() if component.part.symbol == "led"]
+
+
+def output_of(circuit, led):
+    """The output that an LED leads to, and the resistance in series."""
     for pin in led.part.pins:
         ohms, net, previous = 0.0, circuit.net_of((led.ref, pin.number)), led.ref
         while net:
@@ -327,11 +359,26 @@ def led_ma(circuit, led):
             for end in ends:
                 component = circuit.components[end[0]]
                 if circuit.pin(end).role == "column":
-                    return output_ma(circuit, led, end, ohms)
+                    return end, ohms
                 if component.part.symbol == "resistor":
                     ohms += quantity(component.value)
                     net, previous = circuit.net_of(circuit.other_end(end)), component.ref
-    return None
+    return None, 0.0
+
+
+def feed_of(circuit, led):
+    """The supply that an LED has its current from: the one at its anode, or that of the output which feeds it."""
+    anode = circuit.net_of(led["A"])
+    if anode and circuit.net_v(anode):
+        return anode
+    output, _ = output_of(circuit, led)
+    return circuit.net_of(circuit.supply_end(circuit.components[output[0]])) if output else None
+
+
+def led_ma(circuit, led):
+    """The current of an LED that is lit, by the resistor in series or by its current sink. None if nothing says."""
+    output, ohms = output_of(circuit, led)
+    return output_ma(circuit, led, output, ohms) if output else None
 
 
 def output_ma(circuit, led, end, ohms):
@@ -556,3 +603,6 @@ def dark(circuit, roles, _pulled):
         if high is not True:
             level = "low" if high is False else "neither low nor high"
             yield f"{state}: output enable, {circuit.label(end)}, is {level}, and the LEDs may shine: {why}"
+
+
+RULES = (drivers, floating, supplies, decoupling, polarity, fuses, levels, leakage, voltages, pull_ups, currents, chain, firmware, dark)
