@@ -48,6 +48,7 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
     sources = {PICO: "tx-firmware/boards/pico", NUCLEO: "tx-firmware/boards/nucleo-g474"}
     kit = Circuit(name, f"Road kit with {register.name}", "docs/hardware/road-kit.md", sources[board])
     kit.lit_by = lit_by
+    kit.design_ma = 7.0 if register is REGISTER_HC else 20.0
     kit.notes = (
         "Rows 2 to 7 (U5 to U10 and their parts) are wired as row 1: serial in from the row before, LED 8·row + column + 1 at output Q of "
         "its column.",
@@ -204,7 +205,7 @@ def add_led(kit, row, column, register, limiter, to_ground):
 
 
 def with_tlc5916():
-    return road_kit("road-kit-tlc5916", REGISTER_TLC, "3V3", limiter="6.2 kΩ", switch=True)
+    return road_kit("road-kit-tlc5916", REGISTER_TLC, "3V3", limiter="5.6 kΩ", switch=True)
 
 
 def with_tpic6b595():
@@ -212,7 +213,7 @@ def with_tpic6b595():
 
 
 def with_74hc595():
-    return road_kit("road-kit-74hc595", REGISTER_HC, "5V", limiter="390 Ω", lit_by=0)
+    return road_kit("road-kit-74hc595", REGISTER_HC, "5V", limiter="430 Ω", lit_by=0)
 
 
 # Without pictures, but by the same rules.
@@ -231,11 +232,11 @@ def with_stp08dp05():
 
 
 def with_74hc595_to_ground():
-    return road_kit("road-kit-74hc595-to-ground", REGISTER_HC, "5V", limiter="390 Ω")
+    return road_kit("road-kit-74hc595-to-ground", REGISTER_HC, "5V", limiter="430 Ω")
 
 
 def with_nucleo():
-    return road_kit("road-kit-nucleo", REGISTER_TLC, "3V3", board=NUCLEO, limiter="6.2 kΩ", switch=True)
+    return road_kit("road-kit-nucleo", REGISTER_TLC, "3V3", board=NUCLEO, limiter="5.6 kΩ", switch=True)
 
 
 CIRCUITS = (with_tlc5916, with_tpic6b595, with_74hc595)

@@ -194,6 +194,42 @@ def leds_from_3v3(c):
     move(c, end(c, "F1", "1"), "3V3")
 
 
+def resistor_of_20_ohm(c):
+    c.components["R117"].value = "20 Ω"
+
+
+def resistor_of_150_kilohm(c):
+    c.components["R117"].value = "150 kΩ"
+
+
+def low_current_at_the_edge(c):
+    """3.02 mA, if no resistor is off its value."""
+    for row in range(8):
+        c.components[f"R{row + 11}"].value = "6.2 kΩ"
+
+
+def switch_of_one_row_missing(c):
+    remove(c, "R21")
+    remove(c, "Q1")
+
+
+def low_current_of_one_row(c):
+    """The full current is still within its range."""
+    c.components["R13"].value = "4.7 kΩ"
+
+
+def current_pins_joined(c):
+    move(c, end(c, "U4", "R-EXT"), "REXT0")
+
+
+def no_pull_down_at_the_switch(c):
+    remove(c, "R2")
+
+
+def pull_up_at_the_switch(c):
+    move(c, end(c, "R2", "2"), "3V3")
+
+
 def on_3v3_to_ground():
     """74HC595 at the Pico's 3.3 V, and LEDs to ground."""
     return road_kit.road_kit("on-3v3-to-ground", REGISTER_HC, "3V3", limiter="180 Ω")
@@ -254,6 +290,7 @@ WIRING = (
     ("pull-up to 5 V at GPIO 20", TPIC, pull_up_to_5v, ("GPIO 20", "bears 3.6 V", "5.0 V")),
     ("3.3 V into CMOS at 5 V", HC, without_shifter, ("RCLK", "3.50 V for high", "GPIO 17", "2.62 V")),
     ("a plain buffer in place of the gate", TPIC, plain_buffer, ("reset or boot loader", "is low")),
+    ("no pull-down at the gate, and a pin that leaks", TLC, no_pull_down, ("reset or boot loader", "output enable", "nothing holds")),
     ("no pull-down at the gate", TPIC, no_pull_down, ("wire from the board broken", "neither low nor high", "nothing holds")),
     ("a weak pull-down at the gate", HC, weak_pull_down, ("leaks 0.12 mA", "1.20 V at R1", "0.80 V at most")),
     ("the gate fed by the Pico", TPIC, gate_fed_by_the_pico, ("board without power", "U2 has no supply")),
@@ -267,6 +304,15 @@ WIRING = (
     ("a resistor of an LED that is too small", HC, small_resistor, ("U5 pin 15 (Q0)", "mA, not 0 to 8 mA")),
     ("a current that is too low", TLC, large_resistor_at_a_sink, ("U6 pin 5 (Q0)", "0.3 mA, not 3 to 120 mA")),
     ("a low current that is too low", TLC, low_current_too_low, ("U5 pin 5 (Q0)", "2.1 mA, not 3 to 120 mA")),
+    ("a low current that a resistor of 5 % may lower", TLC, low_current_at_the_edge, ("U5 pin 5 (Q0)", "3.0 mA, not 3 to", "±5 %")),
+    ("an LED with more current than it bears", TPIC, resistor_of_20_ohm, ("D17 has 145.0 mA", "20.0 mA")),
+    ("an LED with too little current", TPIC, resistor_of_150_kilohm, ("D17 has 0.0 mA", "20.0 mA")),
+    ("a row without its current switch", TLC, switch_of_one_row_missing, ("D1 has 3.3 mA", "20.0 mA")),
+    ("a row with another low current", TLC, low_current_of_one_row, ("U5 has 3.99 and", "U3 3.35 and")),
+    ("two current pins joined", TLC, current_pins_joined, ("U3 pin 15 (R-EXT)", "U4 pin 15 (R-EXT)", "share")),
+    ("no pull-down at the current switch", TLC, no_pull_down_at_the_switch, ("reset or boot loader", "Q1 pin 1 (G)", "neither low nor high")),
+    ("no pull-down at the Nucleo's switch", ON_NUCLEO, no_pull_down_at_the_switch, ("without power", "Q8", "neither low nor high")),
+    ("a pull-up at the current switch", TLC, pull_up_at_the_switch, ("reset or boot loader", "Q1 pin 1 (G)", "is high")),
     ("no pull-up at SDA", TPIC, no_pull_up, ("SDA", "without a pull-up")),
     ("pull-up of I2C to 5 V", TPIC, pull_up_of_i2c_to_5v, ("SCL", "GPIO 5", "bears 3.6 V", "5.0 V")),
     ("a camera with pads at 1.8 V", CAMERA_KIT, pads_at_1v8, ("GPIO 14", "2.00 V for high", "1.80 V")),

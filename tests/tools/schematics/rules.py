@@ -12,6 +12,9 @@ FIRMWARE_OUTPUTS = ("data", "clock", "latch", "lit", "full_current", "transmit",
 LEADS = {"enable": ("lit", True)}
 # The pins whose role is the register's own.
 LOCAL_ROLES = ("column", "carry", "clear", "current")
+# The tolerance of a resistor, and how far an LED's current may be from the design.
+TOLERANCE = 0.05
+DESIGN_SPREAD = 0.1
 FACTORS = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6, "": 1.0}
 
 
@@ -424,10 +427,12 @@ def low_ma(circuit, register):
 
 
 def currents(circuit, _roles, _pulled):
-    """No output has more or less current than it is made for."""
+    """No output has more or less current than it is made for, each LED has that of the design, and all registers have the same."""
+    by_sink = {}
     for register in registers(circuit):
         least, most = register.part.output_ma
         total = 0.0
+        low = low_ma(circuit, register)
         for pin in (pin for pin in register.part.pins if pin.role == "column"):
             net = circuit.net_of((register.ref, pin.number))
             way = series(circuit, net, lambda component: component.part.symbol == "led") if net else []
@@ -442,12 +447,24 @@ def currents(circuit, _roles, _pulled):
                     yield f"{way[-1].ref} has no resistor in series, and {register.part.name} does not limit its current"
                 continue
             total += milliamperes
-            low = low_ma(circuit, register)
+            if abs(milliamperes / circuit.design_ma - 1.0) > DESIGN_SPREAD:
+                yield f"{way[-1].ref} has {milliamperes:.1f} mA, and is made for {circuit.design_ma:.1f} mA"
             for each in {milliamperes, milliamperes if low is None else low}:
-                if not least <= each <= most:
-                    yield f"{circuit.label((register.ref, pin.number))} has {each:.1f} mA, not {least} to {most} mA"
+                if each / (1.0 + TOLERANCE) < least or each / (1.0 - TOLERANCE) > most:
+                    name = circuit.label((register.ref, pin.number))
+                    yield f"{name} has {each:.1f} mA, not {least} to {most} mA with resistors of ±{100 * TOLERANCE:.0f} %"
+            if low is not None:
+                by_sink[register.ref] = (f"{low:.2f}", f"{milliamperes:.2f}")
         if register.part.all_outputs_ma and total > register.part.all_outputs_ma:
             yield f"{register.ref} ({register.part.name}) has {total:.0f} mA, and may have {register.part.all_outputs_ma} mA"
+    first, *others = by_sink or [None]
+    for ref in others:
+        if by_sink[ref] != by_sink[first]:
+            yield f"{ref} has {' and '.join(by_sink[ref])} mA, low and full, and {first} {' and '.join(by_sink[first])} mA"
+    for net, ends in circuit.nets.items():
+        pins = [end for end in ends if circuit.pin(end).role == "current"]
+        if len(pins) > 1:
+            yield f"net {net}: {' and '.join(circuit.label(end) for end in pins)} share their resistor"
 
 
 def source_of(circuit, net):
@@ -592,17 +609,26 @@ def logic(circuit, net, board, roles, powered, connected, does):
     directions = {volts > 0 for _, volts in held}
     if len(directions) == 1:
         return directions.pop(), f"{held[0][0].ref} ({held[0][0].value})"
-    if at_board and connected and powered and board.part.pulls_down_in_reset:
+    # A pin that leaks may overcome its own pull-down.
+    if at_board and connected and powered and board.part.pulls_down_in_reset and not board.part.gpio_leak_ma:
         return False, f"the pull-down in {board.ref}"
     return None, f"nothing holds net {net}"
 
 
 def dark(circuit, roles, _pulled):
-    """Output enable is high, which is dark, in each state in which no program lights the LEDs."""
+    """In each state in which no program lights the LEDs output enable is high, which is dark, and the current is the low one."""
     for state, end, high, why in dark_states(circuit, roles):
         if high is not True:
             level = "low" if high is False else "neither low nor high"
             yield f"{state}: output enable, {circuit.label(end)}, is {level}, and the LEDs may shine: {why}"
+    board = board_of(circuit)
+    for state, powered, connected, does in DARK_STATES:
+        for end in ends_of(circuit, "input"):
+            if circuit.pin(end).role != "full_current" or not circuit.net_of(end):
+                continue
+            high, why = logic(circuit, circuit.net_of(end), board, roles, powered, connected, does)
+            if high is not False:
+                yield f"{state}: the current switch, {circuit.label(end)}, is {'high' if high else 'neither low nor high'}: {why}"
 
 
 RULES = (drivers, floating, supplies, decoupling, polarity, fuses, levels, leakage, voltages, pull_ups, currents, chain, firmware, dark)
