@@ -45,14 +45,14 @@ PICO = Part(
         27 GP21 gpio
         28 GND28 ground
         29 GP22 gpio
-        30 RUN passive
+        30 RUN passive reset
         31 GP26 gpio
         32 GP27 gpio
         33 AGND ground
         34 GP28 gpio
         35 ADC_VREF passive
         36 3V3 source
-        37 3V3_EN passive
+        37 3V3_EN passive reset
         38 GND ground
         39 VSYS supply
         40 VBUS source

@@ -194,6 +194,36 @@ def leds_from_3v3(c):
     move(c, end(c, "F1", "1"), "3V3")
 
 
+def clock_at_a_carry(c):
+    move(c, end(c, "U5", "CLK"), "ROW5")
+
+
+def latch_at_a_carry(c):
+    """At the line that is the register's own serial in."""
+    move(c, end(c, "U5", "RCLK"), "ROW2")
+
+
+def clear_at_ground(c):
+    move(c, end(c, "U5", "SRCLR"), "GND")
+
+
+def all_clear_at_ground(c):
+    for row in range(3, 11):
+        move(c, end(c, f"U{row}", "SRCLR"), "GND")
+
+
+def latch_not_enabled(c):
+    move(c, end(c, "U2", "2OE"), "5V")
+
+
+def data_not_enabled(c):
+    move(c, end(c, "U11", "1OE"), "5V")
+
+
+def run_at_ground(c):
+    move(c, end(c, "U1", "RUN"), "GND")
+
+
 def resistor_of_20_ohm(c):
     c.components["R117"].value = "20 Ω"
 
@@ -310,9 +340,16 @@ WIRING = (
     ("a row without its current switch", TLC, switch_of_one_row_missing, ("D1 has 3.3 mA", "20.0 mA")),
     ("a row with another low current", TLC, low_current_of_one_row, ("U5 has 3.99 and", "U3 3.35 and")),
     ("two current pins joined", TLC, current_pins_joined, ("U3 pin 15 (R-EXT)", "U4 pin 15 (R-EXT)", "share")),
-    ("no pull-down at the current switch", TLC, no_pull_down_at_the_switch, ("reset or boot loader", "Q1 pin 1 (G)", "neither low nor high")),
+    ("no pull-down at the current switch", TLC, no_pull_down_at_the_switch, ("reset or", "Q1 pin 1 (G)", "neither low nor high")),
     ("no pull-down at the Nucleo's switch", ON_NUCLEO, no_pull_down_at_the_switch, ("without power", "Q8", "neither low nor high")),
     ("a pull-up at the current switch", TLC, pull_up_at_the_switch, ("reset or boot loader", "Q1 pin 1 (G)", "is high")),
+    ("a clock at a serial out", TLC, clock_at_a_carry, ("U5 pin 3 (CLK)", "clock", "leads to no pin of the board")),
+    ("a latch at a serial out", HC, latch_at_a_carry, ("U5 pin 12 (RCLK)", "latch", "leads to no pin of the board")),
+    ("clear of one register at ground", HC, clear_at_ground, ("U5 pin 10 (SRCLR)", "GND", "empty")),
+    ("clear of all registers at ground", TPIC, all_clear_at_ground, ("U10 pin 8 (SRCLR)", "GND", "empty")),
+    ("the shifter's latch is not enabled", DESK, latch_not_enabled, ("U2 pin 4 (2OE)", "5.0 V", "2Y drives nothing")),
+    ("the shifter's data is not enabled", TPIC, data_not_enabled, ("U11 pin 1 (1OE)", "5.0 V", "1Y drives nothing")),
+    ("the board's RUN at ground", TLC, run_at_ground, ("U1 pin 30 (RUN)", "does not start")),
     ("no pull-up at SDA", TPIC, no_pull_up, ("SDA", "without a pull-up")),
     ("pull-up of I2C to 5 V", TPIC, pull_up_of_i2c_to_5v, ("SCL", "GPIO 5", "bears 3.6 V", "5.0 V")),
     ("a camera with pads at 1.8 V", CAMERA_KIT, pads_at_1v8, ("GPIO 14", "2.00 V for high", "1.80 V")),

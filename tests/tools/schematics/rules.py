@@ -10,8 +10,8 @@ DRIVERS = ("output", "source")
 FIRMWARE_OUTPUTS = ("data", "clock", "latch", "lit", "full_current", "transmit", "lamp")
 # The line of the firmware that leads to a pin, and whether it arrives inverted.
 LEADS = {"enable": ("lit", True)}
-# The pins whose role is the register's own.
-LOCAL_ROLES = ("column", "carry", "clear", "current")
+# The pins whose role is the part's own.
+LOCAL_ROLES = ("column", "carry", "clear", "current", "reset")
 # The tolerance of a resistor, and how far an LED's current may be from the design.
 TOLERANCE = 0.05
 DESIGN_SPREAD = 0.1
@@ -266,6 +266,22 @@ def levels(circuit, roles, _pulled):
                 yield f"net {net}: {circuit.label(receiver)} takes {needed:.2f} V for high, and its pull-ups give {high:.2f} V"
 
 
+def fixed_levels(circuit, _roles, _pulled):
+    """Pins at a supply or at ground let the part work: clear, reset, and the enables of outputs that are used."""
+    for component in circuit.components.values():
+        for pin in component.part.pins:
+            end = (component.ref, pin.number)
+            net = circuit.net_of(end)
+            if pin.role == "clear" and net and circuit.net_v(net) != circuit.logic_v(end):
+                yield f"{circuit.label(end)} is on net {net}, not at its supply: the register may stay empty"
+            if pin.role == "reset" and net and circuit.net_v(net) == 0.0:
+                yield f"{circuit.label(end)} is at ground: {component.part.name} does not start"
+        for _, enable, output, _ in component.part.gates:
+            net = enable and circuit.net_of(component[enable])
+            if net and circuit.net_of(component[output]) and circuit.net_v(net):
+                yield f"{circuit.label(component[enable])} is on net {net}, {circuit.net_v(net)} V: {output} drives nothing"
+
+
 def leakage(circuit, _roles, _pulled):
     """What a GPIO leaks while no program drives it does not lift a line that a resistor pulls down."""
     for net, ends in circuit.nets.items():
@@ -518,7 +534,7 @@ def firmware(circuit, roles, _pulled):
             end = (component.ref, pin.number)
             role, should_invert = LEADS.get(pin.role, (pin.role, False))
             net = circuit.net_of(end)
-            if net is None or net in carries:
+            if net is None or net in carries and pin.role == "data":
                 continue
             net, inverted = source_of(circuit, net)
             gpio = next((other for other in circuit.nets.get(net, []) if other[0] == board.ref and circuit.pin(other).kind == "gpio"), None)
@@ -631,4 +647,7 @@ def dark(circuit, roles, _pulled):
                 yield f"{state}: the current switch, {circuit.label(end)}, is {'high' if high else 'neither low nor high'}: {why}"
 
 
-RULES = (drivers, floating, supplies, decoupling, polarity, fuses, levels, leakage, voltages, pull_ups, currents, chain, firmware, dark)
+RULES = (
+    drivers, floating, supplies, decoupling, polarity, fuses, levels, fixed_levels, leakage, voltages, pull_ups, currents, chain, firmware,
+    dark,
+)  # fmt: skip
