@@ -82,8 +82,8 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
     fuse = kit.add("F1", FUSE, "2 A", remarks="a wire if the supply limits its current", at=(INPUTS, 15.5))
     kit.wire("5V", fuse["1"])
     kit.wire("LED+", fuse["2"])
-    # All LEDs switch at 20 kHz or more: 1.3 A for half of 50 µs lowers 470 µF by 0.07 V.
-    reservoir = kit.add("C1", ELECTROLYTIC, "470 µF", remarks="10 V or more, beside the LEDs", at=(INPUTS, 18.5))
+    remarks = "low ESR: at most 0.1 Ω, ripple 0.7 A or more at 20 kHz; 10 V or more; beside the LEDs"
+    reservoir = kit.add("C1", ELECTROLYTIC, "470 µF", remarks=remarks, at=(INPUTS, 18.5))
     kit.wire("LED+", reservoir["1"])
     kit.wire("GND", reservoir["2"])
     kit.wire(rail, gate["VCC"])

@@ -86,8 +86,9 @@ class Part:
     # Whether its GPIO are pulled down while no program runs, and what they leak at most.
     pulls_down_in_reset: bool = False
     gpio_leak_ma: float = 0
-    # Whether a capacitor's first pin has to have the higher voltage.
+    # An electrolytic capacitor: its first pin has the higher voltage. Its series resistance at most.
     is_polarised: bool = False
+    series_ohm: float = 0
     # A board or module: pins may stay open.
     may_be_open: bool = False
     # The current of one output, least and most, and of all together, mA.

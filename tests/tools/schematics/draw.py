@@ -103,7 +103,7 @@ class Picture:
                 if one.ref < other.ref and one.at[0] == other.at[0]:
                     (top, bottom), (other_top, other_bottom) = self.extent(one), self.extent(other)
                     if top < other_bottom and other_top < bottom:
-                        raise Unplaced(f"{self.circuit.name}: {one.ref} and {other.ref} lie upon each other")
+                        raise Unplaced(f"{self.circuit.name}: {one.ref} and {other.ref} overlap")
 
     def extent(self, component):
         """The first and the last line that a part takes, with its name."""
@@ -162,7 +162,7 @@ class Picture:
         return flags[0], nets, flags[1]
 
     def ordered(self, channel, nets):
-        """Tracks from the left such that no two wires lie upon each other: of two pins at one height the left one's track is first."""
+        """Tracks from the left such that no two wires overlap: of two pins at one height the left one's track is first."""
         left, right = self.ends_in(channel)
         height = {}
         for side, ends in enumerate((left, right)):
@@ -251,6 +251,8 @@ class Picture:
             if symbol == "fuse":
                 self.line([(middle - 16, y), (middle + 16, y)])
         elif symbol == "capacitor":
+            if component.part.is_polarised:
+                self.text(middle - 12, y - 3, "+", 9)
             self.line([(middle - 3, y - 9), (middle - 3, y + 9)], width=2)
             self.line([(middle + 3, y - 9), (middle + 3, y + 9)], width=2)
         else:

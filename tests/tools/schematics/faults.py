@@ -291,6 +291,18 @@ def diode_reversed(c):
     swap(c, end(c, "D65", "A"), end(c, "D65", "K"))
 
 
+def no_electrolytic(c):
+    remove(c, "C1")
+
+
+def ordinary_electrolytic(c):
+    change(c, "C1", series_ohm=0.56)
+
+
+def small_electrolytic(c):
+    c.components["C1"].value = "100 µF"
+
+
 def electrolytic_reversed(c):
     swap(c, end(c, "C1", "1"), end(c, "C1", "2"))
 
@@ -364,6 +376,9 @@ WIRING = (
     ("a fuse that is too large", TLC, large_fuse, ("F1, 20 A", "gives 2000 mA")),
     ("a fuse that is too small", TLC, small_fuse, ("F1, 1 A", "does not suit")),
     ("the board's diode the wrong way round", TLC, diode_reversed, ("U1 pin 39 (VSYS)", "no supply feeds")),
+    ("no electrolytic capacitor", TLC, no_electrolytic, ("LED+", "no electrolytic capacitor")),
+    ("an electrolytic capacitor without low ESR", TLC, ordinary_electrolytic, ("LED+", "dips by 0.80 V")),
+    ("a small electrolytic capacitor", TPIC, small_electrolytic, ("LED+", "dips by 0.43 V")),
     ("an electrolytic capacitor the wrong way round", TPIC, electrolytic_reversed, ("C1 ", "pin 1", "higher voltage")),
     ("a pin on two nets", TLC, two_nets, ("R1 pin 1", "2 nets")),
     ("two data lines of the camera swapped", CAMERA_KIT, data_lines_swapped, ("U2 pin D3", "data3", "GPIO 10")),

@@ -15,6 +15,9 @@ LOCAL_ROLES = ("column", "carry", "clear", "current", "reset")
 # The tolerance of a resistor, and how far an LED's current may be from the design.
 TOLERANCE = 0.05
 DESIGN_SPREAD = 0.1
+# The longest period of the dimming, 20 kHz, and how far the LEDs' supply may dip in half of it.
+DIMMING_S = 50e-6
+DIP_V = 0.25
 FACTORS = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6, "": 1.0}
 
 
@@ -189,6 +192,20 @@ def polarity(circuit, _roles, _pulled):
             first, second = (circuit.net_v(circuit.net_of((component.ref, number))) for number in ("1", "2"))
             if first is None or second is None or first <= second:
                 yield f"{component.ref} ({component.part.name}): pin 1 is to have the higher voltage, and has {first} V, pin 2 {second} V"
+
+
+def reservoir(circuit, _roles, _pulled):
+    """All LEDs switch at once: an electrolytic capacitor keeps their supply for half of a period, during which wires bring no more."""
+    for net in {feed_of(circuit, led) for led in leds(circuit)} - {None}:
+        dips = [
+            load_ma(circuit, net) * 1e-3 * (component.part.series_ohm + DIMMING_S / 2 / quantity(component.value))
+            for component, _, _ in passives(circuit, net, ("capacitor",))
+            if component.part.is_polarised
+        ]
+        if not dips:
+            yield f"net {net}, which feeds LEDs, has no electrolytic capacitor"
+        elif min(dips) > DIP_V:
+            yield f"net {net}, which feeds LEDs, dips by {min(dips):.2f} V, more than {DIP_V} V, whenever they are lit"
 
 
 def fuses(circuit, _roles, _pulled):
@@ -648,6 +665,6 @@ def dark(circuit, roles, _pulled):
 
 
 RULES = (
-    drivers, floating, supplies, decoupling, polarity, fuses, levels, fixed_levels, leakage, voltages, pull_ups, currents, chain, firmware,
-    dark,
+    drivers, floating, supplies, decoupling, polarity, reservoir, fuses, levels, fixed_levels, leakage, voltages, pull_ups, currents, chain,
+    firmware, dark,
 )  # fmt: skip
