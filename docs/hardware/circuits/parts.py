@@ -64,6 +64,10 @@ PICO = Part(
     source_v={"3V3": 3.3, "VBUS": 5.0},
     # A USB port gives 500 mA.
     source_ma={"3V3": 300, "VBUS": 500},
+    # Assumed, for either board.
+    supply_ma=100,
+    powered_by=("VSYS", "VBUS"),
+    makes=("3V3",),
     logic_supply="3V3",
     input_low=Fixed(0.8),
     input_high=Fixed(2.0),

@@ -66,6 +66,9 @@ class Part:
     source_ma: dict = field(default_factory=dict)
     # What it takes from its supply at most.
     supply_ma: float = 0
+    # A board: the pins that power it, either of which feeds it alone, and the sources that it makes of them.
+    powered_by: tuple = ()
+    makes: tuple = ()
     # The supply pin that its levels refer to, if not the only one, or a voltage of its own.
     logic_supply: str = ""
     logic_own_v: float = None

@@ -291,6 +291,16 @@ def diode_reversed(c):
     swap(c, end(c, "D65", "A"), end(c, "D65", "K"))
 
 
+def too_much_for_usb(c):
+    """Each by itself is not too much: board, module, and sensor at the board's 3.3 V."""
+    change(c, "U4", supply_ma=150)
+
+
+def too_much_for_the_supply(c):
+    """At the board, which the supply feeds through a diode."""
+    change(c, "U1", supply_ma=600)
+
+
 def no_electrolytic(c):
     remove(c, "C1")
 
@@ -380,6 +390,8 @@ WIRING = (
     ("an electrolytic capacitor without low ESR", TLC, ordinary_electrolytic, ("LED+", "dips by 0.80 V")),
     ("a small electrolytic capacitor", TPIC, small_electrolytic, ("LED+", "dips by 0.43 V")),
     ("an electrolytic capacitor the wrong way round", TPIC, electrolytic_reversed, ("C1 ", "pin 1", "higher voltage")),
+    ("USB feeds too much, partly through the board", DESK, too_much_for_usb, ("U1 pin 40 (VBUS)", "500 mA at most", "570 mA")),
+    ("the supply feeds too much, partly through a diode", TLC, too_much_for_the_supply, ("J1 pin +", "2000 mA at most", "2050 mA")),
     ("a pin on two nets", TLC, two_nets, ("R1 pin 1", "2 nets")),
     ("two data lines of the camera swapped", CAMERA_KIT, data_lines_swapped, ("U2 pin D3", "data3", "GPIO 10")),
 )

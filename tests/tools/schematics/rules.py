@@ -172,13 +172,22 @@ def supplies(circuit, _roles, _pulled):
             yield f"{circuit.label(end)} feeds {limit} mA at most, and net {net} takes {taken:.0f} mA"
 
 
+def leds_ma(circuit, net):
+    """What the LEDs take from a supply at full current."""
+    return sum(led_ma(circuit, led) or circuit.design_ma for led in leds(circuit) if feed_of(circuit, led) == net)
+
+
 def load_ma(circuit, net, seen=()):
-    """What the parts on a supply take, and the LEDs at full current, also behind a fuse or a diode."""
-    total = sum(led_ma(circuit, led) or circuit.design_ma for led in leds(circuit) if feed_of(circuit, led) == net)
+    """What the parts on a supply take, and the LEDs at full current, also behind a fuse, a diode or a board."""
+    total = leds_ma(circuit, net)
     for end in circuit.nets.get(net, []):
         component = circuit.components[end[0]]
-        if circuit.pin(end).kind == "supply":
+        if circuit.pin(end).name in component.part.powered_by or circuit.pin(end).kind == "supply":
             total += component.part.supply_ma
+            if end[0] not in seen:
+                # A linear regulator takes what it gives; a switching one takes less.
+                made = (circuit.net_of(component[name]) for name in component.part.makes)
+                total += sum(load_ma(circuit, other, (*seen, end[0])) for other in made)
         passes = component.part.symbol == "fuse" or component.part.symbol == "diode" and circuit.pin(end).name == "A"
         if passes and end[0] not in seen:
             total += load_ma(circuit, circuit.net_of(circuit.other_end(end)), (*seen, end[0]))
@@ -198,7 +207,7 @@ def reservoir(circuit, _roles, _pulled):
     """All LEDs switch at once: an electrolytic capacitor keeps their supply for half of a period, during which wires bring no more."""
     for net in {feed_of(circuit, led) for led in leds(circuit)} - {None}:
         dips = [
-            load_ma(circuit, net) * 1e-3 * (component.part.series_ohm + DIMMING_S / 2 / quantity(component.value))
+            leds_ma(circuit, net) * 1e-3 * (component.part.series_ohm + DIMMING_S / 2 / quantity(component.value))
             for component, _, _ in passives(circuit, net, ("capacitor",))
             if component.part.is_polarised
         ]
