@@ -1,6 +1,6 @@
 """The parts of the kits: pins, levels and limits, each from its data sheet.
 
-Pins are lines of number, name, kind and role; `tests/tools/schematics/circuit.py` has the kinds. Numbers are those of the package that
+Pins are lines of number, name, kind and role; `circuit.py` has the kinds. Numbers are those of the package that
 `footprint` names. A dash instead of a number means that the order on a module differs from maker to maker: wire by name.
 """
 

@@ -252,7 +252,7 @@ class Picture:
                 self.line([(middle - 16, y), (middle + 16, y)])
         elif symbol == "capacitor":
             if component.part.is_polarised:
-                self.text(middle - 12, y - 3, "+", 9)
+                self.text(middle - 12, y + 10, "+", 9)
             self.line([(middle - 3, y - 9), (middle - 3, y + 9)], width=2)
             self.line([(middle + 3, y - 9), (middle + 3, y + 9)], width=2)
         else:

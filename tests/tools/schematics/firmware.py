@@ -54,7 +54,7 @@ class Unreadable(Exception):
 
 
 def read(root, board):
-    """The pin of each role, and the pins that the program pulls up or down by itself."""
+    """The pin of each role, and the pins that the program pulls up by itself."""
     rules = BOARDS[board]
     text = "\n".join((root / board / "src" / name).read_text() for name in rules["files"])
     code = re.sub(r"//.*", "", text)
@@ -74,7 +74,5 @@ def read(root, board):
     unknown = used - set(roles.values())
     if unknown:
         raise Unreadable(f"{board} uses {', '.join(sorted(unknown))}, which no role names: adapt tests/tools/schematics/firmware.py")
-    # embassy's I2C pulls its lines up by default.
-    pulled = {roles[role] for role in ("scl", "sda") if role in roles}
-    pulled |= {f"GP{pin}" for pin in re.findall(r"PADS_BANK0\.gpio\((\d+)\)\.modify\(\|pad\| pad\.set_pue\(true\)\)", code)}
+    pulled = {f"GP{pin}" for pin in re.findall(r"PADS_BANK0\.gpio\((\d+)\)\.modify\(\|pad\| pad\.set_pue\(true\)\)", code)}
     return roles, pulled

@@ -1,4 +1,4 @@
-"""A circuit as parts, pins and nets. The kits' circuits are in docs/hardware/circuits."""
+"""A circuit as parts, pins and nets."""
 
 from dataclasses import dataclass, field, replace
 
