@@ -174,7 +174,7 @@ def supplies(circuit, _roles, _pulled):
 
 def leds_ma(circuit, net):
     """What the LEDs take from a supply at full current."""
-    return sum(led_ma(circuit, led) or circuit.design_ma for led in leds(circuit) if feed_of(circuit, led) == net)
+    return sum(led_ma(circuit, led) or circuit.design_ma for led in leds(circuit) if net and feed_of(circuit, led) == net)
 
 
 def load_ma(circuit, net, seen=()):
@@ -417,7 +417,8 @@ def feed_of(circuit, led):
     if anode and circuit.net_v(anode):
         return anode
     output, _ = output_of(circuit, led)
-    return circuit.net_of(circuit.supply_end(circuit.components[output[0]])) if output else None
+    feeds = output and circuit.pin(output).kind == "output"
+    return circuit.net_of(circuit.supply_end(circuit.components[output[0]])) if feeds else None
 
 
 def led_ma(circuit, led):
