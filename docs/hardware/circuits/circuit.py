@@ -48,7 +48,7 @@ class Pin:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A kind of part. Each number is its data sheet's, which `source` names."""
+    """A kind of part. Its numbers are from `source`, if that names a data sheet."""
 
     name: str
     source: str
