@@ -3,6 +3,9 @@
 //!
 //! A thread accepts connections, and each client has a thread and a queue of its own. The receiver never waits for a client: one that is
 //! too slow misses the oldest messages.
+//!
+//! `tungstenite` without TLS adds 11 packages to the build, the crate `foxglove` with its server 82. That crate has schemas of its own and
+//! services for clients, none of which a receiver needs, and it would be a second way to write MCAP files.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::ErrorKind;
