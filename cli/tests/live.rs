@@ -143,7 +143,7 @@ fn no_output_shows_a_password() {
         ),
         (&[address, "--raw", "8x8"], &["rtsp://me:***@localhost/live is neither"]),
         (&[address, address], &[shown, "give it alone"]),
-        (&[ftp], &["ftp://me:***@localhost/film.mp4 is an address"]),
+        (&[ftp], &["ftp://me:***@localhost/film.mp4 begins with ftp://"]),
         (&["film.mp4", ftp], &["ftp://me:***@localhost/film.mp4 is live or an address"]),
         (&["--live", ftp], &["ftp://me:***@localhost/film.mp4 begins with ftp://"]),
     ] {
