@@ -103,10 +103,13 @@ enum Command {
     Scene(commands::scene::Arguments),
 }
 
+/// The stack of a command (bytes): as large as a program's usually is.
+const STACK_BYTES: usize = 8 << 20;
+
 fn main() -> ExitCode {
     match Arguments::try_parse() {
         Ok(Arguments { command, shared }) => {
-            let answer = run(command, &shared);
+            let answer = on_a_whole_stack(|| run(command, &shared));
             stop::done();
             end(answer)
         }
@@ -140,6 +143,17 @@ fn end(answer: anyhow::Result<Verdict>) -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Runs on a thread whose stack is mapped at once. The main thread's grows, and a signal ends the program if memory is then lacking.
+fn on_a_whole_stack(run: impl FnOnce() -> anyhow::Result<Verdict> + Send) -> anyhow::Result<Verdict> {
+    std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new()
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, run)
+            .context("cannot start the thread of the command")?;
+        thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    })
 }
 
 fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Verdict> {
