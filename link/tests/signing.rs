@@ -49,10 +49,13 @@ fn bend(numbers: &mut Numbers, message: &mut Vec<u8>, signature: &mut Signature,
         6 => signature.proof = other.1.proof,
         7 => *signature = other.1,
         8 => message.clone_from(&other.0),
-        // The rest of the signature was not received.
+        // The rest of the signature was not received. It may end with zeros.
         9 => {
-            let received = numbers.below(signature.proof.len());
+            let (whole, received) = (signature.proof, numbers.below(signature.proof.len()));
             signature.proof[received..].fill(0);
+            if signature.proof == whole {
+                flip(&mut signature.proof, numbers);
+            }
         }
         // Signed with another key, under the name of the trusted one.
         _ => {
