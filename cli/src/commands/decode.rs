@@ -134,7 +134,10 @@ fn places(text: &str) -> Result<u16, String> {
         full_places: places,
         ..SearchSettings::DEFAULT
     };
-    search.validate().map(|()| places).map_err(|error| error.to_string())
+    search
+        .validate()
+        .map(|()| places)
+        .map_err(|error| format!("give {} to {}", error.min, error.max))
 }
 
 /// Parses the four points of `--corners`.
