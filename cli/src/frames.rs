@@ -5,6 +5,7 @@
 //! | [`files`] | the frames of a folder, and their numbers from file names |
 //! | [`names`] | file type and frame number by name |
 //! | [`film`] | frames of a film, by ffmpeg |
+//! | [`address`] | URLs among the names of sources |
 //! | [`live`] | names of cameras, addresses and pipes, and ffmpeg's options for them |
 //! | [`secrets`] | passwords in addresses and options, hidden in all output |
 //! | [`cameras`] | the cameras of this computer |
@@ -16,6 +17,7 @@
 //!
 //! Channel selection, reduction to 8 bits, y4m and raw bytes are in [`reception`], as other programs use them too.
 
+mod address;
 pub mod cameras;
 pub mod files;
 pub mod film;

@@ -4,7 +4,8 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::live::{self, Live};
+use super::address::{SCHEMES, is_read, scheme};
+use super::live::Live;
 use super::{files, film, secrets};
 
 /// Advice if a source is unreadable by its name; `None` if it may be readable.
@@ -26,14 +27,14 @@ pub fn advice(source: &Path) -> Option<String> {
 
 /// Advice if the source is an address that is not read.
 pub fn address(source: &Path) -> Option<String> {
-    let scheme = scheme(source).filter(|scheme| !live::SCHEMES.contains(&&**scheme))?;
+    let scheme = scheme(source).filter(|scheme| !is_read(scheme))?;
     let name = secrets::masked(&source.to_string_lossy());
     Some(match &*scheme {
         "file" => format!("{name} is the address of a file: give its path, without file://"),
         _ => format!(
             "{name} begins with {scheme}://, and vocc reads {}: download the file, or, if ffmpeg can read it there, pipe it, \
              by `{}`",
-            live::SCHEMES.join(", "),
+            SCHEMES.join(", "),
             film::pipe("", &name)
         ),
     })
@@ -54,14 +55,6 @@ pub fn many_frames(source: &Path) -> Option<String> {
     Some(format!(
         "{name} is {what}, and pictures are read here: `vocc receive {name}` reads its messages"
     ))
-}
-
-/// The scheme of a URL in lower case, unless it is a file's name.
-pub fn scheme(source: &Path) -> Option<String> {
-    let text = source.to_string_lossy();
-    let (scheme, _) = text.split_once("://")?;
-    let is_one = !scheme.is_empty() && scheme.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte));
-    (is_one && !source.exists()).then(|| scheme.to_ascii_lowercase())
 }
 
 /// Whether a file begins with the signature of any picture format.

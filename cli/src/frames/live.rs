@@ -5,10 +5,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
 
-use super::{cameras, files, film, foreign, secrets};
+use super::{address, cameras, files, film, secrets};
 
-/// URL schemes that are read.
-pub const SCHEMES: [&str; 9] = ["rtsp", "rtsps", "rtp", "udp", "tcp", "http", "https", "srt", "rtmp"];
 /// Protocols that an address may redirect to: no local files.
 const NETWORK: &str = "rtsp,rtsps,rtp,srtp,udp,tcp,tls,http,https,httpproxy,crypto,data,srt,rtmp";
 /// Decodes each frame at once, after at most half a second of format detection, and keeps its time.
@@ -47,7 +45,7 @@ impl Live {
         if text.starts_with("/dev/v4l") || text.starts_with("/dev/video") {
             return Some(Self::Camera(source.into()));
         }
-        if let Some(scheme) = foreign::scheme(source).filter(|scheme| SCHEMES.contains(&&**scheme)) {
+        if let Some(scheme) = address::scheme(source).filter(|scheme| address::is_read(scheme)) {
             // ffmpeg knows it in lower case alone.
             return Some(Self::Address(format!("{scheme}{}", &text[scheme.len()..])));
         }
