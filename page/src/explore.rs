@@ -156,7 +156,7 @@ impl Explore {
         let mut why = std::mem::take(&mut self.sight.why);
         why.clear();
         self.sight = Sight {
-            sent: self.seen(&moment),
+            sent: self.renderer.seen(0, &moment, &self.shown[0]),
             why,
             ..Sight::NOTHING
         };
@@ -167,14 +167,6 @@ impl Explore {
             self.sight.why += apart;
             self.sight.why += &why;
         }
-    }
-
-    /// The bits that the frame shows: with a carrier, those of the complement at a negative contrast.
-    fn seen(&self, moment: &Moment) -> PanelFrame {
-        let truth = self.renderer.truth(0, moment, &self.shown[0]);
-        let contrasts = self.renderer.contrasts(0, moment);
-        let inverted = (0..LEDS).filter(|&led| contrasts[led] < 0.0);
-        PanelFrame::from_bits(inverted.fold(truth.bits(), |bits, led| bits ^ 1 << led))
     }
 
     fn draw(&mut self, frame: u64) {

@@ -112,7 +112,7 @@ impl Sending {
         let rate_hz = self.scene.link.symbol_rate_hz;
         let panels = panels(Some(&self.message)).map_err(sim::road::RoadError::from)?;
         let times = low_risk_times(&panels, self.waveform, rate_hz, Stop::NEVER);
-        Ok(json!({ "hz": f64::from(self.waveform.cycles()) * rate_hz, "low_risk_times": times }))
+        Ok(json!({ "hz": self.waveform.carrier_hz(rate_hz).ok(), "low_risk_times": times }))
     }
 
     /// The next frame, with the surroundings of the panel.

@@ -37,8 +37,19 @@ impl Renderer {
         PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led))
     }
 
-    /// The contrast with which an exposure shows the symbol in its middle, for each LED of panel `index`: 1 for a still panel, and below 0 if
-    /// it shows the complement.
+    /// The bits that the exposure shows of panel `index`: as [`Self::truth`], but of the complement where the contrast is below 0.
+    pub fn seen(&self, index: usize, moment: &Moment, shown: &PanelExposure) -> PanelFrame {
+        let truth = self.truth(index, moment, shown);
+        if self.formation.waveform.is_still() {
+            return truth;
+        }
+        let contrasts = self.contrasts(index, moment);
+        let inverted = (0..LEDS).filter(|&led| contrasts[led] < 0.0);
+        PanelFrame::from_bits(inverted.fold(truth.bits(), |bits, led| bits ^ 1 << led))
+    }
+
+    /// The contrast with which an exposure shows the symbol in its middle, for each LED of panel `index`: 1 for a still panel, and below 0
+    /// if it shows the complement.
     pub fn contrasts(&self, index: usize, moment: &Moment) -> [f64; LEDS] {
         let waveform = self.formation.waveform;
         self.delays_s(index).map(|delay_s| match self.formation.mix_symbols {

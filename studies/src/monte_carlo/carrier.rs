@@ -1,10 +1,10 @@
 //! A receiver that knows the carrier of a panel.
 //!
 //! An exposure shows a panel with a carrier at a contrast c, or its complement if c is negative. A receiver that follows the carrier knows
-//! c: it inverts complements, and erases readings of less than [`BLIND_CONTRAST`] of the greatest contrast. Over all phases, that is at
-//! most this share of the readings, because |c| falls linearly to 0.
+//! c: it inverts complements ([`Renderer::seen`]), and erases readings of less than [`BLIND_CONTRAST`] of the greatest contrast. Over all
+//! phases, that is at most this share of the readings, because |c| falls linearly to 0.
 
-use link::panel::PanelFrame;
+use link::panel::{LEDS, PanelFrame};
 use rx_pipeline::BLIND_CONTRAST;
 use sim::camera::clock::Moment;
 use sim::renderer::Renderer;
@@ -14,15 +14,6 @@ use sim::renderer::Renderer;
 pub(super) struct KnownCarrier {
     /// The least contrast of a reading that counts.
     least: f64,
-}
-
-/// The relation of a panel to what an exposure shows of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Signs {
-    /// LEDs that show the complement of their bits.
-    inverted: u64,
-    /// LEDs that show too little.
-    blind: u64,
 }
 
 impl KnownCarrier {
@@ -40,28 +31,11 @@ impl KnownCarrier {
         })
     }
 
-    /// The signs of an exposure.
-    pub fn signs(self, renderer: &Renderer, moment: &Moment) -> Signs {
+    /// The bits as read; those that are erased as shown, so that they do not count as wrong.
+    pub fn without_erased(self, renderer: &Renderer, moment: &Moment, read: PanelFrame, shown: PanelFrame) -> PanelFrame {
         let contrasts = renderer.contrasts(0, moment);
-        let leds = |is_meant: &dyn Fn(f64) -> bool| {
-            let meant = contrasts.iter().enumerate().filter(|&(_, &contrast)| is_meant(contrast));
-            meant.fold(0, |leds, (led, _)| leds | 1 << led)
-        };
-        Signs {
-            inverted: leds(&|contrast| contrast < 0.0),
-            blind: leds(&|contrast| contrast.abs() < self.least),
-        }
-    }
-}
-
-impl Signs {
-    /// The bits that an exposure shows of a panel.
-    pub fn shown(self, bits: PanelFrame) -> PanelFrame {
-        PanelFrame::from_bits(bits.bits() ^ self.inverted)
-    }
-
-    /// The bits as read; erased ones as shown, so that they do not count as wrong.
-    pub fn without_erased(self, read: PanelFrame, shown: PanelFrame) -> PanelFrame {
-        PanelFrame::from_bits(read.bits() & !self.blind | shown.bits() & self.blind)
+        let erased = (0..LEDS).filter(|&led| contrasts[led].abs() < self.least);
+        let erased = erased.fold(0, |leds, led| leds | 1 << led);
+        PanelFrame::from_bits(read.bits() & !erased | shown.bits() & erased)
     }
 }

@@ -153,8 +153,8 @@ impl Evaluator {
         Self::begun(scene, settings, None, None)
     }
 
-    /// The same for a receiver that follows the panel, with the estimates from a similar panel, and the carrier if there is one. Erased bits
-    /// count as right.
+    /// The same for a receiver that follows the panel, with the estimates from a similar panel, and the carrier if there is one. Erased
+    /// bits count as right.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -295,8 +295,7 @@ impl Evaluator {
             let observed = self.observe(frame, workspace)?;
             let mut read = self.detect(&observed, workspace)?;
             if let Some(carrier) = self.carrier {
-                let signs = carrier.signs(&self.renderer, &workspace.moment);
-                read = signs.without_erased(read, observed.bits);
+                read = carrier.without_erased(&self.renderer, &workspace.moment, read, observed.bits);
             }
             let is_across = self.renderer.straddles(0, &workspace.moment);
             part.push(Some(&observed.features), observed.bits, read, is_across);
@@ -424,11 +423,11 @@ impl Evaluator {
             simd::Level::new(),
             _simd => measure(grey, self.region, &corners, map)
         )?;
-        let mut bits = self.renderer.truth(0, moment, &shown);
-        if let Some(carrier) = self.carrier {
-            bits = carrier.signs(&self.renderer, moment).shown(bits);
-        }
-        Ok(Observation { bits, features, corners })
+        Ok(Observation {
+            bits: self.renderer.seen(0, moment, &shown),
+            features,
+            corners,
+        })
     }
 
     /// The corner LEDs in the drawn region.
