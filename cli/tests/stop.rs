@@ -38,15 +38,19 @@ fn stopped(run: &mut Child) -> ExitStatus {
     }
 }
 
-/// Whether the main thread is in a write to a pipe.
+/// Whether a thread stays in a write to a pipe.
 fn waits_for_a_reader(process: u32) -> bool {
-    let call = std::fs::read_to_string(format!("/proc/{process}/task/{process}/syscall"));
+    let threads = std::fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();
+    let calls = threads.map(|thread| thread.path().join("syscall"));
     let is_write = |call: &str| ["1 ", "64 "].iter().any(|number| call.starts_with(number));
-    let is_same = || {
-        std::thread::sleep(Duration::from_millis(200));
-        std::fs::read_to_string(format!("/proc/{process}/task/{process}/syscall")).ok()
-    };
-    call.is_ok_and(|call| is_write(&call) && is_same() == Some(call))
+    calls.into_iter().any(|path| {
+        let call = std::fs::read_to_string(&path).ok().filter(|call| is_write(call));
+        let is_same = || {
+            std::thread::sleep(Duration::from_millis(200));
+            std::fs::read_to_string(&path).ok() == call
+        };
+        call.is_some() && is_same()
+    })
 }
 
 /// More frames than a pipe holds lines of.
