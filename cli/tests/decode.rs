@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{folder, json, vocc};
+use common::{folder, json, refused, says, vocc};
 use serde_json::Value;
 
 /// The number of wrong bits of each panel that is read, out of 20.
@@ -39,16 +39,12 @@ fn a_search_that_leaves_places_out_names_the_option() {
     let mut picture = b"P5 64 64 255\n".to_vec();
     picture.extend([99; 64 * 64]);
     std::fs::write(&path, picture).expect("a picture");
-    let decoded = |options: &[&str]| {
-        let ended = vocc(&[&["decode", common::name(&path)], options].concat());
-        (ended.status.code(), String::from_utf8_lossy(&ended.stderr).into_owned())
-    };
-    let (status, said) = decoded(&[]);
-    assert!(status == Some(1) && said.contains("--places 24"), "{said}");
-    assert_eq!(decoded(&["--places", "24"]), (Some(1), String::new()));
+    let path = common::name(&path);
+    says(&vocc(&["decode", path]), 1, &["--places 24"]);
+    let all = vocc(&["decode", path, "--places", "24"]);
+    assert_eq!((all.status.code(), all.stderr), (Some(1), Vec::new()));
     for places in ["0", "25", "2.5", "few"] {
-        let (status, said) = decoded(&["--places", places]);
-        assert!(status == Some(2) && said.contains(places), "{said}");
+        refused(&["decode", path, "--places", places], &[places]);
     }
 }
 

@@ -97,8 +97,6 @@ pub mod approximate;
 pub mod camera;
 #[cfg_attr(not(feature = "carrier"), path = "no_carrier.rs")]
 mod carrier;
-#[cfg(feature = "carrier")]
-pub use carrier::BLIND as BLIND_CONTRAST;
 pub mod cells;
 mod coarse;
 pub mod corners;
@@ -121,6 +119,8 @@ mod surroundings;
 pub mod symbols;
 mod track;
 
+#[cfg(feature = "carrier")]
+pub use carrier::BLIND as BLIND_CONTRAST;
 pub use frame::Frame;
 pub use receiver::{FrameSearch, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
 

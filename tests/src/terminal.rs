@@ -28,7 +28,7 @@ impl Terminal {
     /// Opens a terminal for the board that listens at `socket`.
     pub fn open(socket: &Path) -> Self {
         let (inherited, slave) = TTYPort::pair().expect("the system has pseudo-terminals");
-        // A copy is closed in programs that are started. With it open, none of them would notice that the board is gone.
+        // Started programs do not inherit a copy. With the terminal's master open, no program would notice that the board is gone.
         let mut master = inherited.try_clone_native().expect("the terminal can be shared");
         drop(inherited);
         master.set_timeout(TURN).expect("any time-out will do");

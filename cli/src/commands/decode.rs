@@ -37,7 +37,7 @@ pub struct Arguments {
     corners: Option<Corners>,
     /// The number of busiest places that are searched for any panel, after a search for isolated spots, 1 to 24. More: panels beside busier
     /// things are found, and pictures without a panel take longer.
-    #[arg(long, value_name = "N", default_value_t = SearchSettings::DEFAULT.full_places, value_parser = places, conflicts_with = "corners")]
+    #[arg(long, value_name = "N", default_value_t = SearchSettings::DEFAULT.full_places, value_parser = clap::value_parser!(u16).range(1..=BUSY_PEAKS as i64), conflicts_with = "corners")]
     places: u16,
     #[command(flatten)]
     camera: CameraArguments,
@@ -125,19 +125,6 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     }
     anyhow::ensure!(bad == 0, "{bad} of {} images could not be used", arguments.images.len());
     Ok(answer)
-}
-
-/// Parses the number of `--places`.
-fn places(text: &str) -> Result<u16, String> {
-    let places = text.parse().map_err(|_| format!("{text:?} is no whole number"))?;
-    let search = SearchSettings {
-        full_places: places,
-        ..SearchSettings::DEFAULT
-    };
-    search
-        .validate()
-        .map(|()| places)
-        .map_err(|error| format!("give {} to {}", error.min, error.max))
 }
 
 /// Parses the four points of `--corners`.

@@ -63,7 +63,8 @@ pub enum StreamError {
     LongLine,
     /// The header lacks a width or a height.
     #[error(
-        "the y4m header {header:?} needs exactly one {tag} with a whole number of at least 1: write the stream again, by `ffmpeg -f yuv4mpegpipe`"
+        "the y4m header {header:?} needs exactly one {tag} with a whole number of at least 1: write the stream again, by `ffmpeg -f \
+         yuv4mpegpipe`"
     )]
     Side {
         /// The header.

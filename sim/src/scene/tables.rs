@@ -216,7 +216,8 @@ table! {
         /// The relative excess of the transmitter's clock over the camera's.
         clock_ppm: f64 = 0.0, in -10_000.0..=10_000.0, unit "ppm";
         /// Cycles of the carrier a symbol: see [`link::waveform`]; none, or 0: still panels.
-        carrier_cycles: Option<u16> = None, in 0.0..=Waveform::MAX_CYCLES.into(), unit "cycles", such as "16", # "left out: panels stand still";
+        carrier_cycles: Option<u16> = None, in 0.0..=Waveform::MAX_CYCLES.into(), unit "cycles", such as "16",
+            # "left out: panels stand still";
         /// Whether the transmitter sends its panel's size: see [`link::geometry`].
         tells_size: bool = false, # "true: the panel says how large it is";
     }

@@ -117,9 +117,9 @@ impl Arguments {
         };
         survey.check(scene)?;
         let rate_hz = scene.link.symbol_rate_hz;
-        survey.search.raw_error_rate = match scene.link.carrier_cycles {
-            None | Some(0) => demand.raw_error_rate(rate_hz, shared.seed)?,
-            Some(_) => demand.raw_error_rate_with_carrier(rate_hz, shared.seed)?,
+        survey.search.raw_error_rate = match scene.link.waveform()?.is_still() {
+            true => demand.raw_error_rate(rate_hz, shared.seed)?,
+            false => demand.raw_error_rate_with_carrier(rate_hz, shared.seed)?,
         };
         Ok(survey)
     }

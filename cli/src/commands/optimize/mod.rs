@@ -197,7 +197,7 @@ pub fn verdict(file: &TableFile) -> Verdict {
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let scene = shared.scene(&arguments.scene)?;
     arguments.check_out(&scene)?;
-    let is_still = scene.link.carrier_cycles.unwrap_or(0) == 0;
+    let is_still = scene.link.waveform()?.is_still();
     let usual = if is_still { Aim::Criterion(Criterion::B2w) } else { Aim::Reach };
     match arguments.criterion.unwrap_or(usual) {
         Aim::Criterion(criterion) => by_criterion::run(arguments, shared, &scene, criterion),

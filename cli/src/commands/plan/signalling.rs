@@ -115,13 +115,10 @@ impl Options {
             }
         };
         let advice = search.run(&scene, stop(), done, &mut tell);
-        let carrier = match advice {
-            Ok(_) => search.carrier(&scene, stop(), done, &mut tell),
-            Err(_) => Err(TrialError::Stopped.into()),
-        };
+        let advice = advice.map(|advice| (advice, search.carrier(&scene, stop(), done, &mut tell)));
         drop(counted);
         printed?;
-        let advice = match advice {
+        let (advice, carrier) = match advice {
             Err(SignallingError::Trial(TrialError::Stopped)) => {
                 output::tell("interrupted: the settings that were tried are printed, the best of all and a carrier are missing");
                 return Ok(Verdict::No);
