@@ -7,7 +7,10 @@ use rx_pipeline::receiver::{FrameSearch, Receiver, ReceiverMemory, ReceiverSetti
 
 fuzz_target!(|data: &[u8]| {
     let memory = Box::<ReceiverMemory<4096>>::default();
-    let search = FrameSearch::with_history(Box::<SearchMemory>::default(), vec![0; FrameSearch::<Box<SearchMemory>>::bytes(128, 128)]);
+    let search = FrameSearch::with_history(
+        Box::<SearchMemory>::default(),
+        vec![0; FrameSearch::<Box<SearchMemory>>::bytes(128, 128)],
+    );
     let mut receiver = Receiver::new(ReceiverSettings::default(), memory, search).expect("the default settings");
     let mut rest = data;
     let mut number = 0u64;

@@ -1,7 +1,7 @@
 //! Frames of every kind, good and bad, and an independent judgement of which are good.
 
 use link::l2a_table::L2aTable;
-use link::serial::{CHUNK_MAX, Kind, Measured, REQUEST_FRAME_MAX, Request, encode, wire_length};
+use link::serial::{CHUNK_MAX, Kind, Measured, REQUEST_FRAME_MAX, Request, Seed, encode, wire_length};
 use tx_firmware::calibration::BENCH;
 
 /// Numbers that the seed decides (splitmix64).
@@ -56,7 +56,7 @@ fn framed(random: &mut Random, wire: &mut Vec<u8>) {
     let kind = if random.below(8) == 0 { random.number() as u8 } else { 1 };
     let mut frame = vec![version, kind];
     frame.extend((random.number() as u32).to_le_bytes());
-    frame.push(random.below(16) as u8);
+    frame.push(random.below(32) as u8);
     for _ in 0..random.below(12) {
         // Small numbers are oftener lengths and numbers of variants.
         let number = random.number();
@@ -80,7 +80,7 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
     let mut bytes = [0; 200];
     bytes.iter_mut().for_each(|byte| *byte = random.number() as u8);
     let some = &bytes[..random.below(40)];
-    let request = match random.below(28) {
+    let request = match random.below(31) {
         0 => Request::Hello,
         1 => Request::Status,
         2 => Request::ReadTable {
@@ -150,6 +150,12 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
             challenge: random.below(3) as u32,
             signature: &bytes[..64 - random.below(2)],
         },
+        27 => Request::ReadKey,
+        28 => Request::WriteKey {
+            seed: Seed(&bytes[..32 - random.below(2)]),
+            counter: random.number() as u32,
+        },
+        29 => Request::EraseKey,
         _ => Request::CommitTable { crc },
     };
     let sequence = random.number() as u32;
