@@ -337,6 +337,17 @@ mod tests {
         }
     }
 
+    /// RFC 8032, 7.1, test 1024: its message of 1023 bytes is among Wycheproof's.
+    #[test]
+    fn the_long_vector_of_rfc_8032_is_signed() {
+        let key = SecretKey::from_seed(bytes("f5e5767cf153319517630f226876b86c8160cc583bc013744c6bf255f5cc0ee5")).unwrap();
+        let groups = TestSet::load(TestName::Ed25519).expect("vectors").test_groups;
+        let tests = groups.into_iter().flat_map(|group| group.tests);
+        let long: Vec<_> = tests.filter(|test| test.msg.len() == 1023).collect();
+        assert_eq!(long.len(), 1);
+        assert_eq!(key.0.sk.sign(&long[0].msg[..], None)[..], long[0].sig[..]);
+    }
+
     #[test]
     fn wycheproofs_signatures_are_valid_or_not() {
         let (mut valid, mut invalid) = (0, 0);

@@ -3,6 +3,7 @@
 mod channel;
 
 use channel::{Channel, Noise};
+use link::checksum::crc32c;
 use link::fec::Code;
 use link::framing::{Deframer, Event, Framer, Header, Rejection, SYNC, SegmentOutcome};
 use link::geometry::Geometry;
@@ -576,4 +577,27 @@ fn a_header_tells_its_message() {
 #[test]
 fn the_deframer_is_as_small_as_documented() {
     assert!(size_of::<Deframer>() <= 37 * 1024, "{} bytes", size_of::<Deframer>());
+}
+
+/// Panels of unsigned messages as firmware showed them before there were signatures: receivers of that time read them.
+#[test]
+fn unsigned_panels_are_as_ever() {
+    const CRC_BY_CODE_AND_LENGTH: [[u32; 3]; 5] = [
+        [0xfbc1_78bd, 0x4cfd_4de8, 0x8bd1_b269],
+        [0xdc48_66c1, 0xc5c0_c108, 0x156d_728e],
+        [0x2049_33c6, 0x7110_724c, 0x5f3a_6363],
+        [0xd69a_7f82, 0xcb28_ed61, 0xb8cc_630a],
+        [0xd641_1fbe, 0x1f77_6fdf, 0xb4ea_60f4],
+    ];
+    for (value, expected) in (0..).zip(CRC_BY_CODE_AND_LENGTH) {
+        let crcs = [1, 48, 200].map(|length: usize| {
+            let message: Vec<u8> = (0..length).map(|index| (7 * index + 3) as u8).collect();
+            let mut framer = Framer::new(&message, code(value), true).unwrap();
+            // A round and its complement.
+            let panels = 2 * framer.panels_per_repeat();
+            let shown: Vec<u8> = (0..panels).flat_map(|_| framer.next_panel().bits().to_le_bytes()).collect();
+            crc32c(&[&shown])
+        });
+        assert_eq!(crcs, expected, "{:?}", code(value));
+    }
 }
