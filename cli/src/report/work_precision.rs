@@ -1,10 +1,10 @@
-//! The report's page: each part's default, plot, table and method, and the machine.
+//! The report's page: each part's default, plot and method, and the machine.
 
 use studies::work_precision::{CostUnit, Diagram, Part, Point, Scale};
 
 use super::document::Document;
 use super::figure::Figure;
-use crate::numbers::{digits, time, with_interval};
+use crate::numbers::{digits, time};
 use crate::plot::short;
 
 /// The origin of a run.
@@ -25,8 +25,8 @@ pub fn page(parts: &[Part], made: &Provenance, figures: &[Figure]) -> Document {
     document.text(&format!(
         "In each plot **down** is more exact and **left** is quicker. The grey band is the *Pareto front*: variants that no other beats in \
          both error and time. Full dots are on it, empty dots are beaten, arrows are upper bounds, and a ring marks the default. Times are \
-         multiples (×) of the baseline's. All variants of a plot run alternately, {} turns each; the ratio is taken in each turn, and the \
-         plots show its median and quartiles.",
+         multiples (×) of the baseline's. All variants of a plot run alternately, {} turns each; the plots show the ratio's median and \
+         quartiles over the turns.",
         made.scale.turns
     ));
     document.text(&format!(
@@ -39,7 +39,6 @@ pub fn page(parts: &[Part], made: &Provenance, figures: &[Figure]) -> Document {
         let caption = format!("[vector graphic]({stem}.svg), [all numbers]({stem}.csv)");
         document.picture(&stem, &caption, &figure.drawing.svg);
         document.text(&format!("**Default.** {}", part.default));
-        table(&mut document, part);
         document.text(&format!("**Variants.** {}", part.method));
         document.text(&format!("**Reference.** {}", part.reference));
     }
@@ -64,23 +63,6 @@ fn summary(document: &mut Document, parts: &[Part]) {
         ])
     });
     document.table(&["", "default", "error", "cost"], rows);
-}
-
-/// Lists each diagram's default, and the two ends of its front.
-fn table(document: &mut Document, part: &Part) {
-    let rows = part.diagrams.iter().map(|diagram| {
-        let mut front: Vec<&Point> = diagram.points.iter().filter(|point| point.on_front).collect();
-        front.sort_by(|a, b| a.cost.median.total_cmp(&b.cost.median));
-        let baseline = diagram.points.iter().find(|point| point.is_baseline);
-        vec![
-            format!("**{}**, {}", diagram.title, measure(diagram)),
-            baseline.map_or_else(String::new, |point| format!("{}, {}", point.variant, cost(diagram, point))),
-            default(diagram).map_or_else(String::new, cell),
-            front.first().copied().map_or_else(String::new, cell),
-            front.last().copied().map_or_else(String::new, cell),
-        ]
-    });
-    document.table(&["", "× 1", "default", "quickest", "most exact on the front"], rows);
 }
 
 /// The default; of several, the baseline.
@@ -118,12 +100,4 @@ fn cost(diagram: &Diagram, point: &Point) -> String {
         CostUnit::Instructions => format!("{} instructions", short(point.cost.median.round())),
         CostUnit::Cycles => format!("{} cycles", short(point.cost.median.round())),
     }
-}
-
-fn cell(point: &Point) -> String {
-    let error = match point.error_95 {
-        Some(interval) => with_interval(point.error, interval, digits),
-        None => bare(point),
-    };
-    format!("{}: {error}, × {}", point.variant, digits(point.ratio.median))
 }

@@ -108,15 +108,14 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         method: format!(
             "{frames} frames of one panel by each of {} cameras, in light so low that bits are wrong; random bits and sub-pixel phases, \
              known corners. *told*: `ml` with the camera's curve, black level and blur given. *learnt*: nothing given; the receiver \
-             starts from 1.5 px and γ 2.2. Both learn the LEDs' levels and the noise from 0 to {MOST_LEARNT_FROM} previous frames. The \
-             receiver learns only an exponent of a curve, and assumes black at 0.",
+             starts from 1.5 px and γ 2.2, learns an exponent of a curve, and assumes black at 0. Both learn the LEDs' levels and the \
+             noise from 0 to {MOST_LEARNT_FROM} previous frames.",
             CASES.len()
         ),
         reference: format!(
-            "The drawn bits. Over all cameras, *learnt, {MOST_LEARNT_FROM} frames* makes {} times as many errors as *told* on the same \
-             frames (95 %, frames resampled). A genie, which knows everything but the bits, reads {} of the bits wrongly (first {} \
-             frames; it does not model sharpening). Bars are 95 % intervals (Gaffke 2005). An arrow marks zero errors and stands at \
-             half an error.",
+            "The drawn bits. Over all cameras, *learnt, {MOST_LEARNT_FROM} frames* makes {} times as many errors as *told* (95 %, frames \
+             resampled). A genie reads {} of the bits wrongly (first {} frames; it does not model sharpening). Bars are 95 % intervals \
+             (Gaffke 2005). An arrow marks zero errors and stands at half an error.",
             wrong.ratio(),
             range(genies),
             scale.of(GENIE_FRAMES, 10)

@@ -49,11 +49,10 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     }
     Ok(Measurement {
         method: format!(
-            "Messages of {MESSAGE} bytes in as many blocks as their code needs, sent as ±1 with Gaussian noise. A message is lost if \
-             any of its blocks fails or is decoded wrongly. A curve varies the maximum number of min-sum iterations, 1 to 100. *i8* is \
-             `link::fec`: 8-bit log-likelihood ratios in steps of {LLR_STEP}, at most {SUREST} steps. *f32* and *f64* see the same \
-             noise unrounded; *bit flipping* sees only the signs. The time covers all blocks of a message; a failing block takes all \
-             iterations."
+            "Messages of {MESSAGE} bytes, sent as ±1 with Gaussian noise. A message is lost if any of its blocks fails or is decoded \
+             wrongly. A curve varies the maximum number of min-sum iterations, 1 to 100. *i8* is `link::fec`: 8-bit log-likelihood \
+             ratios in steps of {LLR_STEP}, at most {SUREST} steps. *f32* and *f64* see the same noise unrounded; *bit flipping* sees \
+             only the signs. The time covers a message; a failing block takes all iterations."
         ),
         reference: "The sent bytes. All variants decode the same messages. Bars are 95 % intervals of the loss rate (Gaffke 2005). An \
                     arrow marks none lost and stands at half a message."
@@ -74,7 +73,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     format!(
         "i8 and {MAX_ITERATIONS} iterations. Eight bits lose {} times as many messages as 64, in a quarter of the memory of f32 and \
          without a floating-point unit. Decoding a block stops when it succeeds, so a high limit costs time only if it is needed or the \
-         block is lost: {} The message's length selects the code: each curve has its own rate, from 1/2 (TC) to 4/5 (TM1280).",
+         block is lost: {} The codes' rates are from 1/2 (TC) to 4/5 (TM1280).",
         range(rounding),
         worth.unwrap_or_default()
     )

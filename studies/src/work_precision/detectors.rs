@@ -58,17 +58,14 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     Ok(Measurement {
         method: format!(
             "{FRAMES} noisy frames at each of four places, random in bits, phase and reflectance: the bit error rate, and the time from \
-             grey levels and corners to bits. That time covers cells, features and detection, or the pixels' likelihood for *ml*. \
-             *soft* adds 8-bit log-likelihood ratios for the error correction (*Correcting errors* shows the cost of 8 bits). All \
-             detectors compute in f32. The Cortex-M7 diagrams show the same errors against instructions, which QEMU counts on an \
-             emulated mps2-an500: the median over frames of a followed panel, whose cells are recomputed only after it has moved \
+             grey levels and corners to bits. *soft* adds 8-bit log-likelihood ratios for the error correction. The Cortex-M7 diagrams \
+             have instructions instead of time, which QEMU counts on an emulated mps2-an500: the median over frames of a followed panel \
              (`VOCC_WRITE_COUNTS=1 cargo test -p vocc-tests --test mps2 on_file`)."
         ),
         reference: format!(
-            "The drawn bits. A genie, which knows everything but the bits and searches for the likeliest panel, reads {} panels wrongly \
-             at the four places (first {} frames, 95 % intervals). No receiver is expected to read fewer panels wrongly, or to have a \
-             bit error rate below a 64th of that share. Bars are 95 % intervals (Gaffke 2005). An arrow marks zero errors and stands at \
-             half an error.",
+            "The drawn bits. A genie, which knows everything but the bits, reads {} panels wrongly at the four places (first {} frames, \
+             95 % intervals). No receiver is expected to read fewer panels wrongly, or to have a bit error rate below a 64th of that \
+             share. Bars are 95 % intervals (Gaffke 2005). An arrow marks zero errors and stands at half an error.",
             floors.join(", "),
             scale.of(GENIE_FRAMES, 10)
         ),
@@ -102,8 +99,8 @@ pub fn why(diagrams: &[Diagram]) -> String {
     format!(
         "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: without an error at {errorless}, and {} times less \
          often than the next best at the others. It takes {} times as long as k-means, because frames this unclear make it search groups \
-         of LEDs pixel by pixel (`cargo bench -p vocc-rx-pipeline --bench features -- read_by` has clearer panels). Faster variants on \
-         the Pareto front, by the number of places: {}. Fisher's discriminant needs training, k-means does not. Soft values add {} µs.",
+         of LEDs pixel by pixel. Faster variants on the Pareto front, by the number of places: {}. Fisher's discriminant needs training, \
+         k-means does not. Soft values add {} µs.",
         best.len(),
         range(rarer.map(|(ours, next)| next / ours.error)),
         range(best.iter().map(|(ours, _)| ours.ratio.median)),

@@ -46,16 +46,14 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     let diagrams: Vec<Diagram> = diagrams.into_iter().collect::<Result<_, _>>()?;
     Ok(Measurement {
         method: format!(
-            "Each effect states a bound on the change of any pixel if it is left out. The plan leaves it out if that bound is at most \
-             `effects.tolerance_grey`, t. *true error* is the greatest change of a pixel before rounding, over {FRAMES} frames, for t \
-             from 0 to 4. *declared bound* is the sum of the bounds of the effects left out. The scenes are the presets `paper`, `day`, \
-             `night` and `fog` with a little of each effect that they lack: `{}`. Noise is off, because its bound is statistical. The \
-             time covers drawing at level `fast` and reading out one frame of the panel's surroundings.",
+            "An effect is left out if its bound on the change of any pixel is at most `effects.tolerance_grey`, t. *true error* is the \
+             greatest change of a pixel before rounding, over {FRAMES} frames, for t from 0 to 4; *declared bound* is the sum of the \
+             bounds of the effects left out. The presets have a little of each effect that they lack: `{}`. Noise is off, because its \
+             bound is statistical. The time covers drawing at level `fast` and reading out one frame of the panel's surroundings.",
             DRIVE.join("`, `")
         ),
         reference: format!(
-            "All effects on. Both pictures are drawn at level `reference`, so only the omission differs. An arrow marks a change below \
-             {NOTHING_GREY} grey levels."
+            "All effects on. Both pictures are drawn at level `reference`. An arrow marks a change below {NOTHING_GREY} grey levels."
         ),
         diagrams,
     })
@@ -76,16 +74,10 @@ pub fn why(diagrams: &[Diagram]) -> String {
         ratios.fold(f64::INFINITY, f64::min)
     });
     let errors = above.iter().flatten().map(|point| point.error);
-    let left_out = diagrams.iter().filter_map(|drive| {
-        let default = variant(drive, &name(DEFAULT))?;
-        Some(format!("`{}`: {}", drive.title, default.note))
-    });
     format!(
-        "{DEFAULT} grey levels, as much as rounding changes ({}). With all effects a frame takes {} times as long. The fastest \
-         larger tolerance takes {} of the time, and larger tolerances change pixels by up to {} grey levels. The tolerance applies to \
-         each effect alone, so several omissions can exceed it together. In these frames the greatest change is {} of the sum of the \
-         bounds, which hold for any bits and phases.",
-        left_out.collect::<Vec<_>>().join("; "),
+        "{DEFAULT} grey levels, as much as rounding changes. With all effects a frame takes {} times as long. The fastest larger \
+         tolerance takes {} of the time, and larger tolerances change pixels by up to {} grey levels. The tolerance applies to each \
+         effect alone, so several omissions can exceed it together. In these frames the greatest change is {} of the sum of the bounds.",
         range(everything.map(|point| point.ratio.median)),
         range(quickest),
         rounded(errors.fold(0.0, f64::max)),

@@ -61,16 +61,14 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     }
     Ok(Measurement {
         method: "Each frame turns 64 bits into 8-bit grey levels: the panel and 11 px around it, the paper's camera, L2A 2, random bits \
-                 and sub-pixel phases. Dots are the greatest error of a pixel and ticks the root mean square, both before rounding, \
-                 which adds up to 0.5. `reference`, `fine` and `fast` are the levels that a user chooses. *bound* sets all knobs for a \
-                 bound in grey levels, as the levels do; *quadrature*, *truncation* and *phases* turn one knob and leave the others at \
-                 `fine`. *f64* evaluates the error function without tables. *supersampled* lights a raster 2 to 16 times finer, blurs \
-                 it and averages; *point-sampled* has one cell a pixel. *straightforward* takes 8 × 8 samples a pixel and blurs whole \
-                 pixels."
+                 and sub-pixel phases. Dots are the greatest error of a pixel and ticks the root mean square, before rounding. \
+                 `reference`, `fine` and `fast` are the levels that a user chooses. *bound* sets all knobs as the levels do; \
+                 *quadrature*, *truncation* and *phases* turn one. *f64* has no tables. *supersampled* averages a raster 2 to 16 times \
+                 finer, *point-sampled* has one cell a pixel, and *straightforward* takes 8 × 8 samples a pixel and blurs whole pixels."
             .into(),
         reference: format!(
-            "Level `reference`: f64, the error function, chords and reach for 1e-13 of an LED's light. It takes {} times as long as \
-             `fast` and errs by at most 1e-9 of an LED's light (`cargo test -p vocc-tests --test numerics disc_integral`).",
+            "Level `reference`, in f64. It takes {} times as long as `fast` and errs by at most 1e-9 of an LED's light (`cargo test -p \
+             vocc-tests --test numerics disc_integral`).",
             range(reference_times)
         ),
         diagrams,
@@ -82,7 +80,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let levels = [Level::Fast, Level::Fine].map(Level::error_bound_grey);
     let mut kept = [vec![], vec![]];
     let (mut exacter, mut longer, mut saved) = (vec![], vec![], 0.0f64);
-    let (mut double, mut raster_times, mut raster_errors) = (vec![], vec![], vec![]);
+    let (mut raster_times, mut raster_errors) = (vec![], vec![]);
     for diagram in diagrams {
         let [fast, fine, exact] = ["fast", "fine", "bound 0.001"].map(|name| variant(diagram, name));
         for ((kept, level), bound) in kept.iter_mut().zip([fast, fine]).zip(levels) {
@@ -94,13 +92,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
         }
         for point in &diagram.points {
             saved = saved.max(1.0 - point.ratio.median);
-            match (point.curve.as_str(), fine) {
-                ("f64", Some(fine)) if point.error < fine.error => double.push(point.ratio.median),
-                ("supersampled", _) if point.variant == FINEST => {
-                    raster_times.push(point.ratio.median);
-                    raster_errors.push(point.error);
-                }
-                _ => {}
+            if point.curve == "supersampled" && point.variant == FINEST {
+                raster_times.push(point.ratio.median);
+                raster_errors.push(point.error);
             }
         }
     }
@@ -109,15 +103,13 @@ pub fn why(diagrams: &[Diagram]) -> String {
     format!(
         "`fast` for Monte Carlo (`evaluate`, `optimize`, `figures`), `fine` for pictures (`render`). Errors {} times smaller than those \
          of `fast` take {} times as long, and no coarser variant saves more than {} % of its time. The levels guarantee {fast} and \
-         {fine} grey levels in any scene; here their errors are {} and {} times smaller. The f64 variants that are more exact than \
-         `fine` take {} times as long as `fast`. A raster of 16 × 16 cells a pixel takes {} times as long and still errs by {} grey \
-         levels.",
+         {fine} grey levels in any scene; here their errors are {} and {} times smaller. A raster of 16 × 16 cells a pixel takes {} \
+         times as long as `fast` and still errs by {} grey levels.",
         range(exacter),
         range(longer),
         rounded(100.0 * saved),
         range(fast_kept),
         range(fine_kept),
-        range(double),
         range(raster_times),
         range(raster_errors)
     )
