@@ -627,11 +627,11 @@ fn whatever_is_no_transmitter_is_told() {
     ends(&echo.vocc(&["device", "status", "--timeout", "1"]), 2, &["not a transmitter"]);
 }
 
-/// The answer of a transmitter of another version: the same frame with that version's number.
-fn of_version(version: u8, answer: &[u8]) -> Vec<u8> {
+/// The answer of a transmitter of another version: the same frame with bytes changed, and the right CRC.
+fn changed(answer: &[u8], change: impl Fn(&mut [u8])) -> Vec<u8> {
     let whole: Vec<u8> = answer.iter().copied().filter(|&byte| byte != 0).collect();
     let mut frame = cobs_decoded(&whole);
-    frame[0] = version;
+    change(&mut frame);
     let length = frame.len() - 4;
     let crc = link::checksum::crc32c(&[&frame[..length]]);
     frame[length..].copy_from_slice(&crc.to_le_bytes());
@@ -673,11 +673,36 @@ fn another_protocol_is_told_and_which_side_is_older() {
             if answer.is_empty() {
                 return answer;
             }
-            of_version(version, &answer)
+            changed(&answer, |frame| frame[0] = version)
         });
         let speaks = format!("speaks protocol {version}, this program 1");
         ends(&board.vocc(&["device", "status"]), 2, &[&speaks, older]);
     }
+}
+
+/// To a client from before locks, *locked* is such a refusal.
+#[test]
+fn a_refusal_that_only_newer_firmware_knows_changes_nothing_and_says_which_side_to_update() {
+    let board = Board::start(|fake, bytes| {
+        let locked = Answer::Refused(Refusal::Locked);
+        match instead(bytes, &locked, |request| request.changes()) {
+            // After the version, the kind, the number and *refused*.
+            Some(answer) => changed(&answer, |frame| frame[7] = 100),
+            None => fake.exchange(bytes),
+        }
+    });
+    let table = file("newer.toml", TABLE);
+    for command in [
+        &["table", "push", common::name(&table)][..],
+        &["device", "rate", "27"],
+        &["device", "send", "--message", "ice"],
+    ] {
+        ends(&board.vocc(command), 2, &["update the older side"]);
+    }
+    ends(&board.vocc(&["device", "status"]), 0, &[]);
+    let fake = board.stop();
+    assert_eq!(*fake.transmitter.table(), Fake::first_table());
+    assert_eq!((fake.memory.table, fake.memory.timing), (None, None));
 }
 
 /// Pushes [`TABLE`] to a board whose answers `hurt` changes. Returns whether the board then has the new table; otherwise it must have the
@@ -708,7 +733,7 @@ fn a_conversation_that_breaks_after_the_hello_leaves_the_old_table_or_the_new() 
     for (said, breaks) in [
         ("silent", &(|_: Vec<u8>| Vec::new()) as &'static (dyn Fn(Vec<u8>) -> Vec<u8> + Sync)),
         ("half an answer", &|answer: Vec<u8>| answer[..answer.len() / 2].to_vec()),
-        ("another version", &|answer: Vec<u8>| of_version(2, &answer)),
+        ("another version", &|answer: Vec<u8>| changed(&answer, |frame| frame[0] = 2)),
         ("the noise of a restart", &|answer: Vec<u8>| vec![0xff; answer.len()]),
     ] {
         for after in 1.. {
