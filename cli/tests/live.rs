@@ -3,7 +3,8 @@
 
 mod common;
 
-use std::io::{BufRead, BufReader, Write};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, SystemTime};
@@ -12,10 +13,16 @@ use common::bounded::{self, Watchdog, pipe, signal, writer};
 use common::ffmpeg::{Place, wait_for};
 use common::recording::{MESSAGE, film, filmed, pixels, y4m};
 use common::{command, folder, json_lines, name, refused, says, text};
+use rustix::fs::{OFlags, fcntl_setfl};
 use serde_json::Value;
 
 /// Tells the times of 16 frames, and gives the frames.
 const FRAMES: &str = "/bin/cat times >&2; /bin/cat frames";
+
+/// What a program has said so far on a standard error that is a file.
+fn said(path: &Path) -> String {
+    std::fs::read_to_string(path).expect("text")
+}
 
 #[test]
 fn what_is_no_live_source_is_named() {
@@ -183,6 +190,119 @@ fn a_source_that_goes_away_is_waited_for() {
     let last = json_lines(&received).pop().expect("a line");
     let [frames, dropped] = ["frames", "dropped"].map(|key| last[key].as_u64().expect("a number"));
     assert_eq!(frames + dropped, 32, "{last}");
+}
+
+/// Receives one message after another, with `between` before each further one, and stops then: the last lines, and what was said.
+fn received_again(place: &Place, arguments: &[&str], messages: &[&str], mut between: impl FnMut(usize)) -> (Vec<Value>, String) {
+    let path = place.0.join("said");
+    let stderr = File::create(&path).expect("a file");
+    let mut receive = place
+        .receive(arguments)
+        .stdout(Stdio::piped())
+        .stderr(stderr)
+        .spawn()
+        .expect("vocc runs");
+    let _watchdog = Watchdog::of(&receive);
+    let lines = BufReader::new(receive.stdout.take().expect("standard output")).lines();
+    let mut lines = lines.map(|line| serde_json::from_str::<Value>(&line.expect("text")).expect("JSON"));
+    for (run, message) in (1..).zip(messages) {
+        assert!(lines.any(|line| line["message"] == *message), "{message}: {}", said(&path));
+        if run < messages.len() {
+            between(run);
+        }
+    }
+    signal("-INT", receive.id());
+    let last = lines.collect();
+    assert!(receive.wait().expect("an end").success(), "{}", said(&path));
+    (last, said(&path))
+}
+
+#[test]
+fn messages_come_after_each_return_of_a_source() {
+    let messages = ["bend ahead", "ice ahead", "fog ahead"];
+    let place = Place::filming("live-returns", &messages);
+    let address = "udp://127.0.0.1:5000";
+    let (_, told) = received_again(&place, &["--live", address, "--json"], &messages, |run| {
+        place.mark(&format!("over-{run}"));
+    });
+    for word in ["is gone: it is waited for", "is back after"] {
+        assert_eq!(told.matches(&format!("{address} {word}")).count(), 2, "{told}");
+    }
+}
+
+#[test]
+fn a_camera_that_vanishes_and_one_that_falls_silent_are_received_again() {
+    let messages = ["bend ahead", "ice ahead", "fog ahead"];
+    let place = Place::filming("live-camera", &messages);
+    place.mark("camera");
+    let learnt = ["--save-camera", "learnt.toml", "--ffmpeg", "-framerate 100"];
+    let arguments = [&["--live", "v4l2:camera", "--json"][..], &learnt].concat();
+    let (last, told) = received_again(&place, &arguments, &messages, |run| {
+        if run == 1 {
+            std::fs::remove_file(place.0.join("camera")).expect("a device");
+            place.mark("over-1");
+            wait_for(|| said(&place.0.join("said")).contains("camera is gone: it").then_some(()));
+            place.mark("camera");
+        } else {
+            place.mark("silent-2");
+            place.mark("over-2");
+        }
+    });
+    assert!(
+        told.contains("camera is gone (nothing has come for 10 s): it is waited for"),
+        "{told}"
+    );
+    assert_eq!(told.matches("camera is back after").count(), 2, "{told}");
+    let runs = std::fs::read_to_string(place.0.join("runs")).expect("arguments");
+    assert_eq!(runs.matches("-framerate 100 -f v4l2 -ts abs -i camera ").count(), 3, "{runs}");
+    // Ctrl-C keeps what was learnt.
+    let [.., camera, latency] = &last[..] else {
+        panic!("{last:?}");
+    };
+    assert!(camera["camera"]["frames"].as_u64().is_some_and(|frames| frames > 0), "{camera}");
+    assert!(latency["latency"]["source"]["median_s"].is_number(), "{latency}");
+    let saved = std::fs::read_to_string(place.0.join("learnt.toml")).expect("a camera");
+    assert!(saved.contains("gamma"), "{saved}");
+}
+
+#[test]
+fn frames_that_come_faster_than_they_are_read_are_dropped_and_counted() {
+    // The first 16, from which the rate is learnt, 4 that wait, and one that comes as the first of these is taken.
+    const FRAMES_MAX: u64 = 16 + 4 + 1;
+    let times: Vec<u32> = (0..80).collect();
+    let place = Place::with_frames_at("live-drops", &format!("{FRAMES}; echo > given"), 100, &times);
+    for format in [&["--json"][..], &[]] {
+        let (mut reader, mut writer) = std::io::pipe().expect("a pipe");
+        // The program's first line waits, because the pipe is full.
+        fcntl_setfl(&writer, OFlags::NONBLOCK).expect("set");
+        while writer.write(b"\n").is_ok() {}
+        fcntl_setfl(&writer, OFlags::empty()).expect("set");
+        let arguments = [&["--live", "film.mp4", "--bits"], format].concat();
+        let receive = place
+            .receive(&arguments)
+            .stdout(writer)
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("vocc runs");
+        let _watchdog = Watchdog::of(&receive);
+        wait_for(|| std::fs::remove_file(place.0.join("given")).ok());
+        let mut told = String::new();
+        reader.read_to_string(&mut told).expect("text");
+        let received = receive.wait_with_output().expect("an end");
+        assert!(received.status.code().is_some_and(|code| code < 2), "{received:?}");
+        let [frames, dropped] = if format.is_empty() {
+            let said = text(&received.stderr);
+            let sentence = " of 80 frames were dropped, as newer ones had come";
+            let (before, _) = said.split_once(sentence).expect("a sentence");
+            let dropped = before.lines().next_back().expect("a number").parse().expect("a number");
+            [80 - dropped, dropped]
+        } else {
+            let last: Value = serde_json::from_str(told.lines().next_back().expect("a line")).expect("JSON");
+            ["frames", "dropped"].map(|key| last[key].as_u64().expect("a number"))
+        };
+        assert_eq!(frames + dropped, 80);
+        assert!(frames <= FRAMES_MAX, "{frames}");
+    }
 }
 
 #[test]

@@ -6,8 +6,25 @@ use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
 use super::bounded::{self, PATIENCE};
-use super::recording::{filmed, y4m_at};
+use super::recording::{film, filmed, y4m_at};
 use super::{command, folder};
+
+/// Films at its n-th run the film `film-n`, again and again until a file `over-n` exists, and is silent then if `silent-n` exists. The times
+/// begin with the wall clock.
+const FILMS: &str = r#"
+echo "$@" >> runs
+run=$(/usr/bin/wc -l < runs)
+echo '[showinfo@times @ 0x55] [info] config in time_base: 1/100, frame_rate: 100/1' >&2
+/bin/cat film-$run/header
+time=$(/bin/date +%s)00
+until [ -e over-$run ]; do
+    echo "[showinfo@times @ 0x55] [info] n:0 pts:$time pts_time:0 fmt:yuv420p" >&2
+    /bin/cat film-$run/$((time % 100))
+    time=$((time + 1))
+    /bin/sleep 0.01
+done
+[ ! -e silent-$run ] || exec /bin/sleep 600
+"#;
 
 /// A folder with a film, and an ffmpeg that does what the script says.
 pub struct Place(pub PathBuf);
@@ -41,6 +58,28 @@ impl Place {
         let rate = format!("[showinfo@times @ 0x55] [info] config in time_base: 1/{rate_hz}, frame_rate: {rate_hz}/1\n");
         std::fs::write(place.0.join("times"), rate + &times.collect::<String>()).expect("times");
         place
+    }
+
+    /// A folder with an ffmpeg that films one of these messages at each of its runs, at most at the pace of reading.
+    pub fn filming(name: &str, messages: &[&str]) -> Self {
+        let place = Self::new(name, FILMS);
+        for (run, message) in (1..).zip(messages) {
+            // At 90 symbols a second, 100 frames are whole symbols: the film has no seam.
+            let stream = y4m_at(&film(&format!("{name}-{run}"), message, 100, 90), 100);
+            let header = stream.iter().position(|&byte| byte == b'\n').expect("a header") + 1;
+            let folder = place.0.join(format!("film-{run}"));
+            std::fs::create_dir(&folder).expect("a folder");
+            std::fs::write(folder.join("header"), &stream[..header]).expect("a header");
+            for (number, frame) in stream[header..].chunks((stream.len() - header) / 100).enumerate() {
+                std::fs::write(folder.join(number.to_string()), frame).expect("a frame");
+            }
+        }
+        place
+    }
+
+    /// Makes an empty file: a device, or a word to the ffmpeg that films.
+    pub fn mark(&self, name: &str) {
+        std::fs::write(self.0.join(name), "").expect("a file");
     }
 
     pub fn receive(&self, arguments: &[&str]) -> Command {
