@@ -46,7 +46,7 @@ pub struct Files {
     /// The messages of the current frame (channel, time and content), held if there is a maximum size.
     frame: Vec<(u16, u64, Vec<u8>)>,
     /// The previous file, on its way to the disk.
-    ending: Option<JoinHandle<anyhow::Result<()>>>,
+    ending: Ending,
 }
 
 impl Files {
@@ -64,7 +64,7 @@ impl Files {
             max_bytes,
             is_used: false,
             frame: Vec::new(),
-            ending: None,
+            ending: Ending::default(),
         })
     }
 
@@ -112,7 +112,7 @@ impl Files {
     /// Finishes the last file.
     pub fn finish(mut self) -> anyhow::Result<()> {
         self.end_frame()?;
-        self.join()?;
+        self.ending.join()?;
         let is_alone = self.max_bytes.is_none();
         let file = whole(self.writer)?;
         match is_alone {
@@ -123,7 +123,11 @@ impl Files {
 
     /// Begins the next file with the channels of this one.
     fn begin_next(&mut self) -> anyhow::Result<()> {
-        self.join()?;
+        self.ending.join()?;
+        if self.is_live {
+            // The other thread may be late.
+            self.writer.keep()?;
+        }
         let next = (self.number + 1..).find(|&number| {
             let path = numbered(&self.first, number);
             !is_there(&path)
@@ -138,16 +142,29 @@ impl Files {
         (self.number, self.is_used) = (number, false);
         // A disk takes a while for a large file, and frames do not wait.
         let end = move || files::keep_new(vec![(old_path, whole(old)?)]);
-        self.ending = Some(std::thread::Builder::new().spawn(end)?);
+        self.ending = Ending(Some(std::thread::Builder::new().spawn(end)?));
         Ok(())
     }
+}
 
-    /// Waits for the previous file.
+/// A thread that finishes a file. Dropping waits for it, so that a recording that fails keeps all earlier files.
+#[derive(Default)]
+struct Ending(Option<JoinHandle<anyhow::Result<()>>>);
+
+impl Ending {
+    /// Waits for the file.
     fn join(&mut self) -> anyhow::Result<()> {
-        let ended = self.ending.take().map(JoinHandle::join);
+        let ended = self.0.take().map(JoinHandle::join);
         ended
             .unwrap_or(Ok(Ok(())))
             .unwrap_or_else(|_| bail!("the file before was not finished"))
+    }
+}
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        // An error of the recording is reported already.
+        let _ = self.join();
     }
 }
 
@@ -225,6 +242,21 @@ mod tests {
         for text in ["99999", "99k", "0", "-1", "", "M", "1.5G", "200MB", "200MM", "200m", "99999999999G"] {
             assert!(max_size(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn a_recording_that_is_given_up_keeps_its_finished_files() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("drive.mcap");
+        let mut files = Files::create(&path, Some(MAX_SIZE_MIN), false).expect("a file");
+        let channel = files.channel("/image", Schema { name: "a", definition: "" });
+        for time_ns in 1..=3 {
+            files.message(channel, time_ns, &[0; 90_000]).expect("room");
+            files.end_frame().expect("written");
+        }
+        drop(files);
+        let kept = [path.clone(), numbered(&path, 1)].map(|path| path.exists());
+        assert_eq!((kept, numbered(&path, 2).exists()), ([true; 2], false));
     }
 
     #[test]
