@@ -3,17 +3,22 @@
 
 mod common;
 
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Stdio;
-use std::time::{Duration, SystemTime};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant, SystemTime};
 
 use common::bounded::{self, Watchdog, pipe, signal, writer};
 use common::ffmpeg::{Place, wait_for};
 use common::recording::{MESSAGE, film, filmed, pixels, y4m};
 use common::{command, folder, json_lines, name, refused, says, text};
 use rustix::fs::{OFlags, fcntl_setfl};
+use rustix::process::{Pid, Resource, Rlimit};
 use serde_json::Value;
 
 /// Tells the times of 16 frames, and gives the frames.
@@ -408,76 +413,228 @@ fn a_recording_that_was_cut_off_has_all_that_came() {
     says(&place.received(&arguments), 2, &["drive.mcap.active", "move it away"]);
 }
 
-#[test]
-fn two_cameras_are_received_side_by_side() {
-    let films = [("live-left", "bend ahead"), ("live-right", "ice ahead")];
-    let mut received = films.map(|(name, message)| {
-        let frames = y4m(&film(&format!("{name}-frames"), message, 48, 90));
-        let pipe_path = folder(name).join("camera.y4m");
-        pipe(&pipe_path);
-        let mut receive = command(&["receive", common::name(&pipe_path), "--json", "--panels", "2"]);
-        let receive = receive.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("vocc runs");
-        (receive, pipe_path, frames)
-    });
-    let _watchdogs = received.each_ref().map(|(receive, ..)| Watchdog::of(receive));
-    // Frame by frame in turn, so that neither ends before the other begins.
-    let mut cameras = received.each_ref().map(|(_, path, _)| writer(path));
-    let pieces = received.each_ref().map(|(.., frames)| frames.chunks(frames.len().div_ceil(48)));
-    let [left, right] = pieces;
-    for (left, right) in left.zip(right) {
-        cameras[0].write_all(left).expect("read");
-        cameras[1].write_all(right).expect("read");
+/// A camera on a named pipe that films without end, at most a frame in 20 ms, until nobody reads. It notes when it gives each frame.
+struct EndlessCamera {
+    given: Arc<Mutex<Vec<Instant>>>,
+    filming: JoinHandle<()>,
+}
+
+impl EndlessCamera {
+    fn film(path: &Path, frames: Vec<Vec<u8>>) -> Self {
+        let given: Arc<Mutex<Vec<Instant>>> = Arc::default();
+        let noted = Arc::clone(&given);
+        let mut pipe = writer(path);
+        let filming = std::thread::spawn(move || {
+            let mut is_read = pipe.write_all(b"YUV4MPEG2 W160 H120 F100:1 Ip Cmono\n").is_ok();
+            let mut frames = frames.iter().cycle();
+            while is_read && let Some(frame) = frames.next() {
+                noted.lock().expect("no panic").push(Instant::now());
+                is_read = pipe.write_all(b"FRAME\n").and_then(|()| pipe.write_all(frame)).is_ok();
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        });
+        Self { given, filming }
     }
-    drop(cameras);
-    for ((receive, ..), (_, message)) in received.each_mut().into_iter().zip(films) {
-        let mut told = String::new();
-        std::io::Read::read_to_string(&mut receive.stdout.take().expect("standard output"), &mut told).expect("text");
-        assert!(receive.wait().expect("an end").success());
-        let messages: Vec<Value> = told.lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
-        let messages: Vec<&Value> = messages
+}
+
+/// The images of a recording in `folder`, in all its files, by their times.
+fn images(folder: &Path) -> Vec<Vec<u8>> {
+    let files = std::fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").path());
+    let recordings = files.filter(|path| name(path).contains("drive"));
+    // A file that is renamed meanwhile may have both names.
+    let images: BTreeMap<u64, Vec<u8>> = recordings
+        .flat_map(|path| recorded(&path))
+        .filter(|(topic, ..)| topic == "/camera/image")
+        .map(|(_, time_ns, image)| (time_ns, pixels_of(&image)))
+        .collect();
+    images.into_values().collect()
+}
+
+/// The pixels of a recorded image.
+fn pixels_of(image: &[u8]) -> Vec<u8> {
+    let (_, _, png): (((i32, u32), String), String, Vec<u8>) = cdr::deserialize(image).expect("an image");
+    image::load_from_memory(&png).expect("a PNG").into_luma8().into_raw()
+}
+
+#[test]
+fn a_kill_loses_at_most_the_last_second_of_a_recording() {
+    const SECOND: Duration = Duration::from_secs(1);
+    // A second has less than a chunk, so that frames wait for the flush.
+    let middle = |frame: &Vec<u8>| {
+        frame
+            .chunks(320)
+            .skip(60)
+            .take(120)
+            .flat_map(|row| &row[80..240])
+            .copied()
+            .collect()
+    };
+    let frames: Vec<Vec<u8>> = pixels(&film("live-killed-frames", MESSAGE, 100, 90)).iter().map(middle).collect();
+    for (place, options) in [("live-killed", &[][..]), ("live-killed-parts", &["--max-size", "200k"])] {
+        let place = folder(place);
+        pipe(&place.join("camera.y4m"));
+        let mut receive = command(&["receive", "camera.y4m", "--bits", "--json", "--mcap", "drive.mcap"]);
+        receive
+            .args(options)
+            .current_dir(&place)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null());
+        let mut receive = receive.spawn().expect("vocc runs");
+        let _watchdog = Watchdog::of(&receive);
+        let camera = EndlessCamera::film(&place.join("camera.y4m"), frames.clone());
+        // Frames that were read, and when that was known here.
+        let mut told: Vec<(usize, Instant)> = Vec::new();
+        let mut is_killed = false;
+        for line in BufReader::new(receive.stdout.take().expect("standard output")).lines() {
+            let line: Value = serde_json::from_str(&line.expect("text")).expect("JSON");
+            let (Some(frame), true) = (line["frame"].as_u64(), line["bits"].is_string()) else {
+                continue;
+            };
+            told.push((frame as usize, Instant::now()));
+            let given = camera.given.lock().expect("no panic")[frame as usize];
+            if !is_killed && given > told[0].1 + 3 * SECOND {
+                signal("-KILL", receive.id());
+                is_killed = true;
+            }
+        }
+        receive.wait().expect("an end");
+        camera.filming.join().expect("an end");
+        // What was read a second before the last frame was even given has been written since.
+        let (last, _) = *told.last().expect("a frame");
+        let last_given = camera.given.lock().expect("no panic")[last];
+        let kept = told
             .iter()
-            .map(|line| &line["message"])
-            .filter(|message| message.is_string())
-            .collect();
-        assert!(!messages.is_empty() && messages.iter().all(|&told| told == message), "{told}");
+            .rev()
+            .find(|(_, known)| *known + SECOND <= last_given)
+            .expect("a frame")
+            .0;
+        let images = images(&place);
+        assert!(images.len() > kept, "{} images, and frame {kept} is not among them", images.len());
+        let is_whole = images.iter().zip(frames.iter().cycle()).all(|(image, frame)| image == frame);
+        assert!(is_whole, "{options:?}");
+        assert_eq!(place.join("drive-0001.mcap").exists(), !options.is_empty());
     }
 }
 
 #[test]
-fn two_panels_of_a_live_source_have_their_own_messages() {
-    let films = [("live-panel-left", "bend ahead"), ("live-panel-right", "ice ahead")];
-    let [left, right] = films.map(|(name, message)| pixels(&film(name, message, 96, 90)));
-    let mut stream = b"YUV4MPEG2 W640 H240 F100:1 Ip Cmono\n".to_vec();
-    for (left, right) in left.iter().zip(&right) {
-        stream.extend(b"FRAME\n");
+fn a_disk_that_fills_leaves_the_files_that_were_finished() {
+    let [before, after] = [MESSAGE, "ice ahead"].map(|message| pixels(&film(&format!("live-full-{}", &message[..3]), message, 100, 90)));
+    let place = folder("live-full");
+    let (camera, path) = (place.join("camera.y4m"), place.join("said"));
+    pipe(&camera);
+    let receive = "receive camera.y4m --json --mcap drive.mcap --max-size 200k";
+    let script = format!("trap '' XFSZ; exec {} {receive}", env!("CARGO_BIN_EXE_vocc"));
+    let mut receive = std::process::Command::new("sh");
+    receive.args(["-c", &script]).current_dir(&place).stdout(Stdio::piped());
+    let receive = receive.stderr(File::create(&path).expect("a file")).spawn().expect("sh runs");
+    let _watchdog = Watchdog::of(&receive);
+    let mut camera = writer(&camera);
+    camera.write_all(b"YUV4MPEG2 W320 H240 F100:1 Ip Cmono\n").expect("read");
+    let mut film = |frames: &[Vec<u8>], until: &dyn Fn() -> bool| {
+        for frame in frames.iter().cycle().take_while(|_| !until()) {
+            camera.write_all(b"FRAME\n").and_then(|()| camera.write_all(frame)).expect("read");
+        }
+    };
+    film(&before, &|| place.join("drive-0001.mcap").exists());
+    let limit = Rlimit {
+        current: Some(50_000),
+        maximum: None,
+    };
+    let process = Pid::from_raw(receive.id() as i32);
+    rustix::process::prlimit(process, Resource::Fsize, limit).expect("limited");
+    film(&after, &|| said(&path).contains("going on without a recording"));
+    // Twice the film.
+    let rest = Cell::new(200);
+    film(&after, &|| rest.replace(rest.get() - 1) == 0);
+    drop(camera);
+    let mut received = receive.wait_with_output().expect("an end");
+    received.stderr = said(&path).into_bytes();
+    says(
+        &received,
+        2,
+        &["cannot write drive-0", "File too large", "going on without a recording"],
+    );
+    assert!(
+        json_lines(&received).iter().any(|line| line["message"] == "ice ahead"),
+        "{received:?}"
+    );
+    let numbers = (0..).map(|number| match number {
+        0 => "drive.mcap".to_owned(),
+        number => format!("drive-{number:04}.mcap"),
+    });
+    let finished = numbers.map(|file| place.join(file)).take_while(|path| path.exists());
+    let images: Vec<Vec<u8>> = finished.flat_map(|path| whole_images(&path)).collect();
+    assert!(images.len() > 2, "{}", images.len());
+    let is_whole = images.iter().zip(before.iter().cycle()).all(|(image, frame)| image == frame);
+    assert!(is_whole, "{} images", images.len());
+}
+
+/// The images of a file that was finished.
+fn whole_images(path: &Path) -> Vec<Vec<u8>> {
+    let bytes = std::fs::read(path).expect("a recording");
+    let summary = mcap::Summary::read(&bytes).expect("a file").expect("a summary");
+    let messages: Vec<_> = mcap::MessageStream::new(&bytes)
+        .expect("a file")
+        .collect::<Result<_, _>>()
+        .expect("whole messages");
+    assert_eq!(summary.stats.expect("statistics").message_count, messages.len() as u64);
+    let images = messages.iter().filter(|message| message.channel.topic == "/camera/image");
+    images.map(|image| pixels_of(&image.data)).collect()
+}
+
+/// A y4m stream of two films side by side, by frames after its header.
+fn side_by_side([left, right]: [PathBuf; 2]) -> Vec<Vec<u8>> {
+    let mut pieces = vec![b"YUV4MPEG2 W640 H240 F100:1 Ip Cmono\n".to_vec()];
+    for (left, right) in pixels(&left).iter().zip(pixels(&right)) {
+        let mut frame = b"FRAME\n".to_vec();
         for (left, right) in left.chunks(320).zip(right.chunks(320)) {
-            stream.extend_from_slice(left);
-            stream.extend_from_slice(right);
+            frame.extend_from_slice(left);
+            frame.extend_from_slice(right);
+        }
+        pieces.push(frame);
+    }
+    pieces
+}
+
+#[test]
+fn two_cameras_see_two_panels_each() {
+    let cameras = [
+        ("live-left", ["bend ahead", "ice ahead"]),
+        ("live-right", ["fog ahead", "jam ahead"]),
+    ];
+    let received = cameras.map(|(name, messages)| {
+        let pieces = side_by_side(messages.map(|message| film(&format!("{name}-{}", &message[..3]), message, 96, 90)));
+        let pipe_path = folder(name).join("camera.y4m");
+        pipe(&pipe_path);
+        let mut receive = command(&["receive", common::name(&pipe_path), "--json", "--panels", "2"]);
+        let receive = receive.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("vocc runs");
+        (receive, pipe_path, pieces)
+    });
+    let _watchdogs = received.each_ref().map(|(receive, ..)| Watchdog::of(receive));
+    // Frame by frame in turn, so that neither ends before the other begins.
+    let mut writers = received.each_ref().map(|(_, path, _)| writer(path));
+    for number in 0..97 {
+        for (writer, (.., pieces)) in writers.iter_mut().zip(&received) {
+            writer.write_all(&pieces[number]).expect("read");
         }
     }
-    let path = folder("live-panels").join("camera.y4m");
-    pipe(&path);
-    let receive = command(&["receive", name(&path), "--json", "--panels", "2"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("vocc runs");
-    let _watchdog = Watchdog::of(&receive);
-    let writing = std::thread::spawn(move || writer(&path).write_all(&stream));
-    let received = receive.wait_with_output().expect("an end");
-    writing.join().expect("an end").expect("read");
-    let lines = json_lines(&received);
-    let panel_of = |message: &str| {
-        let mut told = lines
+    drop(writers);
+    for ((receive, ..), (_, messages)) in received.into_iter().zip(cameras) {
+        let received = receive.wait_with_output().expect("an end");
+        assert!(received.status.success(), "{received:?}");
+        let lines = json_lines(&received);
+        let told: BTreeSet<(&str, u64)> = lines
             .iter()
-            .filter(|line| line["message"] == message)
-            .map(|line| line["panel"].as_u64());
-        let panel = told.next().flatten();
-        assert!(panel.is_some() && told.all(|other| other == panel), "{message}: {received:?}");
-        panel
-    };
-    assert_ne!(panel_of("bend ahead"), panel_of("ice ahead"));
-    assert_eq!(lines.last().expect("a line")["frames"], 96);
+            .filter_map(|line| Some((line["message"].as_str()?, line["panel"].as_u64()?)))
+            .collect();
+        // Each message has a panel of its own.
+        let (told_messages, panels): (BTreeSet<&str>, BTreeSet<u64>) = told.iter().copied().unzip();
+        assert_eq!(told_messages, messages.into(), "{received:?}");
+        assert_eq!((told.len(), panels.len()), (2, 2), "{told:?}");
+        assert_eq!(lines.last().expect("a line")["frames"], 96);
+    }
 }
 
 #[test]
