@@ -13,6 +13,7 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from recorded import DEAD_LEDS, DISTORTION, FOCAL_PX, FRAME_ID, FRAMES, MESSAGE, PERIOD_NS, START_NS, Recorded, rotation_of, values
 from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import Writer
 from rosbags.typesys import Stores, get_typestore
 
 TYPES = {
@@ -174,3 +175,72 @@ def test_tools_that_need_a_folder_get_one(recorded: Recorded, tmp_path: Path) ->
     converted, direct = with_rosbags(bag), with_rosbags(recorded.path)
     assert {topic: len(messages) for topic, messages in converted.items()} == {topic: len(messages) for topic, messages in direct.items()}
     assert [time_ns for time_ns, _, _ in converted["/panel_0/pose"]] == [time_ns for time_ns, _, _ in direct["/panel_0/pose"]]
+
+
+def write_car(bag: Path) -> list[int]:
+    """Writes a car's bag of the film's clock, with the camera's place in the car; the stamps, between those of the frames."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kinds = store.types
+    stamps = [START_NS + PERIOD_NS // 2 + number * PERIOD_NS for number in range(-10, FRAMES + 10)]
+    with Writer(bag, version=9) as writer:
+        topics = {"/imu/data": "sensor_msgs/msg/Imu", "/diagnostics": TYPES["/diagnostics"], "/tf_static": "tf2_msgs/msg/TFMessage"}
+        connections = {topic: writer.add_connection(topic, kind, typestore=store) for topic, kind in topics.items()}
+
+        def put(topic: str, time_ns: int, **content: Any) -> None:
+            kind = topics[topic]
+            writer.write(connections[topic], time_ns, store.serialize_cdr(kinds[kind](**content), kind))
+
+        def header(time_ns: int, frame: str) -> Any:
+            stamp = kinds["builtin_interfaces/msg/Time"](sec=time_ns // 10**9, nanosec=time_ns % 10**9)
+            return kinds["std_msgs/msg/Header"](stamp=stamp, frame_id=frame)
+
+        vector, quaternion = kinds["geometry_msgs/msg/Vector3"], kinds["geometry_msgs/msg/Quaternion"]
+        # The camera looks ahead, 1.2 m above the ground.
+        ahead = quaternion(x=-0.5, y=0.5, z=-0.5, w=0.5)
+        mounted = kinds["geometry_msgs/msg/Transform"](translation=vector(x=1.5, y=0, z=1.2), rotation=ahead)
+        placed = kinds["geometry_msgs/msg/TransformStamped"](header(stamps[0], "base_link"), child_frame_id=FRAME_ID, transform=mounted)
+        put("/tf_static", stamps[0], transforms=[placed])
+        status = kinds["diagnostic_msgs/msg/DiagnosticStatus"](level=0, name="battery", message="", hardware_id="battery", values=[])
+        put("/diagnostics", stamps[20], header=header(stamps[20], ""), status=[status])
+        unknown = np.full(9, -1.0)
+        for time_ns in stamps:
+            put(
+                "/imu/data",
+                time_ns,
+                header=header(time_ns, "imu_link"),
+                orientation=quaternion(x=0, y=0, z=0, w=1),
+                orientation_covariance=unknown,
+                angular_velocity=vector(x=0, y=0, z=0.1),
+                angular_velocity_covariance=unknown,
+                linear_acceleration=vector(x=0, y=0, z=9.81),
+                linear_acceleration_covariance=unknown,
+            )
+    return stamps
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_a_recording_merges_with_a_cars_bag(recorded: Recorded, tmp_path: Path, storage: str) -> None:
+    """The command in docs/live.md."""
+    convert = Path(sys.executable).with_name("rosbags-convert")
+    car, merged = tmp_path / "car", tmp_path / "merged"
+    stamps = write_car(car)
+    subprocess.run([convert, "--src", car, recorded.path, "--dst", merged, "--dst-storage", storage], check=True)
+    with AnyReader([merged]) as reader:
+        order = [(time_ns, connection.topic, bytes(data)) for connection, time_ns, data in reader.messages()]
+    times = [time_ns for time_ns, _, _ in order]
+    assert times == sorted(times)
+    sources = []
+    for path in (car, recorded.path):
+        with AnyReader([path]) as reader:
+            sources += [(time_ns, connection.topic, bytes(data)) for connection, time_ns, data in reader.messages()]
+    assert sorted(order) == sorted(sources)
+    assert {topic for _, topic, _ in order} == {*TYPES, "/imu/data", "/tf_static"}
+    # Images and the car's messages alternate while both are there.
+    both = [(time_ns, topic) for time_ns, topic, _ in order if topic in ("/camera/image", "/imu/data")]
+    assert [topic for _, topic in both[9:-10]] == ["/imu/data", *["/camera/image", "/imu/data"] * FRAMES]
+    assert [time_ns for time_ns, topic in both if topic == "/imu/data"] == stamps
+    # The car's tree of frames has the camera that the poses are in.
+    content = with_rosbags(merged)
+    [placed] = content["/tf_static"][0][2].transforms
+    assert {pose.header.frame_id for _, _, pose in content["/panel_0/pose"]} == {placed.child_frame_id}
+    assert [status.name for _, _, report in content["/diagnostics"] for status in report.status].count("battery") == 1
