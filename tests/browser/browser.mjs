@@ -1,9 +1,11 @@
 // The page in Chromium, and the program for comparison.
 
-import { execFileSync } from "node:child_process";
+import { execFileSync, spawn } from "node:child_process";
+import { once } from "node:events";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
+import readline from "node:readline";
 import { after } from "node:test";
 import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
@@ -53,6 +55,53 @@ export function film(folder, fps, words, name = "film.y4m") {
   const input = ["-framerate", String(fps), "-i", path.join(frames, "frame-%06d.png")];
   execFileSync("ffmpeg", ["-v", "error", "-y", ...input, "-pix_fmt", "yuv420p", file], { stdio: "inherit" });
   return file;
+}
+
+/** Films `vocc link` with these arguments: the grey pixels of each frame. */
+export function framesOf(folder, [width, height], words) {
+  const frames = path.join(folder, "frames");
+  const size = [`camera.width_px=${width}`, `camera.height_px=${height}`].flatMap((key) => ["--set", key]);
+  vocc("link", ...words, ...size, "--save", frames);
+  const grey = ["-pix_fmt", "gray", "-f", "rawvideo", "-"];
+  const pixels = execFileSync("ffmpeg", ["-v", "error", "-i", path.join(frames, "frame-%06d.png"), ...grey], { maxBuffer: Infinity });
+  const bytes = width * height;
+  return Array.from({ length: pixels.length / bytes }, (_, at) => pixels.subarray(at * bytes, (at + 1) * bytes));
+}
+
+/** Starts `vocc receive` with these arguments. `said` waits for what a line on standard error begins with, and returns its rest. */
+export function receiving(t, ...words) {
+  const program = spawn(VOCC, ["receive", "--json", ...words], { stdio: "pipe" });
+  t.after(() => program.kill("SIGKILL"));
+  const ended = once(program, "close");
+  let printed = "";
+  program.stdout.on("data", (bytes) => (printed += bytes));
+  const remarks = [];
+  const reader = readline.createInterface(program.stderr).on("line", (line) => remarks.push(line));
+  let hasEnded = false;
+  ended.then(() => (hasEnded = true));
+  const said = async (beginning) => {
+    for (;;) {
+      const remark = remarks.find((line) => line.startsWith(beginning));
+      if (remark) return remark.slice(beginning.length);
+      await Promise.race([once(reader, "line"), ended]);
+      if (hasEnded) throw new Error(`vocc ended and said ${JSON.stringify(remarks)}`);
+    }
+  };
+  const lines = () => printed.trim().split("\n").map((line) => JSON.parse(line));
+  return { program, ended, lines, said };
+}
+
+/** Starts `vocc receive --live` with a named pipe of raw frames. Each `camera()` is a program that writes to it. */
+export function receivingLive(t, [width, height], ...words) {
+  const pipe = path.join(workshop(t), "camera");
+  execFileSync("mkfifo", [pipe]);
+  const camera = () => {
+    // Opening a pipe blocks until its other side is open, and Node.js does not end before.
+    const writer = spawn("sh", ["-c", 'exec cat >"$1"', "sh", pipe], { stdio: ["pipe", "inherit", "inherit"] });
+    t.after(() => writer.kill("SIGKILL"));
+    return writer.stdin;
+  };
+  return { ...receiving(t, "--live", pipe, "--raw", `${width}x${height}`, ...words), camera };
 }
 
 /**

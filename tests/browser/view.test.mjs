@@ -1,31 +1,23 @@
 // The page of `vocc receive --view` shows what the program prints.
 
 import assert from "node:assert/strict";
-import { spawn } from "node:child_process";
-import { once } from "node:events";
 import { readFileSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import path from "node:path";
-import readline from "node:readline";
 import test from "node:test";
 import { setTimeout as wait } from "node:timers/promises";
-import { film, shots, textOf, visit, vocc, workshop } from "./browser.mjs";
+import { film, framesOf, PATIENCE_MS, receiving, receivingLive, shots, textOf, visit, vocc, workshop } from "./browser.mjs";
 
 /** A text that would be an element, and would run, where it is taken as HTML. */
 const TEXT = '<img src=x onerror="document.title=1"> & ice';
 
-/** Starts `vocc receive - --view` and reads the page's address. */
-async function receiving(t, ...words) {
-  const program = spawn(process.env.VOCC, ["receive", "-", "--json", "--bits", "--view", ...words], { stdio: "pipe" });
-  t.after(() => program.kill("SIGKILL"));
-  let printed = "";
-  program.stdout.on("data", (bytes) => (printed += bytes));
-  const ended = once(program, "close");
-  const address = await new Promise((found) => {
-    readline.createInterface(program.stderr).on("line", (line) => line.startsWith("view: ") && found(line.slice(6)));
-  });
-  const lines = () => printed.trim().split("\n").map((line) => JSON.parse(line));
-  return { program, address, ended, lines, isOwn: (url) => url.startsWith(address) };
+/** The size of frames before a live source's page. */
+const SIZE = [640, 480];
+
+/** With the address of a receiver's page. */
+async function viewed(receiver) {
+  const address = await receiver.said("view: ");
+  return { ...receiver, address, isOwn: (url) => url.startsWith(address) };
 }
 
 test("view: a film is shown as it is printed", async (t) => {
@@ -38,7 +30,7 @@ test("view: a film is shown as it is printed", async (t) => {
   const size = ["--set", "camera.width_px=640", "--set", "camera.height_px=480"];
   const frames = readFileSync(film(folder, 100, ["day", ...size, "--message", TEXT, "--sign", key, "--counter", "7"]));
   const told = ["--trust", keys, "--camera", camera, "--interval", "1", "--led-diameter", "0.03"];
-  const { program, address, ended, lines, isOwn } = await receiving(t, ...told);
+  const { program, address, ended, lines, isOwn } = await viewed(receiving(t, "-", "--bits", "--view", ...told));
   const page = await visit(t, address, { isOwn });
   await textOf(page, "#state", /^Receiving/);
   for (let at = 0; at < frames.length; at += 1 << 20) {
@@ -85,8 +77,43 @@ test("view: a film is shown as it is printed", async (t) => {
   await page.screenshot({ path: path.join(shots, "view.png"), fullPage: true });
 });
 
+test("view: a live source shows its latency and its loss, and is waited for", { timeout: PATIENCE_MS }, async (t) => {
+  const frames = framesOf(workshop(t), SIZE, ["day", "--message", TEXT, "--frames", "24"]);
+  const { program, address, camera, ended, lines, isOwn } = await viewed(receivingLive(t, SIZE, "--bits", "--view"));
+  const page = await visit(t, address, { isOwn });
+  await textOf(page, "#state", /^Live$/);
+  // The page shows each frame before the next one is there.
+  let source = camera();
+  for (const [at, frame] of frames.entries()) {
+    source.write(frame);
+    await textOf(page, "#frame", new RegExp(`^Frame ${at}: 640 × 480 pixels, [\\d.]+ symbols a second, latency [\\d.]+\\s(µs|ms|s)$`));
+  }
+  await textOf(page, "#texts p", /frames \d+ to \d+, \d+ bits? corrected, latency [\d.]+\s(µs|ms|s)/);
+  assert.equal(await page.textContent("#texts p bdi"), TEXT);
+  source.end();
+  await textOf(page, "#remarks", /camera is gone: it is waited for/);
+  source = camera();
+  source.write(frames[0]);
+  await textOf(page, "#remarks", /camera is back after [\d.]+ s/);
+  await textOf(page, "#state", /^Live$/);
+  assert.equal(await page.isVisible("#latency"), false);
+
+  program.kill("SIGINT");
+  await textOf(page, "#state", new RegExp(`^Ended: ${frames.length + 1} frames, \\d+ messages?\\.`));
+  assert.deepEqual(await ended, [0, null]);
+  const { latency } = lines().at(-1);
+  const shown = await page.locator("#latency dd").allTextContents();
+  const units = { µs: 1e-6, ms: 1e-3, s: 1 };
+  const seconds = shown.map((text) => [...text.matchAll(/([\d.]+)\s(µs|ms|s)/g)].map(([, value, unit]) => value * units[unit]));
+  assert.deepEqual(await page.locator("#latency dt").allTextContents(), ["All", "Queue", "Reading", "Decoding"]);
+  for (const [at, part] of ["to_text", "queue", "reading", "decoding"].entries()) {
+    const [median_s, worst_s] = seconds[at];
+    assert.ok(Math.abs(median_s / latency[part].median_s - 1) < 0.01 && Math.abs(worst_s / latency[part].worst_s - 1) < 0.01, shown[at]);
+  }
+});
+
 test("view: the page says why nothing is read, and that the program was stopped", async (t) => {
-  const { program, address, isOwn } = await receiving(t, "--raw", "64x48");
+  const { program, address, isOwn } = await viewed(receiving(t, "-", "--view", "--raw", "64x48"));
   const page = await visit(t, address, { isOwn, mayComplain: true });
   program.stdin.write(Buffer.alloc(64 * 48, 90));
   await textOf(page, "#panels .why", /^Not read: .*no candidate/);
@@ -96,7 +123,7 @@ test("view: the page says why nothing is read, and that the program was stopped"
 });
 
 test("view: a name that resolves to this computer is refused", async (t) => {
-  const { address, isOwn } = await receiving(t, "--raw", "64x48");
+  const { address, isOwn } = await viewed(receiving(t, "-", "--view", "--raw", "64x48"));
   const flags = ["--host-resolver-rules=MAP evil.example 127.0.0.1"];
   const page = await visit(t, address, { isOwn: (url) => isOwn(url) || url.includes("evil.example"), flags, mayComplain: true });
   const answer = await page.goto(address.replace("127.0.0.1", "evil.example"));
