@@ -1,6 +1,6 @@
 //! Hard cases for floating and fixed point: naive methods fail on them, and ours do not.
 //!
-//! `docs/numerics.md` describes each. The whole suite: `cargo test -p vocc-tests --test numerics`.
+//! `docs/numerics.md` lists the main ones. The whole suite: `cargo test -p vocc-tests --test numerics`.
 
 mod control;
 mod disc_integral;
