@@ -48,8 +48,9 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         method: format!(
             "An effect is left out if its bound on the change of any pixel is at most `effects.tolerance_grey`, t. *true error* is the \
              greatest change of a pixel before rounding, over {FRAMES} frames, for t from 0 to 4; *declared bound* is the sum of the \
-             bounds of the effects left out. The presets have a little of each effect that they lack: `{}`. Noise is off, because its \
-             bound is statistical. The time covers drawing at level `fast` and reading out one frame of the panel's surroundings.",
+             bounds of the effects left out. The scenes are presets with a little of each effect that they lack: `{}`. Noise is off, \
+             because its bound is statistical. The time covers drawing at level `fast` and reading out one frame of the panel's \
+             surroundings.",
             DRIVE.join("`, `")
         ),
         reference: format!(

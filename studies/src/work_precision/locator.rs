@@ -78,10 +78,10 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         method: format!(
             "{scenes} panels anywhere in frames of {} × {} pixels: 30 to 70 m, interval 0.5 to 2, roll to 15°, yaw to 30°, 50 to 10 000 \
              lx, with noise, two in three before a photograph. A panel is missed if {FRAMES} successive frames do not locate it to \
-             {RIGHT} of its pitch. Frames are searched whole (1×) or averaged down 2, 3 or 4 times. *share* examines the strongest \
-             candidates and one other in each frame; *full* examines all changes and the busiest places. In a single frame, *spots* \
-             searches for isolated spots, and *places* then examines that number of busiest places. Its time is that of frames whose \
-             panel is covered, because nothing ends that search early.",
+             {RIGHT} of its pitch. Frames are searched whole (1×) or averaged down 2, 3 or 4 times, which the time includes. *share* \
+             examines the strongest candidates and one other in each frame; *full* examines all changes and the busiest places. In a \
+             single frame, *spots* searches for isolated spots, and *places* then examines that number of busiest places. The time of a \
+             single frame is that of one whose panel is covered, because nothing ends that search early.",
             SIZE[0], SIZE[1]
         ),
         reference: "The drawn corner LEDs. Bars of the miss rate are 95 % intervals (Gaffke 2005). An arrow marks none missed and \

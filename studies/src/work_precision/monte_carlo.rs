@@ -68,7 +68,8 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
              the best L2A (a parabola through {} ratios from 1.6 to 2.4, bootstrap), and of the bit error rate of k-means at 70 m, \
              interval 0.5, L2A 1, 1000 lx with noise (Gaffke 2005, of frames). *common*: all ratios see the same frames. *independent*: \
              each ratio has frames of its own. *true error*: the deviation from the reference that 95 % of {REPEATS} runs with other \
-             seeds do not exceed. *as if independent*: an interval that treats a frame's 64 bits as independent.",
+             seeds do not exceed. *as if independent*: an interval that treats a frame's 64 bits as independent. The time is the number \
+             of frames times that of one frame.",
             GRID.len()
         ),
         reference: format!(

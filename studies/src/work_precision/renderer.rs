@@ -62,9 +62,10 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     Ok(Measurement {
         method: "Each frame turns 64 bits into 8-bit grey levels: the panel and 11 px around it, the paper's camera, L2A 2, random bits \
                  and sub-pixel phases. Dots are the greatest error of a pixel and ticks the root mean square, before rounding. \
-                 `reference`, `fine` and `fast` are the levels that a user chooses. *bound* sets all knobs as the levels do; \
-                 *quadrature*, *truncation* and *phases* turn one. *f64* has no tables. *supersampled* averages a raster 2 to 16 times \
-                 finer, *point-sampled* has one cell a pixel, and *straightforward* takes 8 × 8 samples a pixel and blurs whole pixels."
+                 `reference`, `fine` and `fast` are the levels that a user chooses. *bound* sets all knobs for a bound in grey levels, as \
+                 the levels do; *quadrature*, *truncation* and *phases* turn one and leave the others at `fine`. *f64* has no tables. \
+                 *supersampled* averages a raster 2 to 16 times finer, *point-sampled* has one cell a pixel, and *straightforward* takes \
+                 8 × 8 samples a pixel and blurs whole pixels."
             .into(),
         reference: format!(
             "Level `reference`, in f64. It takes {} times as long as `fast` and errs by at most 1e-9 of an LED's light (`cargo test -p \
