@@ -206,7 +206,7 @@ impl Recording {
             ExtendedColorType::L8,
         )?;
         let header = self.header();
-        let format = "png";
+        let format = "mono8; png compressed";
         let image = self.encoded(&ros::CompressedImage { header, format, data })?;
         self.put(self.image, &image)
     }

@@ -49,7 +49,7 @@ fn what_is_received_is_recorded() {
     assert_eq!(images.len(), frames);
     assert_eq!(images[1].0, 10_000_000);
     let (_, format, png): (((i32, u32), String), String, Vec<u8>) = cdr::deserialize(images[0].1).expect("an image");
-    assert_eq!((&format[..], &png[1..4]), ("png", &b"PNG"[..]));
+    assert_eq!((&format[..], &png[1..4]), ("mono8; png compressed", &b"PNG"[..]));
     assert_eq!(of_topic(&messages, "/panel_0/outline").len(), readings.len());
 
     let known = readings.iter().filter(|reading| reading["pose"]["known"] == true);

@@ -79,7 +79,7 @@ def test_images_and_the_calibration_are_those_of_the_film(recorded: Recorded, re
     assert [frame_of(time_ns) for time_ns, _, _ in images] == list(range(FRAMES))
     for number in (0, 130, FRAMES - 1):
         image = images[number][2]
-        assert image.format == "png"
+        assert image.format == "mono8; png compressed"
         pixels = cv2.imdecode(np.frombuffer(bytes(image.data), np.uint8), cv2.IMREAD_UNCHANGED)
         assert np.array_equal(pixels, cv2.imread(str(recorded.files[number]), cv2.IMREAD_UNCHANGED))
     assert len(infos) == FRAMES

@@ -86,7 +86,7 @@ test("foxglove: its own client reads images and messages of a live source", { ti
   }
   await until(() => received("/panel_0/message").length);
   for (const { timestamp, message } of images) {
-    assert.deepEqual([message.header.frame_id, message.format], ["front_camera", "png"]);
+    assert.deepEqual([message.header.frame_id, message.format], ["front_camera", "mono8; png compressed"]);
     assert.equal(BigInt(message.header.stamp.sec) * 10n ** 9n + BigInt(message.header.stamp.nanosec), timestamp);
     assert.ok(timestamp >= BigInt(began) * 10n ** 6n && timestamp <= BigInt(Date.now() + 1) * 10n ** 6n);
   }
