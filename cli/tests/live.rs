@@ -540,7 +540,7 @@ fn a_disk_that_fills_leaves_the_files_that_were_finished() {
     film(&before, &|| place.join("drive-0001.mcap").exists());
     let limit = Rlimit {
         current: Some(50_000),
-        maximum: None,
+        ..rustix::process::getrlimit(Resource::Fsize)
     };
     let process = Pid::from_raw(receive.id() as i32);
     rustix::process::prlimit(process, Resource::Fsize, limit).expect("limited");
