@@ -1,13 +1,13 @@
-//! Films at their own pace as live sources: through a named pipe and a loopback UDP stream, with the real ffmpeg.
+//! Films at their own pace as live sources, with the real ffmpeg: through a named pipe, a loopback UDP stream and an RTSP connection.
 //!
 //! Skipped if ffmpeg or Python is absent (`tests/run` installs them). `cli/tests/live.rs` has the tests without them.
 
-use std::io::{BufRead, BufReader};
-use std::net::UdpSocket;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, UdpSocket};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use tempfile::TempDir;
@@ -32,6 +32,7 @@ fn main() -> ExitCode {
     let tests = tests![
         all_frames_of_a_named_pipe_are_received,
         a_loopback_stream_is_received_until_ctrl_c,
+        an_rtsp_camera_is_received,
         the_reader_in_the_documentation_has_each_message_at_once,
     ];
     trials::run("live", None, tests, provide)
@@ -146,6 +147,61 @@ fn a_loopback_stream_is_received_until_ctrl_c(ready: &Ready) {
     assert!(is_there);
     let interrupted = output(Command::new("kill").args(["-INT", &receive.child.id().to_string()]));
     assert!(interrupted.is_ok());
+    let last = lines.last().expect("a line");
+    assert!(receive.child.wait().expect("an end").success());
+    print(&json(&last));
+}
+
+/// An RTSP camera of one client: MPEG-TS in RTP, interleaved with the requests' connection (RFC 2326, 10.12).
+fn serve(listener: &TcpListener, film: &mut impl Read) -> std::io::Result<()> {
+    let (client, _) = listener.accept()?;
+    let (mut requests, mut client) = (BufReader::new(client.try_clone()?).lines(), client);
+    let mut plays = false;
+    while !plays {
+        let request: Vec<String> = requests
+            .by_ref()
+            .map_while(Result::ok)
+            .take_while(|line| !line.is_empty())
+            .collect();
+        let header = |name: &str| request.iter().find_map(|line| line.strip_prefix(name)).unwrap_or_default();
+        let method = request.first().and_then(|line| line.split(' ').next()).unwrap_or_default();
+        let sdp = "v=0\r\no=- 0 0 IN IP4 127.0.0.1\r\ns=film\r\nt=0 0\r\nm=video 0 RTP/AVP 33\r\na=control:track\r\n";
+        let answer = match method {
+            "OPTIONS" => "Public: DESCRIBE, SETUP, PLAY, TEARDOWN\r\n\r\n".to_owned(),
+            "DESCRIBE" => format!("Content-Type: application/sdp\r\nContent-Length: {}\r\n\r\n{sdp}", sdp.len()),
+            "SETUP" => "Transport: RTP/AVP/TCP;unicast;interleaved=0-1\r\nSession: 1\r\n\r\n".to_owned(),
+            "PLAY" => "Session: 1\r\n\r\n".to_owned(),
+            other => return Err(std::io::Error::other(format!("{other:?} is no request of a player"))),
+        };
+        write!(client, "RTSP/1.0 200 OK\r\nCSeq: {}\r\n{answer}", header("CSeq: "))?;
+        plays = method == "PLAY";
+    }
+    let begun = Instant::now();
+    let mut packets = [0; 7 * 188];
+    for sequence in (0..=u16::MAX).cycle() {
+        film.read_exact(&mut packets)?;
+        let time = (begun.elapsed().as_secs_f64() * 90_000.0) as u32;
+        let length = (12 + packets.len()) as u16;
+        let rtp = [&[0x80, 33][..], &sequence.to_be_bytes(), &time.to_be_bytes(), b"film", &packets].concat();
+        client.write_all(&[b"$\0", &length.to_be_bytes()[..], &rtp].concat())?;
+    }
+    Ok(())
+}
+
+fn an_rtsp_camera_is_received(ready: &Ready) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("rtsp://{}/live", listener.local_addr().expect("a port"));
+    let mut receive = ready.receive(&["--live", &address, "--json"]);
+    let mut ffmpeg = Command::new("ffmpeg");
+    ffmpeg.args(["-nostdin", "-loglevel", "quiet", "-re", "-stream_loop", "-1", "-i", "film.ts"]);
+    let mut camera = ready.run(ffmpeg.args(["-c", "copy", "-f", "mpegts", "-"]).stdout(Stdio::piped()));
+    let mut film = camera.child.stdout.take().expect("an output");
+    // Ends with the receiver, or with the film.
+    let served = std::thread::spawn(move || serve(&listener, &mut film));
+    let mut lines = receive.lines();
+    let is_there = lines.any(|line| json(&line)["message"] == MESSAGE);
+    assert!(is_there, "{:?}", served.is_finished().then(|| served.join()));
+    assert!(output(Command::new("kill").args(["-INT", &receive.child.id().to_string()])).is_ok());
     let last = lines.last().expect("a line");
     assert!(receive.child.wait().expect("an end").success());
     print(&json(&last));
