@@ -87,7 +87,7 @@
 //! | 128 | TM1536 | 27 | 0.5000 | 0.0513 | 24 to 40 | 11 |
 //! | 1024 | TM1536 | 216 | 0.5000 | 0.0629 | 20 to 44 | 12 |
 //!
-//! `docs/flicker.md` shows how visible this is at each symbol rate.
+//! `docs/flicker.md` shows how visible this is.
 //!
 //! # Sending and receiving
 //!
