@@ -79,10 +79,37 @@ fn only_what_is_proven_is_told_where_that_is_asked_for() {
     }
     let all = verdicts(&[&unsigned, "--trust", &trusted], 0);
     assert_eq!(all, [told("hi", "unproven", None), told("hi", "unsigned", None)]);
-    // Without --trust, standard output says nothing about the signature, and standard error has the counter.
-    let received = vocc(&["receive", &signed]);
-    says(&received, 0, &["counter 1", "--trust"]);
-    assert!(!text(&received.stdout).contains("proven"));
+}
+
+#[test]
+fn without_keys_the_signer_is_named_as_not_checked() {
+    let path = paths("signing-unchecked");
+    let [key, trusted, signed, unsigned] = ["key.toml", "keys.toml", "signed", "unsigned"].map(&path);
+    make_key(&key, &trusted);
+    film("hi", &signed, &["--sign", &key, "--counter", "41"]);
+    film("hi", &unsigned, &[]);
+    let id = json(&vocc(&["keys", "show", &key, "--json"]))["signer"].clone();
+    let id = id.as_str().expect("the key's name");
+
+    let claim = format!("signed by {id}, not checked, counter 41");
+    for (film, words) in [(&signed, [&claim[..], "--trust checks it"]), (&unsigned, ["unsigned", "panel 0"])] {
+        let as_text = vocc(&["receive", film]);
+        says(&as_text, 0, &words);
+        // Standard output has one line a message, as for scripts of before.
+        let [printed, remarks] = [&as_text.stdout, &as_text.stderr].map(|bytes| text(bytes));
+        assert_eq!((printed.lines().count(), printed.contains("signed")), (1, false), "{printed}");
+        assert!(!printed.contains("proven") && !remarks.contains("proven"), "{printed}{remarks}");
+
+        let lines = json_lines(&vocc(&["receive", "--json", film]));
+        let messages: Vec<_> = lines.iter().filter(|line| line["message"].is_string()).collect();
+        assert_eq!((messages.len(), messages[0].get("verdict")), (1, None), "{lines:?}");
+        let told: Vec<_> = lines.iter().filter(|line| line["verdict"].is_string()).collect();
+        let expected = match film == &signed {
+            true => serde_json::json!({ "panel": 0, "verdict": "unchecked", "signer": id, "signer_name": null, "counter": 41 }),
+            false => serde_json::json!({ "panel": 0, "verdict": "unsigned" }),
+        };
+        assert_eq!(told, [&expected]);
+    }
 }
 
 #[test]

@@ -198,6 +198,13 @@ pub enum Verdict {
     },
     /// No signature yet.
     Unproven,
+    /// A signature has come, and nobody has checked it: the receiver trusts no keys.
+    Unchecked {
+        /// The name of the key.
+        signer: KeyId,
+        /// The claimed counter.
+        counter: u32,
+    },
     /// The signature names a key that is not trusted: it may be genuine or not.
     Unknown {
         /// The name of the key.
@@ -231,6 +238,7 @@ impl Verdict {
         match self {
             Self::Proven { .. } => "proven",
             Self::Unproven => "unproven",
+            Self::Unchecked { .. } => "unchecked",
             Self::Unknown { .. } => "unknown",
             Self::Forged { .. } => "forged",
             Self::Replayed { .. } => "replayed",
@@ -242,6 +250,7 @@ impl Verdict {
     pub const fn claim(&self) -> Option<(KeyId, u32)> {
         match *self {
             Self::Proven { signer, counter }
+            | Self::Unchecked { signer, counter }
             | Self::Unknown { signer, counter }
             | Self::Forged { signer, counter }
             | Self::Replayed { signer, counter, .. } => Some((signer, counter)),
@@ -256,6 +265,7 @@ impl fmt::Display for Verdict {
         match *self {
             Self::Proven { signer, counter } => write!(f, "{name}: signed by {signer}, counter {counter}"),
             Self::Unproven => write!(f, "{name}: no signature has come yet"),
+            Self::Unchecked { signer, counter } => write!(f, "signed by {signer}, not checked, counter {counter}"),
             Self::Unknown { signer, counter } => write!(f, "{name}: it names key {signer}, which is not trusted, counter {counter}"),
             Self::Forged { signer, counter } => write!(f, "{name}: {signer} has not signed this, counter {counter}"),
             Self::Replayed { signer, counter, last } => {

@@ -30,6 +30,8 @@ enum News {
     Message(Message, Option<Proof>),
     /// The proof of a message that was reported before.
     Proof(Vec<u8>, Proof),
+    /// What the panel's last message says of its signer, if signatures are not checked.
+    Unchecked(Proof),
 }
 
 /// The state and the settings of the report.
@@ -306,10 +308,8 @@ impl<'a> Report<'a> {
 
     fn take_signature(&mut self, panel: usize, signed: &SignedMessage) {
         let Some(trust) = &mut self.trust else {
-            let (key, counter) = (signed.signature.key, signed.signature.counter);
-            self.say(&format!(
-                "panel {panel} names key {key} as the message's signer, counter {counter}: --trust checks it"
-            ));
+            let (signer, counter) = (signed.signature.key, signed.signature.counter);
+            self.take_unchecked(panel, Proof::Unchecked { signer, counter });
             return;
         };
         let (proof, kept) = trust.verdict(&signed.data, &signed.signature);
@@ -318,6 +318,15 @@ impl<'a> Report<'a> {
             self.unwritten = Some(error);
         }
         self.take_proof(panel, Some(&signed.data), proof);
+    }
+
+    /// Without trusted keys, standard output keeps one line a message; in JSON, the signer is an object without `message`.
+    fn take_unchecked(&mut self, panel: usize, proof: Proof) {
+        let advice = proof.claim().map_or("", |_| ": --trust checks it");
+        self.say(&format!("panel {panel} shows its message {proof}{advice}"));
+        if self.as_json {
+            self.news.push((panel, News::Unchecked(proof)));
+        }
     }
 
     /// Stores the proof of a message, or of the panel's last one.
@@ -365,6 +374,7 @@ impl<'a> Report<'a> {
         match event {
             PanelEvent::Message(message) => self.take_message(panel, message),
             PanelEvent::Signed(signed) => self.take_signature(panel, signed),
+            PanelEvent::Unsigned if self.trust.is_none() => self.take_unchecked(panel, Proof::Unsigned),
             PanelEvent::Unsigned => self.take_proof(panel, None, Proof::Unsigned),
             PanelEvent::Rejected(why) => self.say(&why.to_string()),
             PanelEvent::UnsupportedVersion(version) => self.say(&format!(
@@ -389,24 +399,32 @@ impl<'a> Report<'a> {
     /// Prints the messages completed by a frame of that moment, with the camera estimates and the pose of each panel.
     pub fn deliver(&mut self, reception: &Reception, moment: &Moment) -> anyhow::Result<()> {
         for (panel, news) in std::mem::take(&mut self.news) {
-            let (data, proof) = match &news {
-                News::Message(message, proof) => (&message.data, proof.as_ref()),
-                News::Proof(data, proof) => (data, Some(proof)),
-            };
-            if let News::Message(message, _) = &news {
-                self.record(|recording| recording.message(panel, &message.data));
-                self.write(&message.data);
-            }
-            if let Some(proof) = proof {
-                let text = format!("{} {}", output::quoted(data), self.proof_text(proof));
-                self.record(|recording| recording.verdict(panel, &text));
-            }
             match &news {
-                News::Message(message, proof) => self.message(panel, message, proof.as_ref(), reception, moment)?,
-                News::Proof(data, proof) => self.proof(panel, data, proof)?,
+                News::Message(message, proof) => {
+                    self.record(|recording| recording.message(panel, &message.data));
+                    self.write(&message.data);
+                    if let Some(proof) = proof {
+                        self.record_proof(panel, &message.data, proof);
+                    }
+                    self.message(panel, message, proof.as_ref(), reception, moment)?;
+                }
+                News::Proof(data, proof) => {
+                    self.record_proof(panel, data, proof);
+                    self.proof(panel, data, proof)?;
+                }
+                News::Unchecked(proof) => {
+                    let mut told = serde_json::json!({ "panel": panel });
+                    self.add_proof(&mut told, proof);
+                    self.progress.aside(|| output::json(&told))?;
+                }
             }
         }
         Ok(())
+    }
+
+    fn record_proof(&mut self, panel: usize, data: &[u8], proof: &Proof) {
+        let text = format!("{} {}", output::quoted(data), self.proof_text(proof));
+        self.record(|recording| recording.verdict(panel, &text));
     }
 
     /// Prefix of a line if several panels are followed.
