@@ -116,7 +116,7 @@ fn main() -> ExitCode {
         Err(told) if told.use_stderr() => {
             // The argument may be a file name with control characters.
             let text = told.render().to_string();
-            if text.chars().any(|c| output::is_control(c) && c != '\n') {
+            if text.chars().any(|c| reception::bytes::is_control(c) && c != '\n') {
                 output::tell(text.trim_end());
             } else {
                 let _ = told.print();

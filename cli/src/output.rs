@@ -7,7 +7,7 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use reception::bytes;
+use reception::bytes::{self, is_control};
 use serde::Serialize;
 use sim::accuracy::Level;
 use sim::plan::Plan;
@@ -76,11 +76,6 @@ impl Write for Output {
     fn flush(&mut self) -> std::io::Result<()> {
         until_unread((), || std::io::stdout().flush())
     }
-}
-
-/// Whether a terminal interprets a character instead of showing it: C0, DEL, C1, line separators and bidirectional controls.
-pub fn is_control(c: char) -> bool {
-    c.is_control() || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
 /// Replaces some characters of a text.

@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 
 use argon2::{Algorithm, Argon2, Params, Version};
 use link::signing::SecretKey;
-
-use crate::keys;
+use reception::keys;
 
 /// Bytes of a PIN.
 const LENGTH: std::ops::RangeInclusive<usize> = 6..=128;

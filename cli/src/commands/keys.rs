@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use crate::keys::{self, KeyFileError, NamedKey, OwnKey};
+use reception::keys::{self, KeyFileError, NamedKey, OwnKey};
+
+use crate::keys::create;
 use crate::options::Shared;
 use crate::output::{self, Verdict, line, lines};
 
@@ -37,7 +39,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     match &arguments.action {
         Action::New { file, name } => {
             let of_file = file.file_stem().unwrap_or_default().to_string_lossy();
-            let key = OwnKey::create(file, name.as_deref().unwrap_or(&of_file))?;
+            let key = create(file, name.as_deref().unwrap_or(&of_file))?;
             if shared.json {
                 output::json(&as_json(&key))?;
             } else {

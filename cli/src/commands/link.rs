@@ -7,6 +7,7 @@ use anyhow::Context;
 use link::fec::Code;
 use link::framing::{Framer, SIGNATURE_PANELS};
 use link::signing::{self, TrustedKey};
+use reception::keys::OwnKey;
 use serde::Serialize;
 use sim::accuracy::Level;
 use sim::l2a::{self, OtherWaveform};
@@ -18,7 +19,7 @@ use studies::monte_carlo::receiving_method;
 use studies::statistics::FrameErrors;
 
 use crate::camera::CameraArguments;
-use crate::keys::{OwnKey, SigningArguments};
+use crate::keys::SigningArguments;
 use crate::options::{Message, Shared};
 use crate::output::{self, Hex, Verdict, line, quoted};
 use crate::outputs;

@@ -31,6 +31,7 @@
 //! | [`bring_up`] | test panels, and the diagnosis of a panel from their pictures |
 //! | [`picture`], [`colour`], [`deep`] | 8-bit grey from pictures, from colours, and from 9 to 16 bits |
 //! | [`bytes`] | messages that are not text |
+//! | `keys`, `signers` (feature `signing`) | whose keys are trusted, and who signed which message |
 //! | [`stream`] | frames of uncompressed films: y4m, raw bytes |
 
 pub mod bring_up;
@@ -41,11 +42,15 @@ pub mod deep;
 mod diagnosis;
 pub mod diagnostics;
 mod event;
+#[cfg(feature = "signing")]
+pub mod keys;
 pub mod learnt;
 pub mod loss;
 mod panels;
 pub mod picture;
 mod reception;
+#[cfg(feature = "signing")]
+pub mod signers;
 pub mod still;
 pub mod stream;
 mod symbol_rate;

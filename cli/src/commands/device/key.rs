@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use anyhow::{Context, anyhow};
 use link::framing::KeyId;
 use link::serial::{Answer, Refusal, Request, Seed};
+use reception::keys::OwnKey;
 use serde_json::json;
 
 use crate::device::DeviceError;
-use crate::keys::{OwnKey, counter_or_seconds};
+use crate::keys::counter_or_seconds;
 use crate::options::{Connection, Port, Shared};
 use crate::output::{self, Verdict, line};
 

@@ -5,8 +5,9 @@ use std::io::Write;
 use anyhow::Context;
 use link::orientation::Orientation;
 use link::signing::Verdict as Proof;
+use reception::signers::{News, Signers};
 use reception::whereabouts::Whereabouts;
-use reception::{Message, PanelEvent, PanelReport, Reception, SignedMessage, learnt};
+use reception::{Message, PanelEvent, PanelReport, Reception, learnt};
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading;
@@ -17,22 +18,12 @@ use super::places::Places;
 use super::view::Feed;
 use crate::files::Growing;
 use crate::frames::waiting::Moment;
-use crate::keys::Trust;
+use crate::keys::keep_counters;
 use crate::output::{self, Verdict, line};
 use crate::pose;
 use crate::progress::Progress;
 use crate::recording::Recording;
 use crate::show;
-
-/// News about a panel's messages from a frame.
-enum News {
-    /// A message, and its proof if signatures are checked.
-    Message(Message, Option<Proof>),
-    /// The proof of a message that was reported before.
-    Proof(Vec<u8>, Proof),
-    /// What the panel's last message says of its signer, if signatures are not checked.
-    Unchecked(Proof),
-}
 
 /// The state and the settings of the report.
 pub struct Report<'a> {
@@ -45,10 +36,8 @@ pub struct Report<'a> {
     places: Places,
     /// News of the current frame, with panel numbers.
     news: Vec<(usize, News)>,
-    /// Trusted keys, if signatures are checked.
-    trust: Option<Trust>,
-    /// The last message of each panel, if signatures are checked; with --only-trusted, until it is reported as proven.
-    latest: Vec<Option<Message>>,
+    /// Trusted keys, and each panel's last message.
+    signers: Signers,
     /// Messages not reported because they were not proven.
     withheld: u64,
     progress: Progress,
@@ -83,19 +72,18 @@ impl<'a> Report<'a> {
             messages: 0,
             places: Places::default(),
             news: Vec::new(),
-            latest: vec![None; arguments.panels.into()],
             withheld: 0,
             progress,
             recording: Recording::open(
                 arguments.mcap.as_deref(),
                 arguments.foxglove,
                 arguments.panels.into(),
-                trust.is_some(),
+                trust.is_checking(),
                 &arguments.recorded,
                 is_live,
             )?,
             view,
-            trust,
+            signers: Signers::new(trust, arguments.trusting.only_trusted),
             bytes: arguments.out.as_deref().map(Growing::create).transpose()?,
             undrawn: None,
             unrecorded: None,
@@ -292,90 +280,46 @@ impl<'a> Report<'a> {
         )
     }
 
-    fn take_message(&mut self, panel: usize, message: &Message) {
-        let is_checked = self.trust.is_some();
-        if is_checked {
-            self.latest[panel] = Some(message.clone());
+    /// Stores news for [`Report::deliver`], and reports messages that are not proven at once if only proven ones are wanted.
+    fn take_news(&mut self, panel: usize, news: News) {
+        let only_trusted = self.arguments.trusting.only_trusted;
+        match &news {
+            News::Withheld => {
+                self.withheld += 1;
+                return;
+            }
+            News::Message(..) => {
+                self.messages += 1;
+                self.withheld -= u64::from(only_trusted);
+            }
+            News::Proof(data, proof) if only_trusted && !matches!(proof, Proof::Proven { .. }) => {
+                self.say(&format!("{} {}", output::quoted(data), self.signers.trust().text(proof)));
+                return;
+            }
+            News::Proof(_, proof) if !self.signers.trust().is_checking() => {
+                let advice = proof.claim().map_or("", |_| ": --trust checks it");
+                self.say(&format!("panel {panel} shows its message {proof}{advice}"));
+            }
+            News::Proof(..) => {}
         }
-        if self.arguments.trusting.only_trusted {
-            self.withheld += 1;
-        } else {
-            self.messages += 1;
-            let news = News::Message(message.clone(), is_checked.then_some(Proof::Unproven));
-            self.news.push((panel, news));
-        }
+        self.news.push((panel, news));
     }
 
-    fn take_signature(&mut self, panel: usize, signed: &SignedMessage) {
-        let Some(trust) = &mut self.trust else {
-            let (signer, counter) = (signed.signature.key, signed.signature.counter);
-            self.take_unchecked(panel, Proof::Unchecked { signer, counter });
-            return;
-        };
-        let (proof, kept) = trust.verdict(&signed.data, &signed.signature);
-        if let (Err(error), None) = (kept, &self.unwritten) {
+    fn keep_counters(&mut self) {
+        if let (Err(error), None) = (keep_counters(self.signers.trust_mut()), &self.unwritten) {
             self.say(&format!("vocc: {error:#}; going on without keeping counters"));
             self.unwritten = Some(error);
-        }
-        self.take_proof(panel, Some(&signed.data), proof);
-    }
-
-    /// Without trusted keys, standard output keeps one line a message; in JSON, the signer is an object without `message`.
-    fn take_unchecked(&mut self, panel: usize, proof: Proof) {
-        let advice = proof.claim().map_or("", |_| ": --trust checks it");
-        self.say(&format!("panel {panel} shows its message {proof}{advice}"));
-        if self.as_json {
-            self.news.push((panel, News::Unchecked(proof)));
-        }
-    }
-
-    /// Stores the proof of a message, or of the panel's last one.
-    fn take_proof(&mut self, panel: usize, message: Option<&[u8]>, proof: Proof) {
-        let latest = &mut self.latest[panel];
-        let Some(data) = message.or(latest.as_ref().map(|latest| &latest.data[..])) else {
-            return;
-        };
-        let data = data.to_vec();
-        if !self.arguments.trusting.only_trusted {
-            self.news.push((panel, News::Proof(data, proof)));
-        } else if !matches!(proof, Proof::Proven { .. }) {
-            let text = self.proof_text(&proof);
-            self.say(&format!("{} {text}", output::quoted(&data)));
-        } else if let Some(message) = latest.take_if(|latest| latest.data == data) {
-            self.withheld -= 1;
-            self.messages += 1;
-            self.news.push((panel, News::Message(message, Some(proof))));
-        } else {
-            // A message reported before, signed again.
-            self.news.push((panel, News::Proof(data, proof)));
-        }
-    }
-
-    /// The proof as text, with the name of a trusted key.
-    fn proof_text(&self, proof: &Proof) -> String {
-        let signer = proof.claim().map(|(signer, _)| signer);
-        match signer.and_then(|signer| Some((signer.to_string(), self.trust.as_ref()?.name(signer)?))) {
-            Some((signer, name)) => proof.to_string().replacen(&signer, &format!("{name} ({signer})"), 1),
-            None => proof.to_string(),
-        }
-    }
-
-    fn add_proof(&self, told: &mut serde_json::Value, proof: &Proof) {
-        told["verdict"] = proof.name().into();
-        if let Some((signer, counter)) = proof.claim() {
-            told["signer"] = signer.to_string().into();
-            told["signer_name"] = self.trust.as_ref().and_then(|trust| trust.name(signer)).into();
-            told["counter"] = counter.into();
         }
     }
 
     /// Stores a message for [`Report::deliver`], and reports other events of a panel at once.
     pub fn event(&mut self, panel: usize, event: &PanelEvent) {
+        if let Some(news) = self.signers.news(panel, event) {
+            self.keep_counters();
+            self.take_news(panel, news);
+        }
         match event {
-            PanelEvent::Message(message) => self.take_message(panel, message),
-            PanelEvent::Signed(signed) => self.take_signature(panel, signed),
-            PanelEvent::Unsigned if self.trust.is_none() => self.take_unchecked(panel, Proof::Unsigned),
-            PanelEvent::Unsigned => self.take_proof(panel, None, Proof::Unsigned),
+            PanelEvent::Message(_) | PanelEvent::Signed(_) | PanelEvent::Unsigned => {}
             PanelEvent::Rejected(why) => self.say(&why.to_string()),
             PanelEvent::UnsupportedVersion(version) => self.say(&format!(
                 "a transmitter of format version {version} was seen; this receiver reads version {}",
@@ -398,33 +342,42 @@ impl<'a> Report<'a> {
 
     /// Prints the messages completed by a frame of that moment, with the camera estimates and the pose of each panel.
     pub fn deliver(&mut self, reception: &Reception, moment: &Moment) -> anyhow::Result<()> {
+        let is_checking = self.signers.trust().is_checking();
         for (panel, news) in std::mem::take(&mut self.news) {
             match &news {
                 News::Message(message, proof) => {
                     self.record(|recording| recording.message(panel, &message.data));
                     self.write(&message.data);
-                    if let Some(proof) = proof {
-                        self.record_proof(panel, &message.data, proof);
-                    }
-                    self.message(panel, message, proof.as_ref(), reception, moment)?;
+                    let proof = Some(proof).filter(|_| is_checking);
+                    self.record_proof(panel, &message.data, proof);
+                    self.message(panel, message, proof, reception, moment)?;
                 }
-                News::Proof(data, proof) => {
-                    self.record_proof(panel, data, proof);
+                News::Proof(data, proof) if is_checking => {
+                    self.record_proof(panel, data, Some(proof));
                     self.proof(panel, data, proof)?;
                 }
-                News::Unchecked(proof) => {
-                    let mut told = serde_json::json!({ "panel": panel });
-                    self.add_proof(&mut told, proof);
-                    self.progress.aside(|| output::json(&told))?;
-                }
+                News::Proof(_, proof) => self.unchecked(panel, proof)?,
+                News::Withheld => {}
             }
         }
         Ok(())
     }
 
-    fn record_proof(&mut self, panel: usize, data: &[u8], proof: &Proof) {
-        let text = format!("{} {}", output::quoted(data), self.proof_text(proof));
-        self.record(|recording| recording.verdict(panel, &text));
+    fn record_proof(&mut self, panel: usize, data: &[u8], proof: Option<&Proof>) {
+        if let Some(proof) = proof {
+            let text = format!("{} {}", output::quoted(data), self.signers.trust().text(proof));
+            self.record(|recording| recording.verdict(panel, &text));
+        }
+    }
+
+    /// Without trusted keys, standard output keeps one line a message; in JSON, the signer is an object without `message`.
+    fn unchecked(&self, panel: usize, proof: &Proof) -> anyhow::Result<()> {
+        if !self.as_json {
+            return Ok(());
+        }
+        let mut told = serde_json::json!({ "panel": panel });
+        self.signers.trust().add_json(&mut told, proof);
+        self.progress.aside(|| output::json(&told))
     }
 
     /// Prefix of a line if several panels are followed.
@@ -441,8 +394,13 @@ impl<'a> Report<'a> {
         if let Some(hex) = self.arguments.hex.of(data) {
             told["message_hex"] = hex.into();
         }
-        self.add_proof(&mut told, proof);
-        let text = format!("{}{} {}", self.of_panel(panel), output::quoted(data), self.proof_text(proof));
+        self.signers.trust().add_json(&mut told, proof);
+        let text = format!(
+            "{}{} {}",
+            self.of_panel(panel),
+            output::quoted(data),
+            self.signers.trust().text(proof)
+        );
         if let Some(view) = &self.view {
             view.message(&told, true);
         }
@@ -474,8 +432,8 @@ impl<'a> Report<'a> {
             told["latency_s"] = latency.as_secs_f64().into();
         }
         let proof_text = proof.map_or_else(String::new, |proof| {
-            self.add_proof(&mut told, proof);
-            format!(", {}", self.proof_text(proof))
+            self.signers.trust().add_json(&mut told, proof);
+            format!(", {}", self.signers.trust().text(proof))
         });
         if let Some(view) = &self.view {
             view.message(&told, false);
