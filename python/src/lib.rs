@@ -48,7 +48,7 @@ mod native {
     #[pymodule_export]
     use crate::pose::Pose;
     #[pymodule_export]
-    use crate::receiver::{Loss, Message, Reading, Received, Receiver, Status};
+    use crate::receiver::{Loss, Message, Proof, Reading, Received, Receiver, Status};
     #[pymodule_export]
     use crate::render::{Renderer, render};
     #[pymodule_export]

@@ -1,15 +1,23 @@
 //! Processes successive frames into readings, poses and messages.
 
+use std::ffi::CString;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use atomic_write_file::AtomicWriteFile;
 use link::orientation::Orientation;
+use link::signing::Verdict;
 use numpy::PyArray2;
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use reception::colour::Channel;
 use reception::deep::Compander;
 use reception::diagnostics::{self, Diagnostics};
+use reception::keys::Trust;
 use reception::loss;
+use reception::signers::{News, Signers};
 use reception::whereabouts::told_size;
 use reception::{PANELS_MAX, PanelEvent, PanelReport, Reception, ReceptionSettings, Stamp, USUAL_FPS};
 use rx_pipeline::frame::Frame;
@@ -76,7 +84,7 @@ record! {
 }
 
 record! {
-    /// A complete message.
+    /// A complete message. Its signature comes after it: see Proof.
     Message {
         /// Its text; bytes that are not UTF-8 are replaced.
         text: String,
@@ -90,6 +98,36 @@ record! {
         last_frame: u64,
         /// Number of corrected bits.
         corrected_bits: u32,
+        /// "unproven", as no signature has come yet; with `only_trusted`, "proven".
+        verdict: &'static str,
+        /// The name of the key that signed it, 8 hexadecimal digits, if it is proven.
+        signer: Option<String>,
+        /// The key's owner.
+        signer_name: Option<String>,
+        /// The signature's counter.
+        counter: Option<u32>,
+    }
+}
+
+record! {
+    /// What is known of who signed a message that was received before.
+    Proof {
+        /// The message's text; bytes that are not UTF-8 are replaced.
+        text: String,
+        /// The message's bytes.
+        data: Vec<u8>,
+        /// The number of the panel that showed it, from 0.
+        panel: usize,
+        /// "proven": a trusted key signed it, with a greater counter than any before. "replayed": with one that is not greater. "forged":
+        /// the key that it names did not sign it. "unknown": that key is not trusted. "unchecked": it names a key, and none are trusted.
+        /// "unsigned": it is shown without a signature.
+        verdict: &'static str,
+        /// The name of the key that the signature names, 8 hexadecimal digits.
+        signer: Option<String>,
+        /// The key's owner, if it is trusted.
+        signer_name: Option<String>,
+        /// The signature's counter.
+        counter: Option<u32>,
     }
 }
 
@@ -104,6 +142,8 @@ record! {
         losses: Vec<Py<Loss>>,
         /// The messages that were completed.
         messages: Vec<Py<Message>>,
+        /// Who signed messages that came before.
+        proofs: Vec<Py<Proof>>,
     }
 }
 
@@ -129,7 +169,12 @@ record! {
 /// and other usual rates are tried. `camera` configures the camera: a Camera, a LearntCamera or a dict. Up to `panels` are followed at once
 /// (at most 4), each with its own message. `detector`, `channel`, `depth`, `interval` and `led_diameter_m` are as for decode.
 ///
-/// Raises VoccError if an argument is out of its range.
+/// `trust` is the path of a file of public keys, as `vocc keys show KEY.toml >> keys.toml` collects: each signature is then checked, and a
+/// Proof gives the verdict. `counters` is the path of a file that keeps the greatest counter of each key, so that replays of films from
+/// before this receiver are detected, too; a warning says if it cannot be written. With `only_trusted`, messages come only once they are
+/// proven.
+///
+/// Raises VoccError if an argument is out of its range, or a file holds something else.
 ///
 /// >>> import vocc
 /// >>> renderer, receiver = vocc.Renderer("paper", level="fast", crop=True), vocc.Receiver(symbol_rate=100)
@@ -146,6 +191,8 @@ pub struct Receiver {
     next: u64,
     is_closed: bool,
     diagnostics: Diagnostics,
+    signers: Signers,
+    proofs: Vec<Py<Proof>>,
 }
 
 #[pymethods]
@@ -153,7 +200,7 @@ impl Receiver {
     #[new]
     #[pyo3(signature = (
         camera=None, *, fps=None, symbol_rate=None, detector="best", panels=1, channel="brightest", depth=None, interval=None,
-        led_diameter_m=None
+        led_diameter_m=None, trust=None, counters=None, only_trusted=false
     ))]
     #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     fn new(
@@ -166,7 +213,19 @@ impl Receiver {
         depth: Option<u8>,
         interval: Option<f64>,
         led_diameter_m: Option<f64>,
+        trust: Option<PathBuf>,
+        counters: Option<PathBuf>,
+        only_trusted: bool,
     ) -> PyResult<Self> {
+        let trust = match trust {
+            Some(path) => check(Trust::read(&path, counters))?,
+            None if only_trusted || counters.is_some() => {
+                return Err(refused(
+                    "counters and only_trusted need keys: give trust, the path of a file of public keys",
+                ));
+            }
+            None => Trust::default(),
+        };
         let fps = fps.unwrap_or(USUAL_FPS);
         if !(fps > 0.0 && fps.is_finite()) {
             return Err(refused(format!("fps = {fps}: give the camera's frames a second, above 0")));
@@ -193,6 +252,8 @@ impl Receiver {
             next: 0,
             is_closed: false,
             diagnostics: Diagnostics::new("camera"),
+            signers: Signers::new(trust, only_trusted),
+            proofs: Vec::new(),
         })
     }
 
@@ -236,8 +297,12 @@ impl Receiver {
         let reception = &mut self.reception;
         let events = guarded(|| Ok(py.detach(|| reception.finish())))?;
         reception.close();
-        let messages = events.into_iter().map(|(panel, event)| message(py, panel, event).transpose());
-        messages.flatten().collect()
+        self.proofs.clear();
+        let mut messages = Vec::new();
+        for (panel, event) in events {
+            messages.extend(self.message(py, panel, &event)?);
+        }
+        Ok(messages)
     }
 
     /// The status of the camera and of each panel, if a report is due: with the first image, once a second of `time_s`, when a panel is found
@@ -310,6 +375,12 @@ impl Receiver {
         learnt.map(|learnt| self.told.learnt(py, learnt, are_encoded)).transpose()
     }
 
+    /// The proofs that the last call of feed or finish brought.
+    #[getter]
+    fn proofs(&self, py: Python<'_>) -> Vec<Py<Proof>> {
+        self.proofs.iter().map(|proof| proof.clone_ref(py)).collect()
+    }
+
     /// Symbols a second: the configured rate, or the rate that decoded messages.
     #[getter]
     fn symbol_rate_hz(&self) -> f32 {
@@ -349,17 +420,19 @@ impl Receiver {
         check(self.reception.frame(stamp, &frame, &lens, &mut ()))
     }
 
-    fn received(&self, py: Python<'_>, frame: u64, reports: Vec<PanelReport>) -> PyResult<Received> {
+    fn received(&mut self, py: Python<'_>, frame: u64, reports: Vec<PanelReport>) -> PyResult<Received> {
         let mut received = Received {
             frame,
             readings: Vec::new(),
             losses: Vec::new(),
             messages: Vec::new(),
+            proofs: Vec::new(),
         };
+        self.proofs.clear();
         for report in reports {
             let panel = report.panel;
             for event in report.events {
-                received.messages.extend(message(py, panel, event)?);
+                received.messages.extend(self.message(py, panel, &event)?);
             }
             match report.reading {
                 Ok(reading) => {
@@ -373,7 +446,85 @@ impl Receiver {
                 }
             }
         }
+        received.proofs = self.proofs(py);
         Ok(received)
+    }
+
+    /// The message to deliver after an event, if any. Proofs are appended to the others.
+    fn message(&mut self, py: Python<'_>, panel: usize, event: &PanelEvent) -> PyResult<Option<Py<Message>>> {
+        let Some(news) = self.signers.news(panel, event) else {
+            return Ok(None);
+        };
+        self.keep_counters(py)?;
+        match news {
+            News::Withheld => Ok(None),
+            News::Message(message, proof) => {
+                let Claim {
+                    verdict,
+                    signer,
+                    signer_name,
+                    counter,
+                } = self.claim(&proof);
+                let message = Message {
+                    text: String::from_utf8_lossy(&message.data).into_owned(),
+                    data: message.data,
+                    panel,
+                    first_frame: message.first_frame,
+                    last_frame: message.last_frame,
+                    corrected_bits: message.corrected_bits,
+                    verdict,
+                    signer,
+                    signer_name,
+                    counter,
+                };
+                Py::new(py, message).map(Some)
+            }
+            News::Proof(data, proof) => {
+                let Claim {
+                    verdict,
+                    signer,
+                    signer_name,
+                    counter,
+                } = self.claim(&proof);
+                let text = String::from_utf8_lossy(&data).into_owned();
+                let proof = Proof {
+                    text,
+                    data,
+                    panel,
+                    verdict,
+                    signer,
+                    signer_name,
+                    counter,
+                };
+                self.proofs.push(Py::new(py, proof)?);
+                Ok(None)
+            }
+        }
+    }
+
+    fn claim(&self, proof: &Verdict) -> Claim {
+        let claim = proof.claim();
+        Claim {
+            verdict: proof.name(),
+            signer: claim.map(|(signer, _)| signer.to_string()),
+            signer_name: claim.and_then(|(signer, _)| self.signers.trust().name(signer)).map(Into::into),
+            counter: claim.map(|(_, counter)| counter),
+        }
+    }
+
+    /// Replaces the file of counters after a proof. What was received matters more than this file.
+    fn keep_counters(&mut self, py: Python<'_>) -> PyResult<()> {
+        let kept = match self.signers.trust_mut().take_counters() {
+            Ok(None) => return Ok(()),
+            Ok(Some((path, text))) => write_whole(path, &text).map_err(|error| format!("cannot write {}: {error}", path.display())),
+            Err(error) => Err(error.to_string()),
+        };
+        let Err(why) = kept else {
+            return Ok(());
+        };
+        let why = format!("{}; the counter of this proof is not kept", why.escape_debug());
+        let why = CString::new(why).map_err(refused)?;
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &why, 1)
     }
 
     fn reading(
@@ -439,17 +590,17 @@ fn statuses(py: Python<'_>, report: Vec<diagnostics::Status>) -> PyResult<Vec<Py
     report.into_iter().map(record).collect()
 }
 
-fn message(py: Python<'_>, panel: usize, event: PanelEvent) -> PyResult<Option<Py<Message>>> {
-    let PanelEvent::Message(message) = event else {
-        return Ok(None);
-    };
-    let message = Message {
-        text: String::from_utf8_lossy(&message.data).into_owned(),
-        data: message.data,
-        panel,
-        first_frame: message.first_frame,
-        last_frame: message.last_frame,
-        corrected_bits: message.corrected_bits,
-    };
-    Py::new(py, message).map(Some)
+/// What a verdict says, as attributes.
+struct Claim {
+    verdict: &'static str,
+    signer: Option<String>,
+    signer_name: Option<String>,
+    counter: Option<u32>,
+}
+
+/// Replaces a file as a whole.
+fn write_whole(path: &Path, text: &str) -> std::io::Result<()> {
+    let mut file = AtomicWriteFile::open(path)?;
+    file.write_all(text.as_bytes())?;
+    file.commit()
 }

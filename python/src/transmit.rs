@@ -1,7 +1,9 @@
 //! The panels that the transmitter shows.
 
+use std::path::PathBuf;
+
 use link::fec::Code;
-use link::framing::Framer;
+use link::framing::{Framer, SignedFramer};
 use link::panel::PanelFrame;
 use link::raw;
 use link::symbol_rate::SymbolRate;
@@ -10,6 +12,7 @@ use numpy::PyArray3;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString};
+use reception::keys::{OwnKey, counter_now};
 use studies::flicker::{low_risk_times, panels};
 use studies::stop::Stop;
 
@@ -25,7 +28,10 @@ const COUNT_MAX: usize = 1 << 24;
 /// `message` is a str or bytes, 1 to 1024 bytes long. The panels show it once, or repeat it up to `count` panels. `raw` sends 64 bits of
 /// payload per panel, without framing or error correction, as the paper does.
 ///
-/// Raises VoccError if the message is empty or too long.
+/// `sign` is the path of a private key that `vocc keys new` made: its signature is shown after each repeat of the message. `counter` must
+/// rise with each message of a key; by default it is the number of seconds since 1970.
+///
+/// Raises VoccError if the message is empty or too long, or if the file holds no private key.
 ///
 /// >>> import vocc
 /// >>> vocc.transmit("Ice on the bridge").shape
@@ -33,15 +39,36 @@ const COUNT_MAX: usize = 1 << 24;
 /// >>> vocc.as_hex(vocc.transmit("Ice")[0])
 /// '9936c96cb24d6693'
 #[pyfunction]
-#[pyo3(signature = (message, *, count=None, raw=false))]
-pub fn transmit(py: Python<'_>, message: &Bound<'_, PyAny>, count: Option<usize>, raw: bool) -> PyResult<Py<PyArray3<bool>>> {
+#[pyo3(signature = (message, *, count=None, raw=false, sign=None, counter=None))]
+pub fn transmit(
+    py: Python<'_>,
+    message: &Bound<'_, PyAny>,
+    count: Option<usize>,
+    raw: bool,
+    sign: Option<PathBuf>,
+    counter: Option<u32>,
+) -> PyResult<Py<PyArray3<bool>>> {
     let message = bytes_of(message)?;
     if let Some(count) = count.filter(|&count| count > COUNT_MAX) {
         return Err(refused(format!("count = {count}: give 0 to {COUNT_MAX} panels")));
     }
     // Its error states the allowed lengths, also for `raw`.
-    let framer = Framer::new(&message, Code::for_length(message.len()), false);
-    let mut framer = check(framer)?;
+    let code = Code::for_length(message.len());
+    let mut framer = check(Framer::new(&message, code, false))?;
+    if let Some(path) = sign {
+        if raw {
+            return Err(refused("raw panels have no signature: leave out raw or sign"));
+        }
+        let key = check(OwnKey::read(&path))?;
+        let counter = check(counter.or_else(counter_now).ok_or("this computer's clock is not set: give counter"))?;
+        let mut framer = check(SignedFramer::new(&message, code, false, key.sign(&message, counter)))?;
+        let count = count.unwrap_or_else(|| framer.panels_per_repeat() as usize);
+        let panels: Vec<PanelFrame> = py.detach(|| (0..count).map(|_| framer.next_panel()).collect());
+        return Ok(arrays::all_leds(py, &panels));
+    }
+    if counter.is_some() {
+        return Err(refused("counter belongs to a signature: give sign, the path of a private key"));
+    }
     let panels: Vec<PanelFrame> = py.detach(|| {
         if raw {
             let once = raw::panels(&message);

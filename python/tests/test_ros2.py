@@ -84,9 +84,9 @@ def camera_info(focal_px: float, size: tuple[int, int] = (320, 240), **fields: A
     return SimpleNamespace(**(usual | fields))
 
 
-def film(message: str, count: int = 30, **scene: Any) -> list[np.ndarray]:
+def film(message: str, count: int = 30, *, sign: Path | None = None, **scene: Any) -> list[np.ndarray]:
     renderer = vocc.Renderer(vocc.Scene("paper", **{"camera.width_px": 320, "camera.height_px": 240} | scene), level="fast")
-    return [renderer.render(bits) for bits in vocc.transmit(message, count=count)]
+    return [renderer.render(bits) for bits in vocc.transmit(message, count=count, sign=sign)]
 
 
 def of_topic(publications: list[Publication], topic: str) -> list[Any]:
@@ -350,14 +350,29 @@ def test_images_without_stamps_are_counted() -> None:
     assert len(log.lines) == 1 and "no stamps that rise" in log.of("warn")[0]
 
 
+def test_with_keys_only_what_is_proven_is_published(tmp_path: Path, vocc_json) -> None:
+    key, trust = tmp_path / "key.toml", tmp_path / "keys.toml"
+    vocc_json("keys", "new", key)
+    [shown] = vocc_json("keys", "show", key)
+    trust.write_text(f"[[key]]\nname = 'truck'\npublic = '{shown['public']}'\n")
+    for sign, expected in [(key, ["Ice"]), (None, [])]:
+        receiver = receiver_of(Log(), symbol_rate=100, trust=str(trust))
+        publications = []
+        for number, pixels in enumerate(film("Ice", 60, sign=sign)):
+            publications += receiver.image(image(pixels, time_ns=START_NS + number * PERIOD_NS))
+        publications += receiver.finish()
+        assert [text.data for text in of_topic(checked(publications), "panel_0/message")] == expected
+
+
 def test_parameters_are_those_of_the_receiver() -> None:
     import inspect
 
     told = inspect.signature(vocc.Receiver).parameters
-    assert set(PARAMETERS) - {"encoding", "rectified"} == set(told) - {"camera"}
+    # With keys, only what is proven is published.
+    assert set(PARAMETERS) - {"encoding", "rectified"} == set(told) - {"camera", "only_trusted"}
     for name in set(PARAMETERS) & set(told):
         default = PARAMETERS[name].default
-        assert told[name].default == (None if default == -1 else default), name
+        assert told[name].default == (None if default in (-1, "") else default), name
     for faults, why in [
         ({"panels": 5}, "panels = 5"),
         ({"panels": 1.5}, "panels = 1.5"),
@@ -368,6 +383,8 @@ def test_parameters_are_those_of_the_receiver() -> None:
         ({"interval": float("nan")}, "interval = nan"),
         ({"detector": "guess"}, "guess"),
         ({"encoding": "9"}, "9"),
+        ({"trust": "none.toml"}, "cannot read none.toml"),
+        ({"counters": "seen.toml"}, "give trust"),
         ({"speed": 1}, "speed: there are fps"),
     ]:
         with pytest.raises(vocc.VoccError, match=re.escape(why)):

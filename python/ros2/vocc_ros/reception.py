@@ -39,7 +39,7 @@ class Parameter:
     about: str
 
 
-# Named as the arguments of vocc.Receiver; ROS has no None, so -1 stands for it.
+# Named as the arguments of vocc.Receiver; ROS has no None, so -1 or an empty text stands for it.
 PARAMETERS = {
     "fps": Parameter(-1.0, "frames a second of the camera; -1: measured from the stamps of the first images"),
     "symbol_rate": Parameter(-1.0, "symbols a second of the transmitter; -1: 90, and other usual rates are tried"),
@@ -49,6 +49,8 @@ PARAMETERS = {
     "depth": Parameter(-1, "bits of 16-bit samples, 9 to 16; -1: by their values"),
     "interval": Parameter(-1.0, "gap between two LEDs over their diameter; -1: as the panel says"),
     "led_diameter_m": Parameter(-1.0, "diameter of an LED in metres; -1: as the panel says"),
+    "trust": Parameter("", "a file of public keys: only messages that one of them signed are published; empty: all, unchecked"),
+    "counters": Parameter("", "a file that keeps the greatest counter of each key; empty: in memory only"),
     "encoding": Parameter("", "the camera's: linear, srgb, rec709, or gamma's number; empty: learnt"),
     "rectified": Parameter(False, "whether images are rectified: then CameraInfo's P is used, without distortion"),
 }
@@ -105,6 +107,9 @@ def settings_of(parameters: dict[str, Any]) -> dict[str, Any]:
         settings[name] = None if value == -1 else value
     depth = number("depth", parameters["depth"], int, -1)
     settings["depth"] = None if depth == -1 else depth
+    for name in ("trust", "counters"):
+        settings[name] = str(parameters[name]) or None
+    settings["only_trusted"] = settings["trust"] is not None
     # Refused now rather than with the first image.
     vocc.Receiver(camera_of(parameters, None), **settings).close()
     return settings
