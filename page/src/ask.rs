@@ -97,6 +97,9 @@ enum Request {
         symbol_rate: Option<f32>,
         #[serde(default)]
         is_y4m: bool,
+        /// The text of a file of trusted public keys.
+        #[serde(default)]
+        keys: String,
     },
     Take {
         number: u64,
@@ -256,9 +259,11 @@ impl Page {
                 fps,
                 symbol_rate,
                 is_y4m,
+                keys,
             } => {
                 let header = self.header.take().filter(|_| is_y4m);
-                self.film = Some(Box::new(Film::new((width, height), fps, symbol_rate, header)?));
+                let trust = receive::trust(&keys, self.film.as_deref().map(Film::trust))?;
+                self.film = Some(Box::new(Film::new((width, height), fps, symbol_rate, header, trust)?));
                 Ok(json!({}))
             }
             Request::Take { number, late, format } => self.film()?.take(number, late, format, bytes),

@@ -83,6 +83,7 @@ from_libraries!(
     reception::still::StillError,
     rx_pipeline::receiver::ReceiverError,
     reception::ReceptionError,
+    reception::keys::KeyFileError,
     rx_pipeline::frame::FrameError,
     rx_pipeline::cells::CellsError,
     rx_pipeline::corners::CornersError,

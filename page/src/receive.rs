@@ -5,6 +5,8 @@ use std::io::Read;
 use link::camera::Encoding;
 use reception::bytes::hex_if_no_text;
 use reception::colour::Channel;
+use reception::keys::Trust;
+use reception::signers::{News, Signers};
 use reception::stream::{SIDE_MAX, Stream};
 use reception::{Message, PanelEvent, Reception, ReceptionSettings, Stamp, USUAL_FPS, learnt};
 use rx_pipeline::camera::Learnt;
@@ -32,6 +34,7 @@ pub struct Film {
     reception: Reception,
     size: (usize, usize),
     messages: Vec<Value>,
+    signers: Signers,
     read: u64,
     frames: u64,
     next: u64,
@@ -49,12 +52,13 @@ pub fn y4m(header: &[u8]) -> Result<Value, Fault> {
 }
 
 impl Film {
-    /// A film with frames of a size; the symbol rate is searched for if it is not configured.
+    /// A film with frames of a size; the symbol rate is searched for if it is not configured. Signatures are checked with the keys.
     pub fn new(
         (width, height): (usize, usize),
         fps: Option<f32>,
         symbol_rate: Option<f32>,
         header: Option<Vec<u8>>,
+        trust: Trust,
     ) -> Result<Self, Fault> {
         let sides = 1..=SIDE_MAX;
         for (what, side) in [("the frame's width", width), ("the frame's height", height)] {
@@ -83,12 +87,18 @@ impl Film {
             reception: Reception::new(settings)?,
             size: (width, height),
             messages: Vec::new(),
+            signers: Signers::new(trust, false),
             read: 0,
             frames: 0,
             next: 0,
             header,
             grey: Vec::new(),
         })
+    }
+
+    /// The trusted keys with the counters seen so far.
+    pub fn trust(&self) -> &Trust {
+        self.signers.trust()
     }
 
     /// Processes frame `number`, which was taken `late` frame periods late.
@@ -115,9 +125,11 @@ impl Film {
         let no_lens = Err(String::new());
         let reports = self.reception.frame(Stamp { number, late }, &frame, &no_lens, &mut ())?;
         let before = self.messages.len();
-        let (mut panel, mut why) = (None, None);
+        let (mut panel, mut why, mut proofs) = (None, None, Vec::new());
         for report in reports {
-            self.messages.extend(report.events.iter().filter_map(as_json));
+            for event in &report.events {
+                self.event(event, &mut proofs);
+            }
             match &report.reading {
                 Ok(reading) => {
                     self.read += 1;
@@ -132,25 +144,46 @@ impl Film {
             }
         }
         Ok(json!({
-            "panel": panel, "why": why, "messages": self.messages[before..], "rate_hz": self.reception.symbol_rate_hz(),
+            "panel": panel, "why": why, "messages": self.messages[before..], "proofs": proofs, "rate_hz": self.reception.symbol_rate_hz(),
             "camera": self.reception.learnt().map(learnt::as_json),
         }))
     }
 
     /// The summary of all frames.
     pub fn end(&mut self) -> Result<Value, Fault> {
-        let last = self.reception.finish();
-        self.messages.extend(last.iter().filter_map(|(_, event)| as_json(event)));
+        let mut proofs = Vec::new();
+        for (_, event) in self.reception.finish() {
+            self.event(&event, &mut proofs);
+        }
         let camera = self.reception.learnt();
         let advice = match self.messages.is_empty() {
             true => self.reception.advice(false),
             false => Vec::new(),
         };
         Ok(json!({
-            "messages": self.messages, "read": self.read, "frames": self.frames, "advice": advice,
+            "messages": self.messages, "proofs": proofs, "read": self.read, "frames": self.frames, "advice": advice,
             "rate_hz": self.reception.symbol_rate_hz(), "camera": camera.map(learnt::as_json), "camera_text": camera.map(learnt::as_text),
             "camera_toml": camera.map(file_of).transpose()?,
         }))
+    }
+
+    /// Adds a message to the list, or the verdict on one that came before to `proofs`.
+    fn event(&mut self, event: &PanelEvent, proofs: &mut Vec<Value>) {
+        match self.signers.news(0, event) {
+            Some(News::Message(message, verdict)) => {
+                let mut told = as_json(&message);
+                if self.trust().is_checking() {
+                    self.trust().add_json(&mut told, &verdict);
+                }
+                self.messages.push(told);
+            }
+            Some(News::Proof(data, verdict)) => {
+                let mut told = text_json(&data);
+                self.trust().add_json(&mut told, &verdict);
+                proofs.push(told);
+            }
+            Some(News::Withheld) | None => {}
+        }
     }
 
     /// Converts the frame to grey levels.
@@ -211,27 +244,38 @@ fn file_of(learnt: &Learnt) -> Result<String, Fault> {
     Ok(format!("# {}\n{keys}", learnt::as_text(learnt)))
 }
 
-fn as_json(event: &PanelEvent) -> Option<Value> {
-    let PanelEvent::Message(Message {
-        data,
-        first_frame,
-        last_frame,
-        corrected_bits,
-    }) = event
-    else {
-        return None;
-    };
-    Some(json!({
-        "text": String::from_utf8_lossy(data), "hex": hex_if_no_text(data),
-        "first_frame": first_frame, "last_frame": last_frame, "corrected_bits": corrected_bits,
-    }))
+fn text_json(data: &[u8]) -> Value {
+    json!({ "text": String::from_utf8_lossy(data), "hex": hex_if_no_text(data) })
+}
+
+fn as_json(message: &Message) -> Value {
+    let mut told = text_json(&message.data);
+    told["first_frame"] = message.first_frame.into();
+    told["last_frame"] = message.last_frame.into();
+    told["corrected_bits"] = message.corrected_bits.into();
+    told
+}
+
+/// The keys in the page's field, with the counters that `earlier` has seen of them. Without any, signatures are not checked.
+pub fn trust(keys: &str, earlier: Option<&Trust>) -> Result<Trust, Fault> {
+    if keys.trim().is_empty() {
+        return Ok(Trust::default());
+    }
+    let mut trust = Trust::parse(keys, "the field of public keys")?;
+    if let Some(earlier) = earlier {
+        trust.remember(earlier);
+    }
+    Ok(trust)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use link::fec::Code;
-    use link::framing::Framer;
+    use link::framing::{Framer, SignedFramer};
+    use link::panel::PanelFrame;
+    use link::signing::SecretKey;
+    use reception::keys::NamedKey;
     use sim::accuracy::Level;
     use sim::renderer::Renderer;
     use sim::renderer::canvas::Canvas;
@@ -239,12 +283,23 @@ mod tests {
 
     /// Frames of a panel that shows a message, one symbol per frame.
     fn film(text: &str) -> (usize, usize, Vec<Vec<u8>>) {
+        let mut framer = Framer::new(text.as_bytes(), Code::for_length(text.len()), false).unwrap();
+        film_of(3 * framer.panels_per_repeat(), || framer.next_panel())
+    }
+
+    /// The same, signed.
+    fn signed_film(text: &str, key: &SecretKey, counter: u32) -> (usize, usize, Vec<Vec<u8>>) {
+        let signature = key.sign(text.as_bytes(), counter);
+        let mut framer = SignedFramer::new(text.as_bytes(), Code::for_length(text.len()), false, signature).unwrap();
+        film_of(2 * framer.panels_per_repeat(), || framer.next_panel())
+    }
+
+    fn film_of(panels: u32, mut next_panel: impl FnMut() -> PanelFrame) -> (usize, usize, Vec<Vec<u8>>) {
         let scene = Scene::load("paper", &[]).unwrap();
         let renderer = Renderer::new(&scene, Level::Fast).unwrap();
         let region = renderer.surroundings(0);
-        let mut framer = Framer::new(text.as_bytes(), Code::for_length(text.len()), false).unwrap();
-        let frames = (0..3 * framer.panels_per_repeat()).map(|frame| {
-            let shown = renderer.shown(1, frame.into(), Some(framer.next_panel()));
+        let frames = (0..panels).map(|frame| {
+            let shown = renderer.shown(1, frame.into(), Some(next_panel()));
             let mut canvas = Canvas::<f32>::new(region);
             renderer.draw(&renderer.moment(1, 0), &shown, &mut canvas);
             let mut grey = vec![0; region.width * region.height];
@@ -260,7 +315,7 @@ mod tests {
         let header = format!("YUV4MPEG2 W{width} H{height} F100:1 Cmono").into_bytes();
         assert_eq!(y4m(&header).unwrap()["frame_bytes"], width * height);
         for format in [Format::Grey, Format::Rgba, Format::Y4m] {
-            let mut receiving = Film::new((width, height), Some(100.0), Some(100.0), Some(header.clone())).unwrap();
+            let mut receiving = Film::new((width, height), Some(100.0), Some(100.0), Some(header.clone()), Trust::default()).unwrap();
             for (number, grey) in (0..).zip(&frames) {
                 let bytes = match format {
                     Format::Grey => grey.clone(),
@@ -276,9 +331,57 @@ mod tests {
         }
     }
 
+    /// The verdicts on the messages of a film, and the keys afterwards.
+    fn proofs((width, height, frames): (usize, usize, Vec<Vec<u8>>), trust: Trust) -> (Vec<Value>, Film) {
+        let mut receiving = Film::new((width, height), Some(100.0), Some(100.0), None, trust).unwrap();
+        let mut proofs = Vec::new();
+        for (number, grey) in (0..).zip(&frames) {
+            let told = receiving.take(number, 0.0, Format::Grey, grey).unwrap();
+            proofs.extend(told["proofs"].as_array().unwrap().clone());
+        }
+        proofs.extend(receiving.end().unwrap()["proofs"].as_array().unwrap().clone());
+        (proofs, receiving)
+    }
+
+    #[test]
+    fn a_signer_is_told_and_only_a_trusted_one_is_proven() {
+        let [own, other] = [1, 2].map(|seed| SecretKey::from_seed([seed; 32]).unwrap());
+        let id = own.public().id().to_string();
+        let keys_of = |key: &SecretKey| {
+            let (name, key) = ("truck 12".into(), key.public());
+            NamedKey { name, key }.to_toml().unwrap()
+        };
+        let keys = keys_of(&own);
+        let told = |verdict: &str, name: Value| json!([{ "text": "Ice", "hex": null, "verdict": verdict, "signer": id, "signer_name": name, "counter": 41 }]);
+        let signed = || signed_film("Ice", &own, 41);
+        let (first, receiving) = proofs(signed(), trust(&keys, None).unwrap());
+        assert_eq!(json!(first), told("proven", "truck 12".into()));
+        assert_eq!(receiving.messages[0]["verdict"], "unproven");
+        // The counters stay when another key is added.
+        let both = keys.clone() + &keys_of(&other);
+        let (again, _) = proofs(signed(), trust(&both, Some(receiving.trust())).unwrap());
+        assert_eq!(json!(again), told("replayed", "truck 12".into()));
+        let (unknown, _) = proofs(signed(), trust(&keys_of(&other), None).unwrap());
+        assert_eq!(json!(unknown), told("unknown", Value::Null));
+
+        let (unchecked, receiving) = proofs(signed(), trust(" ", None).unwrap());
+        assert_eq!(json!(unchecked), told("unchecked", Value::Null));
+        assert_eq!(receiving.messages[0].get("verdict"), None);
+        let (unsigned, _) = proofs(film("Ice"), Trust::default());
+        assert_eq!(json!(unsigned), json!([{ "text": "Ice", "hex": null, "verdict": "unsigned" }]));
+
+        for (keys, words) in [
+            ("x", "the field of public keys holds no public keys"),
+            (&keys.repeat(2), "have one name"),
+        ] {
+            let refused = trust(keys, None).err().unwrap().to_string();
+            assert!(refused.contains(words), "{refused}");
+        }
+    }
+
     #[test]
     fn a_film_without_a_panel_gives_advice() {
-        let mut receiving = Film::new((64, 48), None, None, None).unwrap();
+        let mut receiving = Film::new((64, 48), None, None, None, Trust::default()).unwrap();
         for number in 0..5 {
             let told = receiving.take(number, 0.0, Format::Grey, &[90; 64 * 48]).unwrap();
             assert!(told["why"].is_string());
@@ -294,9 +397,9 @@ mod tests {
     #[test]
     fn sizes_and_rates_that_are_none_are_refused() {
         for (size, fps) in [((0, 5), 30.0), ((9000, 5), 30.0), ((5, 5), 0.0), ((5, 5), f32::NAN)] {
-            assert!(Film::new(size, Some(fps), None, None).is_err());
+            assert!(Film::new(size, Some(fps), None, None, Trust::default()).is_err());
         }
-        assert!(Film::new((64, 48), Some(30.0), Some(1e9), None).is_err());
+        assert!(Film::new((64, 48), Some(30.0), Some(1e9), None, Trust::default()).is_err());
         assert!(y4m(b"YUV4MPEG2 W9").is_err() && y4m(b"RIFF").is_err());
     }
 }

@@ -21,3 +21,12 @@ function showReceived(place, text, note) {
   // A text may turn the direction of what follows it.
   place.replaceChildren(make("bdi", { textContent: text }), make("small", { textContent: note }));
 }
+
+/** Shows the verdict on a text's signer beside it, in place of an earlier one. @param {HTMLElement} place @param {any} proof */
+function showVerdict(place, { verdict, signer, signer_name: name, counter }) {
+  if (!verdict) return;
+  const by = signer ? ` by ${name ? `${name} (${signer})` : signer}` : "";
+  const checked = verdict === "unchecked" ? `, not checked, counter ${counter}` : `${signer ? `, counter ${counter}` : ""}: ${verdict}`;
+  place.querySelector(".verdict")?.remove();
+  place.append(make("small", { className: `verdict ${verdict}`, textContent: `${signer ? "signed" : "signature"}${by}${checked}` }));
+}

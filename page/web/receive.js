@@ -190,7 +190,8 @@ async function receiveFilm(run, open) {
   receiving.film = film;
   const { width, height, isY4m: isPlain = false } = film;
   const fps = toldRate("fps") ?? film.fps;
-  await live.ask({ do: "receive", width, height, fps, symbol_rate: toldRate("rate"), is_y4m: isPlain });
+  const keys = byId("keys").value;
+  await live.ask({ do: "receive", width, height, fps, symbol_rate: toldRate("rate"), is_y4m: isPlain, keys });
   if (run !== receiving.run) return;
   const assumed = film.isAssumed ? ", which is assumed, as it could not be found" : "";
   const rate = fps ? `${short(fps, 5)} frames a second${assumed}` : "frames a second not told, 100 assumed";
@@ -230,6 +231,7 @@ async function readShots(run, film) {
 function showTaken(number, taken, isPainted) {
   const { panel } = taken;
   taken.messages.forEach(showText);
+  taken.proofs.forEach(showProof);
   if (taken.messages.length > 0) sayState("A text has arrived; reading on …");
   else if (panel && receiving.texts.size === 0) sayState("A panel is found and followed; no text yet …");
   if (!isPainted) return;
@@ -246,17 +248,29 @@ function showPanel(panel, rate) {
   showReading(byId("receive-leds"), byId("receive-bits"), panel, rate);
 }
 
+/** Bytes that are not text can only be distinguished as digits. @param {any} message @returns {string} */
+function shownText({ text, hex }) {
+  return hex ? `bytes ${hex}` : text;
+}
+
 /** @param {any} message */
-function showText({ text, hex, first_frame: first, last_frame: last, corrected_bits: corrected }) {
-  // Bytes that are not text can only be distinguished as digits.
-  const shown = hex ? `bytes ${hex}` : text;
+function showText(message) {
+  const { first_frame: first, last_frame: last, corrected_bits: corrected } = message;
+  const shown = shownText(message);
   const known = receiving.texts.get(shown);
   const place = known?.place ?? make("p");
   const times = (known?.times ?? 0) + 1;
   const often = times > 1 ? `, ${times} times so far` : "";
   showReceived(place, shown, ` frames ${first} to ${last}, ${several(corrected, "bit")} corrected${often}`);
+  showVerdict(place, message);
   if (!known) byId("texts").append(place);
   receiving.texts.set(shown, { place, times });
+}
+
+/** @param {any} proof Who signed a text that came before. */
+function showProof(proof) {
+  const known = receiving.texts.get(shownText(proof));
+  if (known) showVerdict(known.place, proof);
 }
 
 /** The learnt properties in the order of display. */
@@ -288,6 +302,7 @@ function plainValue(value) {
 /** @param {any} end @param {unknown} fault */
 function showReceiveEnd(end, fault) {
   end.messages.slice([...receiving.texts.values()].reduce((sum, { times }) => sum + times, 0)).forEach(showText);
+  end.proofs.forEach(showProof);
   const read = `a panel was read in ${end.read} of ${several(end.frames, "frame")}`;
   const came = receiving.texts.size > 0 ? `${several(receiving.texts.size, "text")} came; ${read}` : `No text came: ${read}`;
   sayState(`${fault ? "The film breaks off. " : ""}${came}.`);

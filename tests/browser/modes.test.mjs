@@ -119,6 +119,33 @@ test("receive: a y4m film says its text", async (t) => {
   await textOf(page, "#learnt", /\d/);
 });
 
+test("receive: a signer is named, and proven by a trusted key alone", async (t) => {
+  const folder = workshop(t);
+  const key = path.join(folder, "key.toml");
+  const { signer } = JSON.parse(vocc("keys", "new", key, "--name", "truck 12", "--json"));
+  const words = [...PHONE, "--message", "<b>Ice</b>", "--frames", "120"];
+  const signed = film(folder, 30, [...words, "--sign", key, "--counter", "41"], "signed.y4m");
+  const page = await open(t, { address: "#mode=receive&fps=30&rate=27" });
+  const receive = async (file, pattern) => {
+    await page.setInputFiles("#files", file);
+    await textOf(page, "#texts", pattern);
+    await textOf(page, "#receive-state", /text came/);
+  };
+  await receive(signed, new RegExp(`<b>Ice</b>.*signed by ${signer}, not checked, counter 41$`));
+  // A text from outside is no markup.
+  assert.equal(await page.locator("#texts b").count(), 0);
+  await receive(film(folder, 30, words, "unsigned.y4m"), /signature: unsigned$/);
+
+  await page.locator("summary", { hasText: "Check signatures" }).click();
+  await page.fill("#keys", vocc("keys", "show", key));
+  await receive(signed, new RegExp(`signed by truck 12 \\(${signer}\\), counter 41: proven$`));
+  // The page remembers the counter.
+  await receive(signed, /counter 41: replayed$/);
+  await page.fill("#keys", "<b>");
+  await page.setInputFiles("#files", signed);
+  await textOf(page, "#alert", /field of public keys holds no public keys/);
+});
+
 test("receive: a film that the browser plays says its text", async (t) => {
   const file = film(workshop(t), 30, FILM, "film.webm");
   const page = await open(t, { address: "#mode=receive&fps=30" });

@@ -263,6 +263,15 @@ impl Trust {
         }
     }
 
+    /// Takes over the greatest counters that `earlier` has seen of the same keys.
+    pub fn remember(&mut self, earlier: &Self) {
+        for trusted in &mut self.keys {
+            let seen = earlier.keys.iter().find(|earlier| earlier.key() == trusted.key());
+            let last = seen.and_then(TrustedKey::last).max(trusted.last());
+            *trusted = TrustedKey::new(trusted.key(), last);
+        }
+    }
+
     /// Whether signatures are checked.
     pub fn is_checking(&self) -> bool {
         !self.keys.is_empty()

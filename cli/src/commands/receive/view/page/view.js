@@ -143,11 +143,7 @@ function showMessage({ times, report, proof }) {
   const isText = !hex || !message.includes("\ufffd");
   const notes = [view.panels.size > 1 ? [`panel ${panel}`] : [], report ? noteOf(report, times) : []].flat();
   showReceived(place, isText ? message : `bytes ${hex}`, notes.join(", "));
-  const { verdict, signer, signer_name: name, counter } = proof ?? report;
-  if (verdict) {
-    const by = signer ? ` by ${name ? `${name} (${signer})` : signer}, counter ${counter}` : "";
-    place.append(make("small", { className: `verdict ${verdict}`, textContent: `${signer ? "signed" : "signature"}${by}: ${verdict}` }));
-  }
+  showVerdict(place, proof ?? report);
   byId("texts").append(place);
   while (view.texts.size > TEXTS_MAX) dropOldestText();
   byId("no-texts").hidden = true;
