@@ -62,7 +62,7 @@ const OTHER: f32 = 0.06;
 /// Maximum number of frequencies that are tried (count): if frames are far apart, more would take too long.
 const FREQUENCIES_MAX: u32 = 20_000;
 /// A longer gap, or time that runs backwards, resets the carrier (frame periods).
-const GAP_MAX: f64 = 64.0;
+pub const GAP_MAX: f64 = 64.0;
 /// Older sightings are dropped (frame periods).
 const MEMORY_PERIODS: f64 = 256.0;
 /// The fastest carrier in the search if frame times are not steady (cycles a frame period).

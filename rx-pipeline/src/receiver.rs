@@ -22,6 +22,8 @@ mod signed;
 mod tests;
 mod view;
 
+#[cfg(feature = "carrier")]
+pub use crate::carrier::GAP_MAX as CARRIER_GAP_MAX;
 pub use crate::carrier::Reread;
 pub use crate::locate::SearchMemory;
 pub use crate::track::{TrackError, TrackErrorKind};

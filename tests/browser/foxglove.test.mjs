@@ -46,7 +46,10 @@ async function connected(t, address) {
     assert.ok(!reader.lastReadHadTrailingBytes(), topic);
     heard();
   });
+  // Channels are advertised after the server's information, and this one last.
+  const advertised = new Promise((told) => client.on("advertise", () => topics.has("/diagnostics") && told()));
   const info = await new Promise((told) => client.on("serverInfo", told));
+  await advertised;
   const received = (topic) => topics.get(topic)?.received ?? [];
   const until = async (condition) => {
     while (!condition()) await new Promise((next) => (heard = next));

@@ -239,10 +239,7 @@ fn serve(stream: TcpStream, id: u64, state: &Mutex<State>) -> Result<(), Error> 
     let name = concat!("vocc ", env!("CARGO_PKG_VERSION"));
     let info = json!({ "op": "serverInfo", "name": name, "capabilities": [], "metadata": {} });
     socket.send(Message::text(info.to_string()))?;
-    let known = advertised(&lock(state).channels);
-    // Channels advertised since the client came are in `known`, too.
-    change(id, state, |client| client.queue.clear());
-    socket.send(known)?;
+    socket.send(all_channels(id, state))?;
     loop {
         match socket.read() {
             Ok(Message::Text(text)) => change(id, state, |client| obey(client, text.as_str())),
@@ -257,6 +254,16 @@ fn serve(stream: TcpStream, id: u64, state: &Mutex<State>) -> Result<(), Error> 
             return socket.flush();
         }
     }
+}
+
+/// The advertisement of all channels so far. Those that the client's queue has are among them.
+fn all_channels(id: u64, state: &Mutex<State>) -> Message {
+    let mut state = lock(state);
+    let known = advertised(&state.channels);
+    if let Some(client) = state.clients.get_mut(&id) {
+        while client.take().is_some() {}
+    }
+    known
 }
 
 fn send_queued(socket: &mut WebSocket<TcpStream>, id: u64, state: &Mutex<State>) -> Result<(), Error> {

@@ -24,7 +24,7 @@ impl Watchdog {
         Self::within(child, PATIENCE)
     }
 
-    fn within(child: &Child, patience: Duration) -> Self {
+    pub fn within(child: &Child, patience: Duration) -> Self {
         let (alive, ended) = channel::<()>();
         let process = child.id().to_string();
         std::thread::spawn(move || {

@@ -6,6 +6,7 @@ use std::time::Instant;
 use anyhow::Result;
 use reception::{ReceptionError, Stamp};
 use rx_pipeline::frame::Frame;
+use rx_pipeline::receiver::CARRIER_GAP_MAX;
 
 use super::session::Session;
 use crate::frames::film::{FrameTime, FrameTimes};
@@ -204,8 +205,8 @@ impl Pace {
 
     /// The stamp of a frame of a live source whose clock stands still. Frames that arrive together are consecutive: a connection delays
     /// and bundles them, so that a late arrival says nothing of the exposure within its period.
-    fn stamp_by_arrival(&mut self, came: Option<Instant>, after_dropped: u64) -> Stamp {
-        let next = self.last.map_or(0, |(_, last)| last.saturating_add(1 + after_dropped));
+    fn stamp_by_arrival(&mut self, came: Option<Instant>, gap: u64) -> Stamp {
+        let next = self.last.map_or(0, |(_, last)| last.saturating_add(gap));
         let periods = came.map_or(0.0, |came| {
             let (from, number) = *self.arrived.get_or_insert((came, next));
             number as f64 + came.saturating_duration_since(from).as_secs_f64() * self.rate_hz
@@ -220,8 +221,11 @@ impl Pace {
         let time = moment.time;
         let came = moment.arrival.map(|arrival| arrival.at);
         let last_came = std::mem::replace(&mut self.last_came, came);
+        let resumes = std::mem::take(&mut self.resumes);
+        // A source that is opened again exposes at another phase: a gap ends what was learnt of a carrier.
+        let gap = if resumes { CARRIER_GAP_MAX as u64 + 1 } else { 1 };
         if self.ignores_times {
-            return Some(self.stamp_by_arrival(came, moment.after_dropped));
+            return Some(self.stamp_by_arrival(came, gap.saturating_add(moment.after_dropped)));
         }
         let Some((last_s, last)) = self.last else {
             self.from_s = time.map_or(0.0, |time| time.time_s);
@@ -230,16 +234,16 @@ impl Pace {
         };
         let follows_s = last_s + (1 + moment.after_dropped) as f64 / self.rate_hz;
         let (time_s, tick_s) = time.map_or((follows_s, 0.0), |time| (time.time_s, time.tick_s));
-        if time_s == last_s && !self.resumes {
+        if time_s == last_s && !resumes {
             self.doubled += 1;
             return None;
         }
-        let mut next = last.saturating_add(1);
+        let mut next = last.saturating_add(gap);
         let waited_s = came
             .zip(last_came)
             .map(|(came, last)| came.saturating_duration_since(last).as_secs_f64());
         let is_ahead = waited_s.is_some_and(|waited_s| time.is_some() && time_s - last_s > waited_s + JUMP_S);
-        if std::mem::take(&mut self.resumes) || is_ahead || time_s < last_s {
+        if resumes || is_ahead || time_s < last_s {
             // The clock was set or replaced: number the next frame by the real time that passed.
             next = next.max(last.saturating_add((waited_s.unwrap_or_default() * self.rate_hz).round() as u64));
             self.from_s = time_s - next as f64 / self.rate_hz;
@@ -413,6 +417,9 @@ mod tests {
             // Without times, dropped frames count.
             (12_240, None, 0, 308),
             (12_240, None, 4, 313),
+            // Another source at once.
+            (12_280, Some(7), 0, 378),
+            (12_320, Some(47), 0, 379),
         ] {
             assert_eq!(stamp(came_ms, tick, after_dropped), Some((number, 0.0)), "at {came_ms} ms");
         }
