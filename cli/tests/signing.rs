@@ -4,16 +4,8 @@ mod common;
 
 use std::path::Path;
 
-use common::{json, json_lines, paths, refused, says, text, vocc};
+use common::{json, json_lines, paths, refused, says, text, vocc, write_key};
 use mcap::MessageStream;
-
-/// Makes a key and a file that trusts it.
-fn make_key(key: &str, trusted: &str) {
-    says(&vocc(&["keys", "new", key, "--name", "truck 12"]), 0, &[]);
-    let shown = vocc(&["keys", "show", key]);
-    says(&shown, 0, &[]);
-    std::fs::write(trusted, shown.stdout).expect("a file");
-}
 
 fn film(message: &str, into: &str, more: &[&str]) -> serde_json::Value {
     let link = ["link", "day", "--message", message, "--level", "fast", "--save", into, "--json"];
@@ -41,7 +33,7 @@ fn told(message: &str, verdict: &str, counter: impl Into<Option<u64>>) -> (Strin
 fn a_signed_message_is_proven_once_and_a_film_of_it_shown_again_is_replayed() {
     let path = paths("signing-replay");
     let [key, trusted, counters, first, second] = ["key.toml", "keys.toml", "seen.toml", "first", "second"].map(&path);
-    make_key(&key, &trusted);
+    write_key(&key, &trusted);
     let sent = film("hi", &first, &["--sign", &key, "--counter", "41"]);
     assert_eq!((&sent["verdict"], &sent["counter"]), (&"proven".into(), &41.into()));
     film("ho", &second, &["--sign", &key, "--counter", "42"]);
@@ -63,8 +55,8 @@ fn only_what_is_proven_is_told_where_that_is_asked_for() {
     let path = paths("signing-only-trusted");
     let [key, trusted, other, others, signed, unsigned, bytes] =
         ["key.toml", "keys.toml", "other.toml", "others.toml", "signed", "unsigned", "bytes"].map(&path);
-    make_key(&key, &trusted);
-    make_key(&other, &others);
+    write_key(&key, &trusted);
+    write_key(&other, &others);
     film("hi", &signed, &["--sign", &key, "--counter", "1"]);
     film("hi", &unsigned, &[]);
 
@@ -85,7 +77,7 @@ fn only_what_is_proven_is_told_where_that_is_asked_for() {
 fn without_keys_the_signer_is_named_as_not_checked() {
     let path = paths("signing-unchecked");
     let [key, trusted, signed, unsigned] = ["key.toml", "keys.toml", "signed", "unsigned"].map(&path);
-    make_key(&key, &trusted);
+    write_key(&key, &trusted);
     film("hi", &signed, &["--sign", &key, "--counter", "41"]);
     film("hi", &unsigned, &[]);
     let id = json(&vocc(&["keys", "show", &key, "--json"]))["signer"].clone();
@@ -116,7 +108,7 @@ fn without_keys_the_signer_is_named_as_not_checked() {
 fn a_message_signed_anew_is_proven_anew() {
     let path = paths("signing-anew");
     let [key, trusted, first, second] = ["key.toml", "keys.toml", "first", "second"].map(&path);
-    make_key(&key, &trusted);
+    write_key(&key, &trusted);
     film("hi", &first, &["--sign", &key, "--counter", "41"]);
     film("hi", &second, &["--sign", &key, "--counter", "42"]);
     let frames = |film: &str| std::fs::read_dir(film).expect("a folder").count();
@@ -132,8 +124,8 @@ fn a_message_signed_anew_is_proven_anew() {
 fn a_signature_under_another_keys_name_is_forged() {
     let path = paths("signing-forged");
     let [key, trusted, other, film_of_it] = ["key.toml", "keys.toml", "other.toml", "film"].map(&path);
-    make_key(&key, &trusted);
-    make_key(&other, &path("others.toml"));
+    write_key(&key, &trusted);
+    write_key(&other, &path("others.toml"));
     film("hi", &film_of_it, &["--sign", &other, "--counter", "1"]);
     // A trusted key whose name equals the signer's, but which differs in the sign of its x coordinate, its last bit.
     let shown = json(&vocc(&["keys", "show", &other, "--json"]));
@@ -148,7 +140,7 @@ fn a_signature_under_another_keys_name_is_forged() {
 fn verdicts_are_recorded() {
     let path = paths("signing-recorded");
     let [key, trusted, film_of_it, recording] = ["key.toml", "keys.toml", "film", "film.mcap"].map(&path);
-    make_key(&key, &trusted);
+    write_key(&key, &trusted);
     film("hi", &film_of_it, &["--sign", &key, "--counter", "7"]);
     says(&vocc(&["receive", &film_of_it, "--trust", &trusted, "--mcap", &recording]), 0, &[]);
     let bytes = std::fs::read(&recording).expect("a recording");
@@ -170,7 +162,7 @@ fn verdicts_are_recorded() {
 fn signed_panels_begin_with_those_of_the_message() {
     let path = paths("signing-transmit");
     let key = path("key.toml");
-    make_key(&key, &path("keys.toml"));
+    write_key(&key, &path("keys.toml"));
     let panels = |more: &[&str]| text(&vocc(&[&["transmit", "--message", "hi"], more].concat()).stdout);
     let (unsigned, signed) = (panels(&[]), panels(&["--sign", &key, "--counter", "3"]));
     assert!(signed.starts_with(&unsigned));
@@ -190,19 +182,17 @@ fn signed_panels_begin_with_those_of_the_message() {
 fn a_private_key_is_its_owners_alone_and_never_overwritten() {
     use std::os::unix::fs::PermissionsExt;
     let path = paths("signing-keys");
-    let [key, trusted] = ["key.toml", "keys.toml"].map(&path);
-    make_key(&key, &trusted);
+    let key = path("key.toml");
+    says(&vocc(&["keys", "new", &key, "--name", "truck 12"]), 0, &[]);
     let mode = |path: &str| std::fs::metadata(path).expect("there").permissions().mode() & 0o777;
     assert_eq!(mode(&key), 0o600);
     let before = std::fs::read_to_string(&key).expect("a key");
     refused(&["keys", "new", &key], &["is there already"]);
     assert_eq!(std::fs::read_to_string(&key).expect("a key"), before);
     let secret = before.lines().find_map(|line| line.strip_prefix("secret = ")).expect("a secret");
-    assert!(
-        !std::fs::read_to_string(&trusted)
-            .expect("a file")
-            .contains(secret.trim_matches('"'))
-    );
+    let shown = vocc(&["keys", "show", &key]);
+    says(&shown, 0, &[]);
+    assert!(text(&shown.stdout).starts_with('#') && !text(&shown.stdout).contains(secret.trim_matches('"')));
     std::fs::set_permissions(&key, PermissionsExt::from_mode(0o640)).expect("set");
     refused(&["keys", "show", &key], &["other users", "chmod 600"]);
 }
@@ -211,7 +201,7 @@ fn a_private_key_is_its_owners_alone_and_never_overwritten() {
 fn files_that_hold_no_keys_are_refused_with_a_way_out_and_no_secret() {
     let path = paths("signing-refused");
     let [key, trusted, bad] = ["key.toml", "keys.toml", "bad.toml"].map(&path);
-    make_key(&key, &trusted);
+    write_key(&key, &trusted);
     let text_of = |file: &str| std::fs::read_to_string(file).expect("a file");
     let write = |text: &str| {
         let _ = std::fs::remove_file(&bad);
@@ -268,7 +258,7 @@ fn files_that_hold_no_keys_are_refused_with_a_way_out_and_no_secret() {
     write(&text_of(&key).replace("secret = \"", "secret = \"0"));
     sign(&["64 hexadecimal digits"]);
     let other = path("other.toml");
-    make_key(&other, &path("others.toml"));
+    write_key(&other, &path("others.toml"));
     let public = |file: &str| {
         text_of(file)
             .lines()

@@ -8,7 +8,7 @@ use std::process::{Child, ChildStdout, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use common::grey_card::{PLACES, SCENE};
-use common::{command, folder, json, name, refused, says, text, vocc};
+use common::{command, folder, json, name, refused, says, text, vocc, write_key};
 use link::fec::Code;
 use link::framing::Framer;
 use serde_json::Value;
@@ -376,10 +376,9 @@ fn a_board_with_a_key_signs_what_it_is_sent_and_is_proven() {
     let place = folder("simulated-key");
     let [key, trusted, flash] = ["key.toml", "keys.toml", "flash"].map(|file| place.join(file));
     let (key, trusted, flash) = (name(&key), name(&trusted), name(&flash));
-    says(&vocc(&["keys", "new", key]), 0, &[]);
+    write_key(key, trusted);
     let shown = vocc(&["keys", "show", key, "--json"]);
     let signer = json(&shown)["signer"].clone();
-    std::fs::write(trusted, vocc(&["keys", "show", key]).stdout).expect("written");
 
     let board = Simulator::start(&["--flash", flash]);
     assert!(text(&board.vocc(&["device", "key"]).stdout).contains("has no key"));

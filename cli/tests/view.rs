@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use common::bounded::{PATIENCE, Watchdog, signal};
 use common::ffmpeg::Place;
 use common::recording::{MESSAGE, filmed, pixels, y4m};
-use common::{command, folder, json_lines, name, paths, refused, says, text, vocc, words};
+use common::{command, folder, json_lines, name, paths, refused, says, text, vocc, words, write_key};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use serde_json::Value;
 
@@ -314,8 +314,7 @@ fn the_page_says_why_nothing_is_read() {
 fn a_signer_and_the_verdict_are_shown() {
     let path = paths("view-signed");
     let [key, trusted, film] = ["key.toml", "keys.toml", "film"].map(&path);
-    says(&vocc(&["keys", "new", &key, "--name", "truck 12"]), 0, &[]);
-    std::fs::write(&trusted, vocc(&["keys", "show", &key]).stdout).expect("a file");
+    write_key(&key, &trusted);
     let link = "link day --message hi --level fast --set camera.width_px=320 --set camera.height_px=240 --counter 7 --sign";
     says(&vocc(&[&words(link)[..], &[&key, "--save", &film]].concat()), 0, &[]);
     let (served, mut input) = Served::input(&["--trust", &trusted]);

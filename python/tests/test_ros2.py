@@ -21,6 +21,7 @@ import pytest
 from recorded import FRAME_ID, FRAMES, MESSAGE, PERIOD_NS, START_NS, Recorded, rotation_of, values
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
+from signers import write_key
 from vocc_ros.images import ENCODINGS, UnsupportedImage, of_compressed, of_image
 from vocc_ros.reception import PARAMETERS, Clock, ImageReceiver, Publication, Types, lens_of, quaternion, topics
 
@@ -350,11 +351,9 @@ def test_images_without_stamps_are_counted() -> None:
     assert len(log.lines) == 1 and "no stamps that rise" in log.of("warn")[0]
 
 
-def test_with_keys_only_what_is_proven_is_published(tmp_path: Path, vocc_json) -> None:
+def test_with_keys_only_what_is_proven_is_published(tmp_path: Path) -> None:
     key, trust = tmp_path / "key.toml", tmp_path / "keys.toml"
-    vocc_json("keys", "new", key)
-    [shown] = vocc_json("keys", "show", key)
-    trust.write_text(f"[[key]]\nname = 'truck'\npublic = '{shown['public']}'\n")
+    write_key(key, trust, "truck")
     for sign, expected in [(key, ["Ice"]), (None, [])]:
         receiver = receiver_of(Log(), symbol_rate=100, trust=str(trust))
         publications = []

@@ -1,10 +1,10 @@
 """Signed messages: who signed them, and verdicts that equal the program's."""
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+from signers import write_key
 
 import vocc
 
@@ -13,14 +13,11 @@ KEYS = ("verdict", "signer", "signer_name", "counter")
 
 
 @pytest.fixture(scope="module")
-def keys(tmp_path_factory: pytest.TempPathFactory, vocc_json) -> Path:
+def keys(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with two private keys, and the files that trust each."""
     folder = tmp_path_factory.mktemp("keys")
     for name in ("truck", "other"):
-        vocc_json("keys", "new", folder / f"{name}.toml", "--name", name)
-        [shown] = vocc_json("keys", "show", folder / f"{name}.toml")
-        text = f"[[key]]\nname = {json.dumps(shown['name'])}\npublic = {json.dumps(shown['public'])}\n"
-        (folder / f"{name}-public.toml").write_text(text)
+        write_key(folder / f"{name}.toml", folder / f"{name}-public.toml", name)
     return folder
 
 

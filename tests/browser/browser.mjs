@@ -2,7 +2,7 @@
 
 import { execFileSync, spawn } from "node:child_process";
 import { once } from "node:events";
-import { mkdtempSync, rmSync } from "node:fs";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
 import readline from "node:readline";
@@ -35,6 +35,18 @@ export function workshop(t) {
   const folder = mkdtempSync(path.join(tmpdir(), "vocc-page-"));
   t.after(() => rmSync(folder, { recursive: true }));
   return folder;
+}
+
+/**
+ * Writes a private key, which only its owner may read, and returns its path. It is always the same, because signatures decide which panels
+ * a camera sees.
+ */
+export function keyFile(folder) {
+  const file = path.join(folder, "key.toml");
+  const [name, secret] = ["truck 12", "76a9b3af16eff1491fa7489351e3199f245aed57af308c2ed9c3f6741e24967f"];
+  const key = { name, public: "80bafe5ab9dbbb0958760954b8d6019c1f16aa6caf9eed2ba533caececea7e4e", secret };
+  writeFileSync(file, Object.entries(key).map(([field, value]) => `${field} = "${value}"\n`).join(""), { mode: 0o600 });
+  return file;
 }
 
 /** The output of `vocc`; status 1 is a valid result. */

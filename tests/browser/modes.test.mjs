@@ -6,7 +6,7 @@ import { readFileSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import test from "node:test";
 import { gzipSync } from "node:zlib";
-import { ask, film, open, shots, textOf, vocc, workshop } from "./browser.mjs";
+import { ask, film, keyFile, open, shots, textOf, vocc, workshop } from "./browser.mjs";
 
 /** A phone's film of a text: 30 frames a second, 27 symbols. */
 const TEXT = "Ice on the bridge";
@@ -121,11 +121,12 @@ test("receive: a y4m film says its text", async (t) => {
 
 test("receive: a signer is named, and proven by a trusted key alone", async (t) => {
   const folder = workshop(t);
-  const key = path.join(folder, "key.toml");
-  const { signer } = JSON.parse(vocc("keys", "new", key, "--name", "truck 12", "--json"));
-  const words = [...PHONE, "--message", "<b>Ice</b>", "--frames", "120"];
-  const signed = film(folder, 30, [...words, "--sign", key, "--counter", "41"], "signed.y4m");
-  const page = await open(t, { address: "#mode=receive&fps=30&rate=27" });
+  const key = keyFile(folder);
+  const { signer } = JSON.parse(vocc("keys", "show", key, "--json"));
+  const words = ["day", "--level", "fast", "--set", "camera.width_px=320", "--set", "camera.height_px=240"];
+  words.push("--message", "<b>Ice</b>", "--frames", "120");
+  const signed = film(folder, 100, [...words, "--sign", key, "--counter", "41"], "signed.y4m");
+  const page = await open(t, { address: "#mode=receive&fps=100&rate=90" });
   const receive = async (file, pattern) => {
     await page.setInputFiles("#files", file);
     await textOf(page, "#texts", pattern);
@@ -134,7 +135,7 @@ test("receive: a signer is named, and proven by a trusted key alone", async (t) 
   await receive(signed, new RegExp(`<b>Ice</b>.*signed by ${signer}, not checked, counter 41$`));
   // A text from outside is no markup.
   assert.equal(await page.locator("#texts b").count(), 0);
-  await receive(film(folder, 30, words, "unsigned.y4m"), /signature: unsigned$/);
+  await receive(film(folder, 100, words, "unsigned.y4m"), /signature: unsigned$/);
 
   await page.locator("summary", { hasText: "Check signatures" }).click();
   await page.fill("#keys", vocc("keys", "show", key));

@@ -6,7 +6,7 @@ import { createServer } from "node:http";
 import path from "node:path";
 import test from "node:test";
 import { setTimeout as wait } from "node:timers/promises";
-import { film, framesOf, PATIENCE_MS, receiving, receivingLive, shots, textOf, visit, vocc, workshop } from "./browser.mjs";
+import { film, framesOf, keyFile, PATIENCE_MS, receiving, receivingLive, shots, textOf, visit, vocc, workshop } from "./browser.mjs";
 
 /** A text that would be an element, and would run, where it is taken as HTML. */
 const TEXT = '<img src=x onerror="document.title=1"> & ice';
@@ -22,8 +22,8 @@ async function viewed(receiver) {
 
 test("view: a film is shown as it is printed", async (t) => {
   const folder = workshop(t);
-  const [key, keys, camera] = ["key.toml", "keys.toml", "camera.toml"].map((name) => path.join(folder, name));
-  vocc("keys", "new", key, "--name", "truck 12");
+  const [keys, camera] = ["keys.toml", "camera.toml"].map((name) => path.join(folder, name));
+  const key = keyFile(folder);
   writeFileSync(keys, vocc("keys", "show", key));
   // The scene's 25 mm on pixels of 6.875 µm.
   writeFileSync(camera, "focal_px = 3636.36\n");

@@ -23,6 +23,28 @@ pub fn vocc(arguments: &[&str]) -> Output {
     command(arguments).output().expect("vocc runs")
 }
 
+/// Writes the private key of truck 12 to a file, or another one if that is named `other`, and a file that trusts it. The keys are always the
+/// same, because signatures decide which panels a camera sees.
+pub fn write_key(key: &str, trusted: &str) {
+    let (public, secret) = if key.ends_with("other.toml") {
+        (
+            "8e8e228fe722cf315dfe0608807f5a6d965a0171a9181edc75b623e659620ab4",
+            "c8c3de781c2ecd6e8e8f6742655b5bf6b77786da88618b94b0a110f4ddabb98f",
+        )
+    } else {
+        (
+            "80bafe5ab9dbbb0958760954b8d6019c1f16aa6caf9eed2ba533caececea7e4e",
+            "76a9b3af16eff1491fa7489351e3199f245aed57af308c2ed9c3f6741e24967f",
+        )
+    };
+    let public = format!("name = \"truck 12\"\npublic = \"{public}\"\n");
+    std::fs::write(trusted, format!("[[key]]\n{public}")).expect("a file");
+    std::fs::write(key, format!("{public}secret = \"{secret}\"\n")).expect("a file");
+    // Other users must not read it.
+    #[cfg(unix)]
+    std::fs::set_permissions(key, std::os::unix::fs::PermissionsExt::from_mode(0o600)).expect("it is ours");
+}
+
 /// A folder of one test's own, empty.
 pub fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
