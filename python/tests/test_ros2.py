@@ -87,7 +87,8 @@ def camera_info(focal_px: float, size: tuple[int, int] = (320, 240), **fields: A
 
 def film(message: str, count: int = 30, *, sign: Path | None = None, **scene: Any) -> list[np.ndarray]:
     renderer = vocc.Renderer(vocc.Scene("paper", **{"camera.width_px": 320, "camera.height_px": 240} | scene), level="fast")
-    return [renderer.render(bits) for bits in vocc.transmit(message, count=count, sign=sign)]
+    counter = None if sign is None else 1
+    return [renderer.render(bits) for bits in vocc.transmit(message, count=count, sign=sign, counter=counter)]
 
 
 def of_topic(publications: list[Publication], topic: str) -> list[Any]:
