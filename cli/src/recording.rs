@@ -125,7 +125,7 @@ impl Recording {
         is_live: bool,
     ) -> anyhow::Result<Option<Self>> {
         let files = path.map(|path| Files::create(path, arguments.max_size, is_live)).transpose()?;
-        let server = port.map(Server::start).transpose()?;
+        let server = port.map(Server::at).transpose()?;
         if files.is_none() && server.is_none() {
             return Ok(None);
         }
@@ -153,6 +153,7 @@ impl Recording {
             recording.panels.push(panel);
         }
         recording.diagnostics = recording.channel_of::<ros::DiagnosticArray>("/diagnostics");
+        recording.server.as_ref().map_or(Ok(()), Server::open)?;
         Ok(Some(recording))
     }
 

@@ -4,8 +4,8 @@
 //! A thread accepts connections, and each client has a thread and a queue of its own. The receiver never waits for a client: one that is
 //! too slow misses the oldest messages.
 //!
-//! `tungstenite` without TLS adds 11 packages to the build; the crate `foxglove` (0.30) with its server adds 82, tokio among them. What that
-//! crate has beyond this file, no receiver needs: message types of its own, parameters, services, assets and playback for clients, TLS, a
+//! `tungstenite` without TLS adds 11 packages to the build; the crate `foxglove` (0.30) with its server adds 82, with tokio. What that crate
+//! has beyond this file, no receiver needs: message types of its own, parameters, services, assets and playback for clients, TLS, a
 //! gateway for remote access, and a second writer of MCAP files. What this file needs, it lacks: its server accepts any page of a browser,
 //! and a client's queue is bounded by messages, 1024 of them, not by bytes.
 
@@ -48,7 +48,10 @@ const FAREWELL: Duration = Duration::from_millis(500);
 const MESSAGE_DATA: u8 = 1;
 
 /// A server of channels to any number of clients, which come and go.
-pub struct Server(Arc<Mutex<State>>);
+pub struct Server {
+    listener: TcpListener,
+    state: Arc<Mutex<State>>,
+}
 
 #[derive(Default)]
 struct State {
@@ -84,21 +87,26 @@ impl Client {
 }
 
 impl Server {
-    /// Serves at a port of this computer, which others cannot reach; 0 for any free one.
-    pub fn start(port: u16) -> anyhow::Result<Self> {
+    /// A server at a port of this computer, which others cannot reach; 0 for any free one. Clients come in once it is open.
+    pub fn at(port: u16) -> anyhow::Result<Self> {
         let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
         let listener = TcpListener::bind(address)
             .with_context(|| format!("cannot serve Foxglove at {address}: give a free port, as --foxglove=8766, or 0 for any"))?;
-        tell(format_args!("Foxglove connects to ws://{}", listener.local_addr()?));
-        let state = Arc::new(Mutex::new(State::default()));
-        let shared = Arc::clone(&state);
-        std::thread::Builder::new().spawn(move || accept(&listener, &shared))?;
-        Ok(Self(state))
+        let state = Arc::default();
+        Ok(Self { listener, state })
+    }
+
+    /// Tells the address and lets clients in. They get the channels so far in one advertisement.
+    pub fn open(&self) -> anyhow::Result<()> {
+        tell(format_args!("Foxglove connects to ws://{}", self.listener.local_addr()?));
+        let (listener, state) = (self.listener.try_clone()?, Arc::clone(&self.state));
+        std::thread::Builder::new().spawn(move || accept(&listener, &state))?;
+        Ok(())
     }
 
     /// Adds a channel, and returns its id.
     pub fn channel(&self, topic: &str, schema: &Schema) -> u16 {
-        let mut state = lock(&self.0);
+        let mut state = lock(&self.state);
         let id = state.channels.len() as u16 + 1;
         let channel = json!({
             "id": id, "topic": topic, "encoding": "cdr", "schemaName": schema.name, "schema": schema.definition,
@@ -112,14 +120,14 @@ impl Server {
 
     /// Whether any client wants the messages of a channel.
     pub fn is_wanted(&self, channel: u16) -> bool {
-        let state = lock(&self.0);
+        let state = lock(&self.state);
         let mut wanted = state.clients.values().flat_map(|client| client.subscriptions.values());
         wanted.any(|&wanted| wanted == u64::from(channel))
     }
 
     /// Sends a message to those who want it.
     pub fn message(&self, channel: u16, time_ns: u64, message: &[u8]) {
-        for client in lock(&self.0).clients.values_mut() {
+        for client in lock(&self.state).clients.values_mut() {
             let wanted = client.subscriptions.iter().filter(|(_, wanted)| **wanted == u64::from(channel));
             let subscriptions: Vec<u32> = wanted.map(|(&subscription, _)| subscription).collect();
             for subscription in subscriptions {
@@ -133,10 +141,10 @@ impl Server {
 impl Drop for Server {
     fn drop(&mut self) {
         let left = || {
-            let clients = &lock(&self.0).clients;
+            let clients = &lock(&self.state).clients;
             (clients.len(), clients.values().map(|client| client.queued_bytes).sum::<usize>())
         };
-        lock(&self.0).has_ended = true;
+        lock(&self.state).has_ended = true;
         let begun = Instant::now();
         let (mut last, mut moved) = (left(), begun);
         while begun.elapsed() < PATIENCE && moved.elapsed() < FAREWELL && last.0 > 0 {
