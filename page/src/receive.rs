@@ -352,7 +352,10 @@ mod tests {
             NamedKey { name, key }.to_toml().unwrap()
         };
         let keys = keys_of(&own);
-        let told = |verdict: &str, name: Value| json!([{ "text": "Ice", "hex": null, "verdict": verdict, "signer": id, "signer_name": name, "counter": 41 }]);
+        let told = |verdict: &str, name: Value| {
+            let (signer, counter) = (&id, 41);
+            json!([{ "text": "Ice", "hex": null, "verdict": verdict, "signer": signer, "signer_name": name, "counter": counter }])
+        };
         let signed = || signed_film("Ice", &own, 41);
         let (first, receiving) = proofs(signed(), trust(&keys, None).unwrap());
         assert_eq!(json!(first), told("proven", "truck 12".into()));

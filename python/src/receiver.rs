@@ -110,7 +110,7 @@ record! {
 }
 
 record! {
-    /// What is known of who signed a message that was received before.
+    /// The verdict on the signer of an earlier message.
     Proof {
         /// The message's text; bytes that are not UTF-8 are replaced.
         text: String,
@@ -142,7 +142,7 @@ record! {
         losses: Vec<Py<Loss>>,
         /// The messages that were completed.
         messages: Vec<Py<Message>>,
-        /// Who signed messages that came before.
+        /// Verdicts on the signers of earlier messages.
         proofs: Vec<Py<Proof>>,
     }
 }
@@ -459,12 +459,7 @@ impl Receiver {
         match news {
             News::Withheld => Ok(None),
             News::Message(message, proof) => {
-                let Claim {
-                    verdict,
-                    signer,
-                    signer_name,
-                    counter,
-                } = self.claim(&proof);
+                let claim = self.claim(&proof);
                 let message = Message {
                     text: String::from_utf8_lossy(&message.data).into_owned(),
                     data: message.data,
@@ -472,29 +467,23 @@ impl Receiver {
                     first_frame: message.first_frame,
                     last_frame: message.last_frame,
                     corrected_bits: message.corrected_bits,
-                    verdict,
-                    signer,
-                    signer_name,
-                    counter,
+                    verdict: claim.verdict,
+                    signer: claim.signer,
+                    signer_name: claim.signer_name,
+                    counter: claim.counter,
                 };
                 Py::new(py, message).map(Some)
             }
             News::Proof(data, proof) => {
-                let Claim {
-                    verdict,
-                    signer,
-                    signer_name,
-                    counter,
-                } = self.claim(&proof);
-                let text = String::from_utf8_lossy(&data).into_owned();
+                let claim = self.claim(&proof);
                 let proof = Proof {
-                    text,
+                    text: String::from_utf8_lossy(&data).into_owned(),
                     data,
                     panel,
-                    verdict,
-                    signer,
-                    signer_name,
-                    counter,
+                    verdict: claim.verdict,
+                    signer: claim.signer,
+                    signer_name: claim.signer_name,
+                    counter: claim.counter,
                 };
                 self.proofs.push(Py::new(py, proof)?);
                 Ok(None)

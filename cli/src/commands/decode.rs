@@ -37,7 +37,8 @@ pub struct Arguments {
     corners: Option<Corners>,
     /// The number of busiest places that are searched for any panel, after a search for isolated spots, 1 to 24. More: panels beside busier
     /// things are found, and pictures without a panel take longer.
-    #[arg(long, value_name = "N", default_value_t = SearchSettings::DEFAULT.full_places, value_parser = clap::value_parser!(u16).range(1..=BUSY_PEAKS as i64), conflicts_with = "corners")]
+    #[arg(long, value_name = "N", default_value_t = SearchSettings::DEFAULT.full_places, conflicts_with = "corners")]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=BUSY_PEAKS as i64))]
     places: u16,
     #[command(flatten)]
     camera: CameraArguments,

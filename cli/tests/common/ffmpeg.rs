@@ -9,7 +9,7 @@ use super::bounded::{self, PATIENCE};
 use super::recording::{film, filmed, y4m_at};
 use super::{command, folder};
 
-/// Films at its n-th run the film `film-n`, again and again until a file `over-n` exists, and is silent then if `silent-n` exists. The times
+/// Films at its n-th run the film `film-n`, again and again until a file `over-n` exists, and is silent then if `silent-n` exists. Times
 /// begin with the wall clock.
 const FILMS: &str = r#"
 echo "$@" >> runs

@@ -23,8 +23,8 @@ pub fn vocc(arguments: &[&str]) -> Output {
     command(arguments).output().expect("vocc runs")
 }
 
-/// Writes the private key of truck 12 to a file, or another one if that is named `other`, and a file that trusts it. The keys are always the
-/// same, because signatures decide which panels a camera sees.
+/// Writes the private key of truck 12 to a file, or another one if that is named `other`, and a file that trusts it. The keys are always
+/// the same, because signatures decide which panels a camera sees.
 pub fn write_key(key: &str, trusted: &str) {
     let (public, secret) = if key.ends_with("other.toml") {
         (

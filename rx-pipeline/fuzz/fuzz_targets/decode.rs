@@ -1,4 +1,5 @@
-//! Any bytes as soft values of panels: symbols, framing, error correction, signatures, of which none is proven. `cargo +nightly fuzz run decode` in `rx-pipeline`.
+//! Any bytes as soft values of panels: symbols, framing, error correction, signatures, of which none is proven.
+//! `cargo +nightly fuzz run decode` in `rx-pipeline`.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,4 @@
-//! Who signed the messages of each panel: combines a panel's events with the keys that are trusted.
+//! The signers of each panel's messages: combines a panel's events with the trusted keys.
 
 use link::signing::Verdict;
 

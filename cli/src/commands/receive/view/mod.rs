@@ -12,9 +12,9 @@
 //! | `remark` | `text`, as on standard error |
 //! | `end` | `frames`, `messages` and `latency`; `why`, if it is a fault |
 //!
-//! The page is not the Receive tab of the project's own page (`page/web`), with which it shares its drawing. That tab is one with a receiver
-//! and a simulator in WebAssembly, which the program would have to carry, build and serve; this page shows what the native receiver has
-//! read, and computes nothing.
+//! The page is not the Receive tab of the project's own page (`page/web`), with which it shares its drawing. That tab needs a receiver and
+//! a simulator in WebAssembly, which the program would have to carry, build and serve; this page shows what the native receiver has read,
+//! and computes nothing.
 //!
 //! The server listens on 127.0.0.1 alone, answers GET alone, and refuses requests of another host or origin.
 
