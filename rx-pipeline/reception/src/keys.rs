@@ -38,7 +38,10 @@ pub enum KeyFileError {
     #[error("{} can be read by other users, who could sign with it: `chmod 600` it, and if they may have, make a new key", .0.display())]
     Open(PathBuf),
     /// The digits are no key.
-    #[error("{}: the key {name:?} is not {} hexadecimal digits: take the file from a backup, or make a new key", .path.display(), 2 * KEY_BYTES)]
+    #[error(
+        "{}: the key {name:?} is not {} hexadecimal digits: take the file from a backup, or make a new key",
+        .path.display(), 2 * KEY_BYTES
+    )]
     Digits {
         /// The file.
         path: PathBuf,
@@ -77,8 +80,11 @@ pub enum KeyFileError {
     #[error("{0:?} is no name for a key: give 1 to {NAME_MAX} characters without control characters")]
     Name(String),
     /// The counters file is unreadable.
-    #[error("{} holds no counters such as `vocc receive --counters` writes: name another file, or remove it, and films shown again will not be \
-             noticed until it has grown", .0.display())]
+    #[error(
+        "{} holds no counters such as `vocc receive --counters` writes: name another file, or remove it, and films shown again will not \
+         be noticed until it has grown",
+        .0.display()
+    )]
     NoCounters(PathBuf, #[source] toml::de::Error),
     /// It cannot be written as TOML.
     #[error("keys or counters cannot be written as TOML: {0}")]
