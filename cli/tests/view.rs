@@ -166,9 +166,10 @@ fn the_page_is_served_and_nothing_else() {
     }
     assert!(page.contains("<script src=\"/script.js\" defer></script>"));
     assert!(!page.contains("http://") && !page.contains("https://"), "{page}");
+    // The Receive tab of the project's own page, and not another copy.
+    assert!(page.contains(include_str!("../../page/web/receive.html")), "{page}");
     let script = served.get("/script.js");
-    // What the project's own page draws with, and not another copy.
-    assert!(script.contains(include_str!("../../page/web/picture.js")) && script.contains(include_str!("../../page/web/leds.js")));
+    assert!(script.contains(include_str!("../../page/web/receive.js")) && script.contains(include_str!("../../page/web/panel.js")));
     assert!(served.get("/style.css").contains(include_str!("../../page/web/style.css")));
 
     let port = served.port;
@@ -268,7 +269,10 @@ fn events_have_what_json_has() {
     // How many are shown depends on the computer's other work.
     assert!(read >= 1, "{} frames", frames.len());
     // The last state is that of the last frame.
-    assert_eq!(frames[frames.len() - 1]["frame"], 31);
+    let last = frames[frames.len() - 1];
+    assert_eq!(last["frame"], 31);
+    assert_eq!(last["camera"], lines[lines.len() - 1]["camera"]);
+    assert!(last["camera"]["blur_sigma_px"].is_number(), "{last}");
 
     let sent: Vec<&Value> = lines.iter().filter(|line| line["message"].is_string()).collect();
     let shown = of(&events, "message");
@@ -278,8 +282,13 @@ fn events_have_what_json_has() {
     let (last, end) = &events[events.len() - 1];
     assert_eq!(last, "end");
     assert_eq!(
-        (&end["frames"], &end["messages"], &end["why"]),
-        (&32.into(), &sent.len().into(), &Value::Null)
+        (&end["frames"], &end["read"], &end["messages"], &end["why"]),
+        (
+            &32.into(),
+            &lines.iter().filter(|line| line["bits"].is_string()).count().into(),
+            &sent.len().into(),
+            &Value::Null
+        )
     );
 }
 

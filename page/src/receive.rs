@@ -8,7 +8,7 @@ use reception::colour::Channel;
 use reception::keys::Trust;
 use reception::signers::{News, Signers};
 use reception::stream::{SIDE_MAX, Stream};
-use reception::{Message, PanelEvent, Reception, ReceptionSettings, Stamp, USUAL_FPS, learnt};
+use reception::{Message, PanelEvent, PanelReport, Reception, ReceptionSettings, Stamp, USUAL_FPS, learnt};
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
 use serde::{Deserialize, Serialize};
@@ -125,27 +125,17 @@ impl Film {
         let no_lens = Err(String::new());
         let reports = self.reception.frame(Stamp { number, late }, &frame, &no_lens, &mut ())?;
         let before = self.messages.len();
-        let (mut panel, mut why, mut proofs) = (None, None, Vec::new());
-        for report in reports {
+        let (mut panels, mut proofs) = (Vec::new(), Vec::new());
+        for report in &reports {
             for event in &report.events {
                 self.event(event, &mut proofs);
             }
-            match &report.reading {
-                Ok(reading) => {
-                    self.read += 1;
-                    let (corners, detection) = (&reading.corners, &reading.detection);
-                    panel = Some(json!({
-                        "bits": detection.bits.to_string(), "confidence": detection.confidence, "corners_px": corners.points(),
-                        "pitch_px": corners.pitch_px(), "symbol": report.symbol,
-                        "orientation": report.orientation.map(|orientation| orientation.to_string()),
-                    }));
-                }
-                Err(loss) => why = Some(loss.to_string()),
-            }
+            self.read += u64::from(report.reading.is_ok());
+            panels.push(panel_json(report));
         }
         Ok(json!({
-            "panel": panel, "why": why, "messages": self.messages[before..], "proofs": proofs, "rate_hz": self.reception.symbol_rate_hz(),
-            "camera": self.reception.learnt().map(learnt::as_json),
+            "frame": number, "size_px": [width, height], "panels": panels, "symbol_rate_hz": self.reception.symbol_rate_hz(),
+            "camera": self.reception.learnt().map(learnt::as_json), "messages": self.messages[before..], "proofs": proofs,
         }))
     }
 
@@ -162,7 +152,7 @@ impl Film {
         };
         Ok(json!({
             "messages": self.messages, "proofs": proofs, "read": self.read, "frames": self.frames, "advice": advice,
-            "rate_hz": self.reception.symbol_rate_hz(), "camera": camera.map(learnt::as_json), "camera_text": camera.map(learnt::as_text),
+            "camera": camera.map(learnt::as_json), "camera_text": camera.map(learnt::as_text),
             "camera_toml": camera.map(file_of).transpose()?,
         }))
     }
@@ -244,8 +234,23 @@ fn file_of(learnt: &Learnt) -> Result<String, Fault> {
     Ok(format!("# {}\n{keys}", learnt::as_text(learnt)))
 }
 
+/// A panel in a frame, with the keys of the events of `vocc receive --view`.
+fn panel_json(report: &PanelReport) -> Value {
+    let reading = match &report.reading {
+        Ok(reading) => reading,
+        Err(loss) => return json!({ "panel": report.panel, "why": loss.to_string() }),
+    };
+    let (corners, detection) = (&reading.corners, &reading.detection);
+    json!({
+        "panel": report.panel, "bits": detection.bits.to_string(), "confidence": detection.confidence, "symbol": report.symbol,
+        "corners_px": corners.points(), "pitch_px": corners.pitch_px(),
+        "orientation": report.orientation.map(|orientation| orientation.to_string()),
+    })
+}
+
+/// A message with the keys of `vocc receive --json`.
 fn text_json(data: &[u8]) -> Value {
-    json!({ "text": String::from_utf8_lossy(data), "hex": hex_if_no_text(data) })
+    json!({ "panel": 0, "message": String::from_utf8_lossy(data), "message_hex": hex_if_no_text(data) })
 }
 
 fn as_json(message: &Message) -> Value {
@@ -325,7 +330,7 @@ mod tests {
                 receiving.take(number, 0.0, format, &bytes).unwrap();
             }
             let end = receiving.end().unwrap();
-            assert_eq!(end["messages"][0]["text"], "Ice", "{format:?}: {end}");
+            assert_eq!(end["messages"][0]["message"], "Ice", "{format:?}: {end}");
             let file = end["camera_toml"].as_str().unwrap();
             assert!(file.starts_with("# camera as learnt") && file.contains("blur_sigma_px = "));
         }
@@ -354,7 +359,10 @@ mod tests {
         let keys = keys_of(&own);
         let told = |verdict: &str, name: Value| {
             let (signer, counter) = (&id, 41);
-            json!([{ "text": "Ice", "hex": null, "verdict": verdict, "signer": signer, "signer_name": name, "counter": counter }])
+            json!([{
+                "panel": 0, "message": "Ice", "message_hex": null,
+                "verdict": verdict, "signer": signer, "signer_name": name, "counter": counter,
+            }])
         };
         let signed = || signed_film("Ice", &own, 41);
         let (first, receiving) = proofs(signed(), trust(&keys, None).unwrap());
@@ -371,7 +379,10 @@ mod tests {
         assert_eq!(json!(unchecked), told("unchecked", Value::Null));
         assert_eq!(receiving.messages[0].get("verdict"), None);
         let (unsigned, _) = proofs(film("Ice"), Trust::default());
-        assert_eq!(json!(unsigned), json!([{ "text": "Ice", "hex": null, "verdict": "unsigned" }]));
+        assert_eq!(
+            json!(unsigned),
+            json!([{ "panel": 0, "message": "Ice", "message_hex": null, "verdict": "unsigned" }])
+        );
 
         for (keys, words) in [
             ("x", "the field of public keys holds no public keys"),

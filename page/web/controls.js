@@ -40,6 +40,7 @@ const CONTROLS = [
   { key: "link.carrier_cycles", label: "Carrier", unit: "cycles", low: 2, high: 33, step: 1, allowed: [0, 333],
     unset: "yes", hint: "A symbol; 16 at 90 symbols a second: no visible flicker" },
 ];
+for (const { key, label } of CONTROLS) keyLabels.set(key, label);
 
 const VELOCITY = "pose.velocity_m_s";
 const L2A = "link.l2a";

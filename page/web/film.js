@@ -243,7 +243,8 @@ async function openCamera(toldFps, isWanted) {
     const fps = found || ASSUMED_RATE;
     track.onended = () => shots.end(new Error("The camera was taken away"));
     filmInto(video, fps, shots);
-    return { name: "the camera", width: video.videoWidth, height: video.videoHeight, fps, isAssumed: !found, shots, close };
+    const { videoWidth: width, videoHeight: height } = video;
+    return { name: "the camera", width, height, fps, isAssumed: !found, isLive: true, shots, close };
   } catch (error) {
     close();
     throw error;

@@ -18,6 +18,7 @@ const LONGEST_LINE = 1024;
  * @property {number | null} fps
  * @property {boolean} [isAssumed] Whether the frame rate is assumed.
  * @property {boolean} [isY4m]
+ * @property {boolean} [isLive]
  * @property {AsyncIterable<Shot>} shots
  * @property {() => void} [close]
  */

@@ -6,7 +6,7 @@ import path from "node:path";
 import test from "node:test";
 import { film, open, textOf, workshop } from "./browser.mjs";
 
-const SAYS = "#alert, #receive-state, #receive-advice, #pictures tbody";
+const SAYS = "#alert, #receive-state, #remarks, #pictures tbody";
 
 /** Waits for a sentence in any of the places for error messages. */
 async function says(page, pattern) {
@@ -82,7 +82,7 @@ test("a film without a panel says what would help", async (t) => {
   writeFileSync(file, Buffer.concat([Buffer.from("YUV4MPEG2 W160 H120 F30:1 Cmono\n"), ...Array(20).fill(frame)]));
   const page = await open(t, { address: "#mode=receive" });
   await page.setInputFiles("#files", file);
-  await textOf(page, "#receive-advice", /panel/);
+  await textOf(page, "#remarks", /panel/);
 });
 
 test("a camera that is refused", async (t) => {

@@ -10,7 +10,9 @@ import { after } from "node:test";
 import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
 
-const { VOCC, VOCC_PAGE, CHROMIUM } = process.env;
+const { VOCC, CHROMIUM } = process.env;
+/** The file of the page. */
+export const { VOCC_PAGE } = process.env;
 
 /** A timeout that even a busy computer does not reach. */
 export const PATIENCE_MS = 300_000;

@@ -130,7 +130,7 @@ test("receive: a signer is named, and proven by a trusted key alone", async (t) 
   const receive = async (file, pattern) => {
     await page.setInputFiles("#files", file);
     await textOf(page, "#texts", pattern);
-    await textOf(page, "#receive-state", /text came/);
+    await textOf(page, "#receive-state", /^Ended: \d+ messages? came/);
   };
   await receive(signed, new RegExp(`<b>Ice</b>.*signed by ${signer}, not checked, counter 41$`));
   // A text from outside is no markup.

@@ -129,6 +129,7 @@ impl<'a> Session<'a> {
             symbol_rate_hz: self.reception.symbol_rate_hz(),
             latency,
             dropped: self.latency.dropped(),
+            learnt: self.reception.learnt().copied(),
         };
         self.report.view(|view| view.frame(frame, details));
         Ok(())

@@ -39,6 +39,8 @@ struct State {
     received: u64,
     remarks: VecDeque<(String, Event)>,
     frame: Option<Event>,
+    /// Frames in which a panel was read (count).
+    read: u64,
     latency: Value,
     end: Option<Event>,
     /// Open pages (count).
@@ -113,6 +115,7 @@ impl Events {
     /// Makes a snapshot the newest and puts another one in its place, to be filled.
     pub fn put(&self, snapshot: &mut Box<Snapshot>) {
         self.change(|state| {
+            state.read += u64::from(snapshot.is_read());
             let overtaken = state.newest.take().or_else(|| state.spare.take());
             state.newest = Some(std::mem::replace(snapshot, overtaken.unwrap_or_default()));
         });
@@ -187,7 +190,9 @@ impl Events {
     pub fn end(&self, why: Option<&str>) {
         self.change(|state| {
             let frames = self.frames.load(Ordering::Relaxed);
-            let end = json!({ "why": why, "frames": frames, "messages": state.received, "latency": state.latency });
+            let end = json!({
+                "why": why, "frames": frames, "read": state.read, "messages": state.received, "latency": state.latency,
+            });
             state.end = Some(state.event("end", &end));
         });
     }

@@ -7,14 +7,13 @@
 //! | event | data |
 //! |---|---|
 //! | `source` | `name`, `is_live`, and `is_checked`: whether signatures are checked |
-//! | `frame` | `frame`, its number; `panels`: for each what `--bits --json` prints, with `corners_px`, or `why` it was not read; pictures |
+//! | `frame` | its number; `panels`, each as `--bits --json` prints it, or `why` it was not read; pictures; the `camera` as learnt |
 //! | `message` | `report` and `proof`, as `--json` prints them, and `times`, how often the message came |
 //! | `remark` | `text`, as on standard error |
-//! | `end` | `frames`, `messages` and `latency`; `why`, if it is a fault |
+//! | `end` | `frames`, those in which a panel was `read`, `messages` and `latency`; `why`, if it is a fault |
 //!
-//! The page is not the Receive tab of the project's own page (`page/web`), with which it shares its drawing. That tab needs a receiver and
-//! a simulator in WebAssembly, which the program would have to carry, build and serve; this page shows what the native receiver has read,
-//! and computes nothing.
+//! The page is the Receive tab of the project's own page (`page/web/receive.html` and the scripts that show what is received), linked into
+//! `page` here. That page feeds the tab from a receiver in WebAssembly; this one feeds it from the events, and computes nothing.
 //!
 //! The server listens on 127.0.0.1 alone, answers GET alone, and refuses requests of another host or origin.
 

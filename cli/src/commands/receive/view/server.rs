@@ -19,16 +19,22 @@ const LOOK_EVERY: Duration = Duration::from_millis(250);
 /// Interval between two signs of life, without which a page that was cut off keeps its connection.
 const SIGN_EVERY: Duration = Duration::from_secs(5);
 
-const PAGE: &str = include_str!("page/index.html");
-// Both begin with files of the project's own page, which are linked here.
-const STYLE: &str = concat!(include_str!("page/style.css"), include_str!("page/view.css"));
+// All but the shell and the source of the events are files of the project's own page, which are linked here.
+const SHELL: &str = include_str!("page/index.html");
+/// What the shell has in place of the Receive tab.
+const MARK: &str = "<!-- receive -->\n";
+const RECEIVE: &str = include_str!("page/receive.html");
+const STYLE: &str = include_str!("page/style.css");
 const SCRIPT: &str = concat!(
     "\"use strict\";\n",
     include_str!("page/words.js"),
-    include_str!("page/leds.js"),
+    include_str!("page/say.js"),
     include_str!("page/picture.js"),
-    include_str!("page/reading.js"),
-    include_str!("page/view.js"),
+    include_str!("page/leds.js"),
+    include_str!("page/panel.js"),
+    include_str!("page/messages.js"),
+    include_str!("page/receive.js"),
+    include_str!("page/events.js"),
 );
 
 /// Serves until the program ends.
@@ -75,7 +81,7 @@ fn converse(stream: &mut TcpStream, port: u16, events: &Events) -> std::io::Resu
         Err(why) => return request::refuse(stream, why),
     };
     match path.as_str() {
-        "/" => request::answer(stream, "text/html; charset=utf-8", PAGE),
+        "/" => request::answer(stream, "text/html; charset=utf-8", &SHELL.replace(MARK, RECEIVE)),
         "/style.css" => request::answer(stream, "text/css; charset=utf-8", STYLE),
         "/script.js" => request::answer(stream, "text/javascript; charset=utf-8", SCRIPT),
         "/events" => tell(stream, events),

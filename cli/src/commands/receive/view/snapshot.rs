@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-use reception::PanelReport;
 use reception::whereabouts::Whereabouts;
+use reception::{PanelReport, learnt};
+use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
 use serde_json::{Value, json};
 
@@ -32,6 +33,8 @@ pub struct Details {
     pub latency: Option<Duration>,
     /// Frames of the source that were dropped so far (count).
     pub dropped: u64,
+    /// The camera as learnt so far.
+    pub learnt: Option<Learnt>,
 }
 
 impl Snapshot {
@@ -54,6 +57,11 @@ impl Snapshot {
         self.details = details;
     }
 
+    /// Whether a panel was read.
+    pub fn is_read(&self) -> bool {
+        self.panels.iter().any(|(report, _)| report.reading.is_ok())
+    }
+
     /// The frame as JSON: each panel as `--bits` prints it, with its corners and an enlarged picture, or the reason why it was not read.
     pub fn as_json(&self) -> Value {
         let panels: Vec<Value> = self
@@ -65,10 +73,12 @@ impl Snapshot {
             symbol_rate_hz,
             latency,
             dropped,
+            learnt,
         } = self.details;
         json!({
             "frame": self.number, "size_px": self.size, "panels": panels, "symbol_rate_hz": symbol_rate_hz,
             "latency_s": latency.map(|latency| latency.as_secs_f64()), "dropped": dropped,
+            "camera": learnt.as_ref().map(learnt::as_json),
             "picture": picture::as_json(&self.grey, self.size, Region::of(self.size), FRAME_SIDE_MAX),
         })
     }
@@ -82,6 +92,7 @@ impl Snapshot {
         let close = Region::around(&corners, self.size);
         let mut told = reading_json(self.number, report, reading, whereabouts);
         told["corners_px"] = json!(corners);
+        told["orientation"] = json!(report.orientation.map(|orientation| orientation.to_string()));
         told["picture"] = close
             .and_then(|close| picture::as_json(&self.grey, self.size, close, PANEL_SIDE_MAX))
             .into();

@@ -1,0 +1,1 @@
+../../../../../../page/web/messages.js

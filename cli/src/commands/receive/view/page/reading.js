@@ -1,1 +1,0 @@
-../../../../../../page/web/reading.js
