@@ -20,6 +20,7 @@ use link::symbol_rate::SymbolRate;
 use link::waveform::SymbolTiming;
 use serde_json::{Value, json};
 use serialport::{SerialPort, TTYPort};
+use tx_firmware::program::ProgramHash;
 use tx_firmware::store::StoreError;
 
 /// A transmitter at a pseudo-terminal, running until it is dropped.
@@ -361,6 +362,7 @@ fn first_firmware(fake: &mut Fake, bytes: &[u8]) -> Vec<u8> {
                 | Request::WriteLock { .. }
                 | Request::RemoveLock
                 | Request::Permit { .. }
+                | Request::ReadProgramHash
         )
     };
     instead(bytes, &unknown, is_later).unwrap_or_else(|| fake.exchange(bytes))
@@ -410,6 +412,96 @@ fn firmware_that_signs_no_messages_takes_no_key() {
         }
         assert_eq!(json(&board.vocc(&["device", "status", "--json"]))["signer"], Value::Null);
     }
+}
+
+/// An ELF file for ARM with these segments: address in the flash and bytes.
+fn elf(segments: &[(u32, &[u8])]) -> Vec<u8> {
+    const HEADER: usize = 52;
+    const ENTRY: usize = 32;
+    let mut file = b"\x7fELF\x01\x01\x01".to_vec();
+    file.resize(16, 0);
+    for half in [2_u16, 40] {
+        file.extend(half.to_le_bytes());
+    }
+    // Version, entry, program headers, section headers, flags.
+    for word in [1, 0, HEADER as u32, 0, 0] {
+        file.extend(word.to_le_bytes());
+    }
+    for half in [HEADER, ENTRY, segments.len(), 0, 0, 0] {
+        file.extend((half as u16).to_le_bytes());
+    }
+    let mut offset = (HEADER + ENTRY * segments.len()) as u32;
+    for (address, bytes) in segments {
+        let length = bytes.len() as u32;
+        for word in [1, offset, 0x2000_0000, *address, length, length, 4, 4] {
+            file.extend(word.to_le_bytes());
+        }
+        offset += length;
+    }
+    file.extend(segments.iter().flat_map(|(_, bytes)| *bytes));
+    file
+}
+
+#[test]
+fn a_board_says_whether_it_runs_the_program_in_a_file() {
+    let path = |name: &str, bytes: &[u8]| {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+        std::fs::write(&path, bytes).expect("a file");
+        path.to_str().expect("a name").to_owned()
+    };
+    // As linkers write them, in any order, and memory without contents.
+    let same = path(
+        "same.elf",
+        &elf(&[(0x1000_0004, b"ram!"), (0x1000_0000, b"prog"), (0x3000_0000, b"")]),
+    );
+    let other = path("other.elf", &elf(&[(0x1000_0000, b"prog"), (0x1000_0004, b"grim")]));
+    const SHA256: &str = "af3b6cc54ae33c77a48886c4671e5d906132c6c095b7f1a7905e1136fedd01d2";
+    let reporting = Board::start({
+        let hash = ProgramHash::of(b"program!");
+        move |fake: &mut Fake, bytes: &[u8]| {
+            fake.memory.program_hash = Some(hash);
+            fake.exchange(bytes)
+        }
+    });
+    let words = ["fake", "firmware 1.2.3", "8 bytes", SHA256];
+    ends(&reporting.vocc(&["device", "hello"]), 0, &words);
+    ends(&reporting.vocc(&["device", "hello", "--image", &same]), 0, &["runs this program"]);
+    ends(
+        &reporting.vocc(&["device", "hello", "--image", &other]),
+        1,
+        &["another program", SHA256],
+    );
+    let told = json(&reporting.vocc(&["device", "hello", "--json", "--image", &same]));
+    assert_eq!((&told["program_sha256"], &told["same"]), (&json!(SHA256), &json!(true)));
+    assert_eq!((&told["program_bytes"], &told["file_sha256"]), (&json!(8), &json!(SHA256)));
+    ends(&vocc(&["device", "hello", "--no-board", "--image", &same]), 0, &["8 bytes", SHA256]);
+
+    for old in [Board::start(first_firmware), Board::honest()] {
+        ends(&old.vocc(&["device", "hello"]), 0, &["firmware 1.2.3", "not reported"]);
+        let told = json(&old.vocc(&["device", "hello", "--json"]));
+        assert_eq!((&told["program_sha256"], &told["same"]), (&Value::Null, &Value::Null));
+        ends(&old.vocc(&["device", "hello", "--image", &same]), 2, &["does not report", "flash"]);
+    }
+
+    let whole = elf(&[(0x1000_0000, b"program!")]);
+    let gap = elf(&[(0x1000_0000, b"prog"), (0x1000_0008, b"gram")]);
+    let over = elf(&[(0x1000_0000, b"prog"), (0x1000_0002, b"gram")]);
+    for (bytes, why) in [
+        (&b""[..], "no ELF file"),
+        (b"UF2\nWQ]\x9e", "no ELF file"),
+        (b"\x7fELF\x02\x01\x01 of 64 bits", "no ELF file"),
+        (&whole[..whole.len() - 1], "damaged or cut short"),
+        (&whole[..60], "damaged or cut short"),
+        (&elf(&[]), "without a program"),
+        (&gap, "0x10000008"),
+        (&over, "0x10000002"),
+    ] {
+        let bad = path("bad.elf", bytes);
+        ends(&vocc(&["device", "hello", "--no-board", "--image", &bad]), 2, &["bad.elf", why]);
+    }
+    ends(&vocc(&["device", "hello", "--no-board", "--image", "none.elf"]), 2, &["none.elf"]);
+    ends(&vocc(&["device", "hello"]), 2, &["--port"]);
+    ends(&vocc(&["device", "hello", "--no-board"]), 2, &["--image"]);
 }
 
 #[test]

@@ -15,6 +15,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     fs::copy(layout, out.join("memory.x"))?;
     println!("cargo:rustc-link-search={}", out.display());
     println!("cargo:rustc-link-arg-bins=--nmagic");
+    // Code and constants in one part, so that no byte between them is left to the program that flashes.
+    println!("cargo:rustc-link-arg-bins=--no-rosegment");
     println!("cargo:rustc-link-arg-bins=-Tlink.x");
     if layout == "memory-rp2040.x" {
         println!("cargo:rustc-link-arg-bins=-Tlink-rp.x");

@@ -108,6 +108,7 @@ pub mod matrix;
 pub mod max7219;
 pub mod panel_ring;
 pub mod power;
+pub mod program;
 pub mod schedule;
 pub mod service;
 pub mod shift_register;

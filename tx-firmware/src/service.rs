@@ -159,7 +159,7 @@ impl Service {
     /// All but [`Request::CommitTable`], [`Request::WriteCalibration`], [`Request::WriteSymbolRate`], [`Request::WriteIntensityLimit`],
     /// [`Request::WriteCarrier`] and the requests about keys and locks are answered without waiting for anything; these wait for `memory`,
     /// and so does [`Request::Send`] where messages are signed: for the signature, too. If the ports are locked, each request that changes
-    /// something waits for the verification of its permit.
+    /// something waits for the verification of its permit. The first [`Request::ReadProgramHash`] waits until the program is hashed.
     pub fn receive<'a>(
         &mut self,
         byte: u8,
@@ -178,6 +178,7 @@ impl Service {
         count(&mut conversation.counters.frames);
         let sequence = frame.sequence();
         let table;
+        let program;
         let outcome = match frame.request() {
             // An answer that came back: the other end is no computer.
             Err(BodyError::OtherKind) => return None,
@@ -186,6 +187,14 @@ impl Service {
             Ok(Request::ReadTable { offset }) => {
                 table = device.read(|transmitter| transmitter.table().clone());
                 Ok(Answer::Table(part(&table, offset)))
+            }
+            Ok(Request::ReadProgramHash) => {
+                program = memory.program_hash();
+                let hash = program.as_ref().map(|program| Answer::ProgramHash {
+                    length: program.length,
+                    sha256: &program.sha256,
+                });
+                hash.ok_or(Refusal::Unknown)
             }
             #[cfg(feature = "signing")]
             Ok(request) => conversation.act_if_permitted(&frame, request, device, memory),
@@ -209,7 +218,7 @@ impl Conversation {
         memory: &mut impl Memory,
     ) -> Result<Answer<'static>, Refusal> {
         match request {
-            Request::Hello | Request::ReadTable { .. } => Err(Refusal::Unknown),
+            Request::Hello | Request::ReadTable { .. } | Request::ReadProgramHash => Err(Refusal::Unknown),
             Request::Status => Ok(Answer::Status(self.status(device.read(Transmitter::status)))),
             Request::BeginTable { length, crc } => self.begin(length, crc),
             Request::WriteTable { offset, bytes } => self.write(offset, bytes),

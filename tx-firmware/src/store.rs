@@ -51,6 +51,7 @@ use thiserror::Error;
 
 use crate::calibration::Calibration;
 use crate::matrix::LedMatrix;
+use crate::program::ProgramHash;
 
 #[cfg(feature = "signing")]
 mod lock;
@@ -245,6 +246,11 @@ pub trait Memory {
     fn permit(&mut self, _permit: &Permit<'_>, _uptime_s: u32) -> Result<(), PermitError> {
         Ok(())
     }
+
+    /// The hash of the program that runs; `None` if this memory does not hold it, or cannot be read.
+    fn program_hash(&mut self) -> Option<ProgramHash> {
+        None
+    }
 }
 
 /// The settings at a transmitter's start.
@@ -279,6 +285,10 @@ pub struct Store<F: NorFlash> {
     found: Option<Found>,
     /// The current record, or a blank one.
     record: Record,
+    /// The addresses of the program, if it is in the same flash.
+    program: Range<u32>,
+    /// Its hash, once it was computed.
+    program_hash: Option<ProgramHash>,
     /// Reserved counters of signatures that are not used yet.
     #[cfg(feature = "signing")]
     reserved: Range<u32>,
@@ -316,11 +326,22 @@ impl<F: NorFlash> Store<F> {
             addresses,
             found: None,
             record: BLANK,
+            program: 0..0,
+            program_hash: None,
             #[cfg(feature = "signing")]
             reserved: 0..0,
             #[cfg(feature = "signing")]
             tries: lock::Tries::NONE,
         })
+    }
+
+    /// This store, in a flash that holds the running program at `addresses`.
+    #[must_use]
+    pub fn beside_program(self, addresses: Range<u32>) -> Self {
+        Self {
+            program: addresses,
+            ..self
+        }
     }
 
     /// The last saved table; `None` if there is none.
@@ -583,6 +604,13 @@ impl<F: NorFlash> Memory for Store<F> {
     #[cfg(feature = "signing")]
     fn permit(&mut self, permit: &Permit<'_>, uptime_s: u32) -> Result<(), PermitError> {
         self.verify_permit(permit, uptime_s)
+    }
+
+    fn program_hash(&mut self) -> Option<ProgramHash> {
+        if self.program_hash.is_none() && !self.program.is_empty() {
+            self.program_hash = ProgramHash::read(&mut self.flash, self.program.clone()).ok();
+        }
+        self.program_hash
     }
 }
 

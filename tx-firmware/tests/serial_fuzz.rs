@@ -207,6 +207,7 @@ mod locked {
             _ => (100_000, 3),
         };
         let store = Store::new(Flash::<4>::new(), 0..2 * ERASE as u32).expect("a store");
+        let store = store.beside_program(2 * ERASE as u32..3 * ERASE as u32);
         let mut board = Board::new(store);
         board.ask(&Request::WriteKey {
             seed: Seed(&[7; 32]),

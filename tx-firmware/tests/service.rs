@@ -5,6 +5,7 @@ mod flash;
 
 use bench::Bench;
 use fixed::types::{U1F31, U32F32};
+use flash::Flash;
 use link::framing::MESSAGE_MAX;
 use link::intensity::IntensityLimit;
 use link::l2a_table::L2aTable;
@@ -16,6 +17,8 @@ use link::serial::{
 use link::waveform::SymbolTiming;
 use tx_firmware::calibration::BENCH;
 use tx_firmware::matrix::{Duty, LedMatrix, RecordingMatrix};
+use tx_firmware::program::ProgramHash;
+use tx_firmware::store::Store;
 
 fn table() -> L2aTable {
     let illuminances: Vec<f32> = (0..16).map(|n| 2_f32.powi(n)).collect();
@@ -38,6 +41,60 @@ fn it_says_who_it_is() {
     });
     let (chunk_max, message_max) = (CHUNK_MAX as u16, MESSAGE_MAX as u16);
     assert_eq!(hello, (SCHEMA, "1.2.3".into(), "bench".into(), chunk_max, message_max));
+}
+
+/// What the board answers about its program.
+fn program_hash(bench: &mut Bench) -> Result<ProgramHash, Refusal> {
+    bench.ask(&Request::ReadProgramHash, |answer| match answer {
+        Answer::ProgramHash { length, sha256 } => Ok(ProgramHash {
+            length,
+            sha256: sha256.try_into().expect("32 bytes"),
+        }),
+        Answer::Refused(refusal) => Err(refusal),
+        other => panic!("{other:?}"),
+    })
+}
+
+#[test]
+fn it_says_which_program_it_runs() {
+    // Of one block, of a block and a part of one, of whole blocks.
+    for length in [1, 64, 1000, 1024] {
+        let program: Vec<u8> = (0..length).map(|at: u32| (at * at >> 3) as u8).collect();
+        let board_with = |program: &[u8]| {
+            let mut flash = Flash::new();
+            flash.bytes[8192..8192 + program.len()].copy_from_slice(program);
+            let mut bench = Bench::new();
+            let store = Store::new(flash, 0..8192).expect("a store");
+            bench.store = store.beside_program(8192..8192 + program.len() as u32);
+            bench
+        };
+        let mut bench = board_with(&program);
+        let hash = ProgramHash::of(&program);
+        for _ in 0..2 {
+            assert_eq!(program_hash(&mut bench), Ok(hash), "{length} bytes");
+        }
+        assert_eq!(hash.length, length);
+        // A save does not change the program.
+        let crc = table().crc();
+        bench.stage(table().image(), crc);
+        bench.expect(&Request::CommitTable { crc }, &Answer::Committed { crc });
+        assert_eq!(program_hash(&mut bench), Ok(hash), "{length} bytes");
+        for at in [0, program.len() / 2, program.len() - 1] {
+            let mut other = program.clone();
+            other[at] ^= 1;
+            assert_ne!(program_hash(&mut board_with(&other)), Ok(hash), "byte {at} of {length}");
+        }
+    }
+}
+
+#[test]
+fn firmware_that_cannot_read_its_program_does_not_know_the_request() {
+    assert_eq!(program_hash(&mut Bench::new()), Err(Refusal::Unknown));
+    let mut bench = Bench::new();
+    let beyond = flash::CAPACITY as u32;
+    let store = Store::new(Flash::new(), 0..8192).expect("a store");
+    bench.store = store.beside_program(beyond..beyond + 100);
+    assert_eq!(program_hash(&mut bench), Err(Refusal::Unknown));
 }
 
 #[test]

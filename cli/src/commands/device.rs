@@ -19,6 +19,7 @@ use crate::stop::stop;
 mod bring_up;
 mod calibrate;
 mod calibration;
+mod hello;
 mod key;
 mod limit;
 mod lock;
@@ -59,6 +60,9 @@ impl Watch {
 enum Action {
     /// The serial ports and the cameras of this computer.
     List,
+    /// Name a board: its kind, its firmware's version and the hash of its program, which --image compares with a file's. See
+    /// docs/releasing.md.
+    Hello(hello::Arguments),
     /// Print the status of a transmitter or a receiver.
     Status {
         #[command(flatten)]
@@ -116,6 +120,7 @@ enum Action {
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     match &arguments.action {
         Action::List => list(shared),
+        Action::Hello(arguments) => hello::run(arguments, shared),
         Action::Status { port } => {
             let client = port.greet()?;
             if client.identity().is_receiver() {

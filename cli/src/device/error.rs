@@ -120,6 +120,9 @@ pub enum DeviceError {
     /// The firmware predates locks.
     #[error("its firmware is too old to be locked, and nothing was changed: flash the present one (docs/hardware.md)")]
     NoLock,
+    /// The firmware predates the hash of its program, or cannot read it.
+    #[error("it does not report the hash of its program: flash the present firmware of a transmitter (docs/hardware.md)")]
+    NoProgramHash,
     /// There is no PIN.
     #[error(transparent)]
     Pin(#[from] PinError),

@@ -8,6 +8,7 @@ use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::light_watch::{LightSample, SensorRange};
 use tx_firmware::matrix::RecordingMatrix;
+use tx_firmware::program::ProgramHash;
 use tx_firmware::service::{ANSWER_MAX, Identity, Service};
 use tx_firmware::store::{Memory, StoreError};
 use tx_firmware::transmitter::Transmitter;
@@ -18,6 +19,8 @@ pub struct FakeMemory {
     pub table: Option<L2aTable>,
     pub timing: Option<SymbolTiming>,
     pub limit: Option<IntensityLimit>,
+    /// The hash of its program, if it knows it.
+    pub program_hash: Option<ProgramHash>,
     /// Why it can no longer be written to, if so.
     pub fault: Option<StoreError>,
 }
@@ -49,6 +52,10 @@ impl Memory for FakeMemory {
         self.writable()?;
         self.limit = limit;
         Ok(())
+    }
+
+    fn program_hash(&mut self) -> Option<ProgramHash> {
+        self.program_hash
     }
 }
 

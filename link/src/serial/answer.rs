@@ -78,6 +78,13 @@ pub enum Answer<'a> {
         /// Seconds until the next permit is verified.
         wait_s: u16,
     },
+    /// The program that runs, as it is in the flash memory.
+    ProgramHash {
+        /// Its bytes, without the store's.
+        length: u32,
+        /// 32 bytes: the SHA-256 of them.
+        sha256: &'a [u8],
+    },
 }
 
 /// The last reading of a light sensor in one of its ranges.

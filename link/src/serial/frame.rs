@@ -80,7 +80,7 @@ fn encode_version<'a>(
 /// A frame on its way to the wire's buffer: each byte is added to the CRC and encoded at once.
 struct OutgoingFrame<'a> {
     encoder: CobsEncoder<'a>,
-    digest: crc::Digest<'static, u32>,
+    digest: crc::Digest<'static, u32, crc::NoTable>,
 }
 
 impl Flavor for OutgoingFrame<'_> {

@@ -143,6 +143,9 @@ pub enum Request<'a> {
         /// 64 bytes: a signature over the challenge and that request.
         signature: &'a [u8],
     },
+    /// Requests the hash of the program that runs. Answered by [`Answer::ProgramHash`](super::Answer::ProgramHash). Added later: an older
+    /// transmitter refuses it as unknown, and so does one that cannot read its program.
+    ReadProgramHash,
 }
 
 impl Request<'_> {
@@ -159,6 +162,7 @@ impl Request<'_> {
             | Self::ReadKey
             | Self::ReadSensor
             | Self::ReadLock
+            | Self::ReadProgramHash
             | Self::Permit { .. } => false,
             Self::BeginTable { .. }
             | Self::WriteTable { .. }

@@ -43,6 +43,12 @@ const STATUS: Status = Status {
     },
 };
 
+/// SHA-256 of "abc" (FIPS 180-4).
+const ABC_SHA256: [u8; 32] = [
+    0xba, 0x78, 0x16, 0xbf, 0x8f, 0x01, 0xcf, 0xea, 0x41, 0x41, 0x40, 0xde, 0x5d, 0xae, 0x22, 0x23, 0xb0, 0x03, 0x61, 0xa3, 0x96, 0x17,
+    0x7a, 0x9c, 0xb4, 0x10, 0xff, 0x61, 0xf2, 0x00, 0x15, 0xad,
+];
+
 fn hex(bytes: &[u8]) -> String {
     let lines: Vec<String> = bytes
         .chunks(24)
@@ -278,6 +284,15 @@ fn examples() -> Vec<String> {
         ),
         told(31, "refused, locked", Answer::Refused(Refusal::Locked)),
         told(32, "refused, wait 600 s", Answer::Refused(Refusal::Wait { wait_s: 600 })),
+        asked(33, "read program hash", Request::ReadProgramHash),
+        told(
+            33,
+            "program hash, 3 bytes, \"abc\"",
+            Answer::ProgramHash {
+                length: 3,
+                sha256: &ABC_SHA256,
+            },
+        ),
     ]
 }
 

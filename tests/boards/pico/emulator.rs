@@ -72,6 +72,11 @@ impl Emulator {
         Self::power_up_with(&programs.kit, folder, &["--max7219"])
     }
 
+    /// Powers up a board with this image, without options.
+    pub fn power_up_image(image: &Path, folder: &Path) -> Self {
+        Self::power_up_with(image, folder, &[])
+    }
+
     fn power_up_with(image: &Path, folder: &Path, options: &[&str]) -> Self {
         let socket = folder.join("uart0");
         let flash = folder.join("flash.bin");

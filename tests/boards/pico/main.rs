@@ -14,6 +14,7 @@ mod lock;
 mod measure;
 mod panel;
 mod power_cut;
+mod program;
 mod rate;
 mod restart;
 mod serial;
@@ -47,6 +48,8 @@ fn main() -> ExitCode {
         signing::a_message_is_signed_on_the_board_and_proven_by_the_public_key,
         signing::a_key_clears_a_full_store_while_symbols_go_on,
         lock::a_locked_board_wants_a_permit_while_symbols_go_on,
+        program::names_the_program_that_was_flashed,
+        program::symbols_go_on_while_the_program_is_hashed,
         restart::a_program_that_hangs_is_restarted,
         restart::it_is_dark_without_a_program,
         restart::a_panic_is_dark_and_restarts,

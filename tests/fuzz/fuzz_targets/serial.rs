@@ -35,7 +35,9 @@ impl Board {
         let calibration = Calibration::new(BENCH).expect("possible values");
         Self {
             transmitter: Transmitter::new(RecordingMatrix::default(), calibration, L2aTable::default(), Smoothing::default()),
-            store: Store::new(Flash::new(), 0..2 * ERASE as u32).expect("a store"),
+            store: Store::new(Flash::new(), 0..2 * ERASE as u32)
+                .expect("a store")
+                .beside_program(2 * ERASE as u32..3 * ERASE as u32),
             service: Service::new(Identity {
                 firmware: "fuzzed",
                 board: "none",

@@ -107,4 +107,5 @@ pub const KINDS: &[Kind] = &[
     ),
     kind("answers of a board", "", "device status --port % --timeout 0.05", "duty"),
     kind("table in a board", "", "table pull pulled.toml --port % --timeout 0.05", ""),
+    kind("program of a board", "program.elf", "device hello --no-board --image {}", "SHA-256"),
 ];

@@ -130,6 +130,7 @@ pub const WORKS: &[Work] = &[
         ..work("receive", "- --raw 320x240 --symbol-rate 90 --bits")
     },
     work("device list", ""),
+    work("device hello", "--port %port --timeout 0.05"),
     work("device status", "--port %port --timeout 0.05"),
     work("device watch", "--count 1 --port %port --timeout 0.05"),
     work("device snapshot", "--port %port --timeout 0.05 --out @snapshot.png"),
@@ -193,6 +194,7 @@ pub const ANSWERED: &[Work] = &[
     work("table pull", "@pulled.toml --port %board"),
     work("table push", "<table.toml --port %board"),
     work("table verify", "<table.toml --port %board"),
+    work("device hello", "--port %board"),
     work("device status", "--port %board"),
     work("device watch", "--count 3 --interval 0.05 --port %board"),
     work("device calibration", "--port %board"),

@@ -80,7 +80,7 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
     let mut bytes = [0; 200];
     bytes.iter_mut().for_each(|byte| *byte = random.number() as u8);
     let some = &bytes[..random.below(40)];
-    let request = match random.below(31) {
+    let request = match random.below(32) {
         0 => Request::Hello,
         1 => Request::Status,
         2 => Request::ReadTable {
@@ -156,6 +156,7 @@ fn whole(random: &mut Random, wire: &mut Vec<u8>) {
             counter: random.number() as u32,
         },
         29 => Request::EraseKey,
+        30 => Request::ReadProgramHash,
         _ => Request::CommitTable { crc },
     };
     let sequence = random.number() as u32;

@@ -2,7 +2,7 @@
 
 use link::serial::Request;
 
-pub const READS: [Request<'static>; 10] = [
+pub const READS: [Request<'static>; 11] = [
     Request::Hello,
     Request::Status,
     Request::ReadTable { offset: 0 },
@@ -13,4 +13,5 @@ pub const READS: [Request<'static>; 10] = [
     Request::ReadKey,
     Request::ReadSensor,
     Request::ReadLock,
+    Request::ReadProgramHash,
 ];

@@ -4,4 +4,5 @@
 
 pub mod light;
 pub mod port;
+pub mod program;
 pub mod shared;

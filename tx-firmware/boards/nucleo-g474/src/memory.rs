@@ -8,10 +8,11 @@ use core::ops::Range;
 use cortex_m_rt::exception;
 use embassy_stm32::{
     Peri,
-    flash::{Blocking, FLASH_SIZE, Flash},
+    flash::{Blocking, FLASH_BASE, FLASH_SIZE, Flash},
     pac,
     peripherals::FLASH,
 };
+use on_embassy::program;
 use tx_firmware::store::{Store, StoreError};
 
 /// 16 pages.
@@ -25,7 +26,8 @@ pub type StoreFlash = Flash<'static, Blocking>;
 /// # Errors
 /// [`StoreError::Addresses`] cannot come: the place is 16 whole pages.
 pub fn store(flash: Peri<'static, FLASH>) -> Result<Store<StoreFlash>, StoreError> {
-    Store::new(Flash::new_blocking(flash), STORE)
+    let store = Store::new(Flash::new_blocking(flash), STORE)?;
+    Ok(store.beside_program(0..program::end() - FLASH_BASE as u32))
 }
 
 /// A power cut during a write leaves a word whose error correction fails. A read of it raises this exception, and then returns the word as

@@ -2,12 +2,12 @@
 
 use embassy_rp::{
     Peri,
-    flash::{self, Blocking, Flash},
+    flash::{self, Blocking, FLASH_BASE, Flash},
     pac,
     peripherals::FLASH,
 };
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use on_embassy::light::WATCHDOG;
+use on_embassy::{light::WATCHDOG, program};
 use tx_firmware::store::{Store, StoreError};
 
 use crate::{shared, symbols::STOP_MS};
@@ -25,7 +25,8 @@ pub struct SteadyFlash(Flash<'static, FLASH, Blocking, FLASH_BYTES>);
 /// [`StoreError::Addresses`] cannot come: the place is 16 whole sectors.
 pub fn store(flash: Peri<'static, FLASH>) -> Result<Store<SteadyFlash>, StoreError> {
     let end = FLASH_BYTES as u32;
-    Store::new(SteadyFlash(Flash::new_blocking(flash)), end - STORE_BYTES..end)
+    let store = Store::new(SteadyFlash(Flash::new_blocking(flash)), end - STORE_BYTES..end)?;
+    Ok(store.beside_program(0..program::end() - FLASH_BASE as u32))
 }
 
 impl ErrorType for SteadyFlash {
