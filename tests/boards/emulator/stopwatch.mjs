@@ -1,4 +1,4 @@
-// Counts the cycles of functions and interrupts from entry to return, including everything that interrupts them.
+// Counts the cycles of functions and interrupts from entry to return, including everything that interrupts them, and the functions' stack.
 
 import { functions } from './elf.mjs';
 
@@ -21,7 +21,7 @@ export class Stopwatch {
 
   // Resets the counts.
   forget() {
-    this.tallies = new Map(this.names.map((name) => [name, { count: 0, least: Infinity, most: 0, sum: 0 }]));
+    this.tallies = new Map(this.names.map((name) => [name, { count: 0, least: Infinity, most: 0, sum: 0, stack: 0 }]));
   }
 
   attach(mcu) {
@@ -48,28 +48,30 @@ export class Stopwatch {
       else this.tally('interrupts off', core.cycles - this.lockedSince);
     }
     const name = this.entries.get(core.PC);
-    if (name) this.running.push({ name, returnsTo: core.LR & ~1, stack: core.SP, since: core.cycles });
+    if (name) this.running.push({ name, returnsTo: core.LR & ~1, stack: core.SP, deepest: core.SP, since: core.cycles });
     const last = this.running.at(-1);
+    if (last && core.SP < last.deepest) last.deepest = core.SP;
     if (last && core.PC === last.returnsTo && core.SP >= last.stack) {
       this.running.pop();
-      this.tally(last.name, core.cycles - last.since);
+      this.tally(last.name, core.cycles - last.since, last.stack - last.deepest);
     }
   }
 
-  tally(name, cycles) {
+  tally(name, cycles, stack = 0) {
     const tally = this.tallies.get(name);
     if (!tally) return;
     tally.count += 1;
     tally.sum += cycles;
     tally.least = Math.min(tally.least, cycles);
     tally.most = Math.max(tally.most, cycles);
+    tally.stack = Math.max(tally.stack, stack);
   }
 
-  // { name: { count, least, mean, most } } of the functions that ran.
+  // { name: { count, least, mean, most, stack } } of the functions that ran; stack in bytes.
   results() {
     return Object.fromEntries(
       [...this.tallies].filter(([, { count }]) => count > 0)
-        .map(([name, { count, least, most, sum }]) => [name, { count, least, mean: Math.round(sum / count), most }]),
+        .map(([name, { sum, ...tally }]) => [name, { ...tally, mean: Math.round(sum / tally.count) }]),
     );
   }
 }
