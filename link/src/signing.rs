@@ -34,6 +34,7 @@ use core::fmt;
 use ed25519_compact as ed25519;
 
 use crate::framing::{KeyId, MESSAGE_MAX, Signature};
+use serde::{Deserialize, Serialize};
 
 /// Bytes of a seed, which determines a secret key, and of a public key.
 pub const KEY_BYTES: usize = 32;
@@ -187,7 +188,7 @@ impl TrustedKey {
 }
 
 /// The authenticity of a message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Verdict {
     /// A trusted key has signed the message, with a greater counter than before.
     Proven {
@@ -197,6 +198,7 @@ pub enum Verdict {
         counter: u32,
     },
     /// No signature yet.
+    #[default]
     Unproven,
     /// A signature has come, and nobody has checked it: the receiver trusts no keys.
     Unchecked {

@@ -12,6 +12,7 @@
 //! | [`Camera`], [`Clock`], [`Port`], [`Machine`] | its hardware: a board implements these alone |
 //! | [`Follow`] | finds and reads the panel: a [`Receiver`](crate::receiver::Receiver) |
 //! | [`exposure`] | control of the exposure |
+//! | [`Trust`] | the public keys that verify signed messages |
 //! | [`Request`], [`Answer`] | a computer's requests, in the frames of [`link::serial`] |
 //!
 //! Text and answers share the port. Answers lie between two zeros, which text never contains, and there is no text while a computer asks.
@@ -29,6 +30,7 @@ mod service;
 #[cfg(test)]
 mod tests;
 mod text;
+mod trust;
 
 pub use application::{Application, ApplicationError, QUIET_US, Settings};
 pub use follow::{Follow, FrameOutcome, PanelReceiver, Sighting};
@@ -38,6 +40,7 @@ pub use message::{
 };
 pub use picture::PICTURE_PIXELS;
 pub use range::range_pitches;
+pub use trust::{KEYS_MAX, Trust, TrustError};
 
 use crate::hm01b0::{CameraError, Exposure, Hm01b0};
 use embedded_hal::{delay::DelayNs, i2c::I2c};

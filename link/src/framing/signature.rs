@@ -7,6 +7,7 @@ use crate::checksum::crc32c;
 use crate::fec::{Block, Code};
 use crate::geometry::Geometry;
 use crate::panel::PanelFrame;
+use serde::{Deserialize, Serialize};
 
 /// Bytes of a signature's payload.
 pub const SIGNATURE_BYTES: usize = 72;
@@ -16,7 +17,7 @@ pub const SIGNATURE_BLOCK: Block = Block::new(Code::for_length(SIGNATURE_BYTES),
 pub const SIGNATURE_PANELS: usize = OVERHEAD_PANELS + SIGNATURE_BLOCK.panels();
 
 /// The name of a key: the first four bytes of the public key. Several keys may share it; the signature decides which of them has signed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct KeyId(pub [u8; 4]);
 
 impl core::fmt::Display for KeyId {

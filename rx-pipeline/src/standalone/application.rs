@@ -11,6 +11,7 @@ use super::picture::Picture;
 use super::range::range_pitches;
 use super::service::{Received, Service, State};
 use super::text::{self, PrintedState};
+use super::trust::Trust;
 use super::{Board, Machine};
 use crate::corners::Corners;
 use crate::frame::Frame;
@@ -19,6 +20,7 @@ use crate::pose::PanelSize;
 use crate::profile::{Profile, Stage};
 use link::framing::Event;
 use link::panel::SIDE;
+use link::signing::Verdict;
 
 /// Time without text after a request, µs: a computer that asks gets answers alone.
 pub const QUIET_US: u64 = 5_000_000;
@@ -80,6 +82,7 @@ pub struct Application<F> {
     sighting: Option<(u64, Sighting)>,
     /// The transmitted size of the panel.
     size: Option<PanelSize>,
+    trust: Trust,
     counters: Counters,
     frame_us: u32,
     longest_us: u32,
@@ -129,6 +132,7 @@ impl<F: Follow> Application<F> {
             numbering: Numbering::new(mode.period_us()),
             sighting: None,
             size: None,
+            trust: Trust::default(),
             counters: Counters::default(),
             frame_us: 0,
             longest_us: 0,
@@ -161,6 +165,11 @@ impl<F: Follow> Application<F> {
     /// The last message; empty before the first.
     pub fn message(&self) -> &[u8] {
         &self.message.bytes
+    }
+
+    /// Verifies signed messages by these keys from now on. At first there are none, and signatures are reported without being checked.
+    pub fn trust(&mut self, trust: Trust) {
+        self.trust = trust;
     }
 
     /// Sets the camera up; reports a fault if that fails.
@@ -263,7 +272,7 @@ impl<F: Follow> Application<F> {
     fn look(&mut self, number: u64, frame: &Frame<'_>, board: &mut impl Board) {
         let seen = self.follower.frame(number, frame, &mut Pulse(board));
         let (is_following, sighting) = (seen.is_following, seen.sighting);
-        match seen.event {
+        let verdict = match seen.event {
             Event::Delivered(delivery) => {
                 add(&mut self.counters.messages, 1);
                 add(&mut self.counters.corrected_bits, delivery.corrected_bits);
@@ -271,9 +280,21 @@ impl<F: Follow> Application<F> {
                 if !self.service.is_asked(self.message.at_us, QUIET_US) {
                     text::write_message(&self.message.bytes, board);
                 }
+                (!self.trust.is_empty()).then_some(Verdict::Unproven)
             }
-            Event::Geometry(told) => self.size = Some(told.into()),
-            _ => {}
+            Event::Signed(signed) => Some(self.trust.verdict(&signed)),
+            Event::Header { unsigned: true, .. } => self.message.is_unproven().then_some(Verdict::Unsigned),
+            Event::Geometry(told) => {
+                self.size = Some(told.into());
+                None
+            }
+            _ => None,
+        };
+        if let Some(verdict) = verdict {
+            self.message.verdict = verdict;
+            if !self.service.is_asked(board.micros(), QUIET_US) {
+                text::write_verdict(&verdict, board);
+            }
         }
         self.follow(is_following);
         if let Some(sighting) = sighting {
@@ -413,6 +434,7 @@ impl<F: Follow> Application<F> {
                 age_ms: now_us.saturating_sub(message.at_us) / 1000,
                 frames: message.frames,
                 corrected_bits: message.corrected_bits,
+                verdict: message.verdict,
             },
             reading,
             picture,

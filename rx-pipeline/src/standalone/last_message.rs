@@ -1,6 +1,7 @@
 //! The last message.
 
 use link::framing::{Delivery, MESSAGE_MAX};
+use link::signing::Verdict;
 
 /// The message and its reception. No bytes: no message yet.
 #[derive(Default)]
@@ -12,9 +13,15 @@ pub struct LastMessage {
     pub frames: u32,
     /// LEDs that error correction changed.
     pub corrected_bits: u32,
+    pub verdict: Verdict,
 }
 
 impl LastMessage {
+    /// Whether there is a message of which no signature has come.
+    pub fn is_unproven(&self) -> bool {
+        !self.bytes.is_empty() && self.verdict == Verdict::Unproven
+    }
+
     /// Replaces the message.
     pub fn keep(&mut self, delivery: &Delivery<'_>, now_us: u64) {
         self.bytes.clear();
@@ -23,5 +30,6 @@ impl LastMessage {
         self.at_us = now_us;
         self.frames = delivery.last_stamp.saturating_sub(delivery.first_stamp) as u32;
         self.corrected_bits = delivery.corrected_bits;
+        self.verdict = Verdict::Unproven;
     }
 }

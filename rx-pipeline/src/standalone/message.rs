@@ -4,10 +4,11 @@ use crate::hm01b0::{CameraError, Exposure};
 use link::framing::MESSAGE_MAX;
 use link::panel::SIDE;
 use link::serial::{BodyError, FRAME_OVERHEAD, Hello, VERSION};
+use link::signing::Verdict;
 use serde::{Deserialize, Serialize};
 
 /// The number of this set of messages, in [`Hello::schema`]; another set has another number.
-pub const SCHEMA: u32 = 0x7ece_0003;
+pub const SCHEMA: u32 = 0x7ece_0004;
 /// The prefix of each receiver's board name.
 pub const BOARD_PREFIX: &str = "receiver-";
 /// Bytes of a picture in one answer, at most.
@@ -218,6 +219,8 @@ pub struct Message<'a> {
     pub frames: u32,
     /// LEDs that error correction changed.
     pub corrected_bits: u32,
+    /// Who has signed it.
+    pub verdict: Verdict,
 }
 
 /// The camera's settings.

@@ -20,6 +20,7 @@ mod faults;
 mod others;
 mod places;
 mod serial;
+mod signed;
 
 /// No simple fraction of the frame rate, so that exposures do not meet changes of symbols again and again.
 const SYMBOL_MILLIHERTZ: u32 = 20_400;

@@ -4,6 +4,7 @@ use core::fmt::Write;
 
 use super::Port;
 use super::message::Fault;
+use link::signing::Verdict;
 
 /// The state that was last printed.
 #[derive(Default)]
@@ -38,6 +39,11 @@ impl<P: Port> Write for Text<'_, P> {
         self.0.write(text.as_bytes());
         Ok(())
     }
+}
+
+/// Prints who has signed the last message.
+pub fn write_verdict(verdict: &Verdict, port: &mut impl Port) {
+    let _ = write!(Text(port), "verdict: {verdict}\r\n");
 }
 
 /// Prints a message in one line, whatever its bytes.

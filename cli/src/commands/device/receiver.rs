@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
+use link::signing;
 use reception::bytes::hex_if_no_text;
 use rx_pipeline::standalone::{self, CameraSettings, Request, Status};
 use serde_json::{Value, json};
@@ -36,6 +37,7 @@ struct Message {
     age_ms: u64,
     frames: u32,
     corrected_bits: u32,
+    verdict: signing::Verdict,
 }
 
 /// A whole picture.
@@ -195,6 +197,7 @@ fn asked_message<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow:
             age_ms: message.age_ms,
             frames: message.frames,
             corrected_bits: message.corrected_bits,
+            verdict: message.verdict,
         }),
         _ => None,
     })
@@ -292,10 +295,20 @@ fn message_as_json(message: &Message) -> Value {
         "frames": message.frames,
         "corrected_bits": message.corrected_bits,
     });
+    add_verdict(&mut told, &message.verdict);
     if let Some(hex) = hex_if_no_text(&message.bytes) {
         told["message_hex"] = hex.into();
     }
     told
+}
+
+/// Adds a verdict, with the key and the counter that the signature names.
+fn add_verdict(told: &mut Value, verdict: &signing::Verdict) {
+    told["verdict"] = verdict.name().into();
+    if let Some((signer, counter)) = verdict.claim() {
+        told["signer"] = signer.to_string().into();
+        told["counter"] = counter.into();
+    }
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ use embassy_time::{Delay, Duration, Instant, with_timeout};
 use pico::bus::{self, Bus};
 use rx_pipeline::{
     hm01b0::Hm01b0,
-    standalone::{Application, Port, Settings},
+    standalone::{Application, Port, Settings, Trust},
 };
 use static_cell::{ConstStaticCell, StaticCell};
 
@@ -51,6 +51,11 @@ use crate::{
 /// Symbol rate of a panel in thousandths of a hertz. It is not a simple fraction of the frame rate, so that exposures meet changes of
 /// symbols only now and then.
 const SYMBOL_MILLIHERTZ: u32 = if cfg!(feature = "rp2040") { 9_000 } else { 20_400 };
+/// The public keys that are trusted: what `vocc keys show` prints, from the environment of the build. Without it there are none.
+const TRUSTED: &str = match option_env!("VOCC_TRUST") {
+    Some(keys) => keys,
+    None => "",
+};
 /// A camera that sends no whole frame for this long is set up again.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Interval at which the port and the lamp are served while no frames arrive.
@@ -181,9 +186,17 @@ fn application(was_reset: bool) -> &'static mut Application<&'static mut Reader>
         symbol_millihertz: SYMBOL_MILLIHERTZ,
         was_reset,
     };
+    let trust = match Trust::parse(TRUSTED) {
+        Ok(trust) => trust,
+        Err(error) => panic!("VOCC_TRUST: {error}"),
+    };
     let application = reader::take().and_then(|reader| Application::new(reader, settings).ok());
     match application {
-        Some(application) => APPLICATION.init(application),
+        Some(application) => {
+            let application = APPLICATION.init(application);
+            application.trust(trust);
+            application
+        }
         None => panic!("the settings are out of their ranges"),
     }
 }

@@ -1,15 +1,17 @@
-//! `vocc device watch` with a receiver: a line at each interval, and each message once, as it arrives.
+//! `vocc device watch` with a receiver: a line at each interval, and each message and each verdict once, as it arrives.
 
 use std::io::{Read, Write};
+use std::mem;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use link::signing;
 use rx_pipeline::standalone::{Status, WireReading};
-use serde_json::Value;
+use serde_json::{Value, json};
 use studies::stop::Stop;
 
 use super::reading::{asked_reading, reading_as_json, reading_in_short};
-use super::{Message, as_json, asked_message, asked_status, message_as_json, short, text};
+use super::{Message, add_verdict, as_json, asked_message, asked_status, message_as_json, short, text};
 use crate::commands::device::Watch;
 use crate::device::Client;
 use crate::options::{Connection, Shared};
@@ -21,13 +23,13 @@ const POLL: Duration = Duration::from_millis(250);
 /// Interval between checks for a stop.
 const NAP: Duration = Duration::from_millis(50);
 
-/// Prints a line about the receiver at each interval, and each message once, as it arrives. Earlier messages are not printed.
+/// Prints a line about the receiver at each interval, and each message and each verdict once, as it arrives. Earlier ones are not printed.
 pub fn watch(client: Connection, arguments: &Watch, shared: &Shared) -> anyhow::Result<Verdict> {
     let Watch { port, count, readings, .. } = arguments;
     let (stop, name) = (stop(), port.name());
     let client = &mut client.receiver().with_context(|| name.clone())?;
     let mut status = asked_status(client, &name)?;
-    let mut news = News::since(&status);
+    let mut news = News::since(&status, &asked_message(client, &name)?);
     let mut told = 0;
     while !stop.is_asked() && !output::is_unread() && count.is_none_or(|count| told < count) {
         let due = Instant::now() + arguments.interval();
@@ -71,11 +73,15 @@ fn pause(stop: &Stop, due: Instant) -> bool {
 }
 
 fn tell(item: &Item) -> anyhow::Result<()> {
-    let Item { message, missed } = item;
-    if *missed > 0 {
-        line(&format!("{missed} messages came before the next one, too fast to be told"))?;
+    match item {
+        Item::Message(message, missed) => {
+            if *missed > 0 {
+                line(&format!("{missed} messages came before the next one, too fast to be told"))?;
+            }
+            line(&format!("message {}: {}", message.count, text(&message.bytes)))
+        }
+        Item::Verdict(message) => line(&format!("verdict on message {}: {}", message.count, message.verdict)),
     }
-    line(&format!("message {}: {}", message.count, text(&message.bytes)))
 }
 
 /// If the reading was requested, it is printed at each interval, as none while no panel is seen.
@@ -84,50 +90,64 @@ fn tell_json(status: &Status, item: Option<&Item>, reading: Option<&Option<WireR
     if let Some(reading) = reading {
         values["reading"] = reading_as_json(reading.as_ref());
     }
-    values["message"] = item.map_or(Value::Null, |item| {
-        let mut message = message_as_json(&item.message);
-        message["missed"] = item.missed.into();
-        message
-    });
+    values["message"] = Value::Null;
+    match item {
+        Some(Item::Message(message, missed)) => {
+            values["message"] = message_as_json(message);
+            values["message"]["missed"] = (*missed).into();
+        }
+        Some(Item::Verdict(message)) => {
+            values["proof"] = json!({ "count": message.count });
+            add_verdict(&mut values["proof"], &message.verdict);
+        }
+        None => {}
+    }
     output::json(&values)
 }
 
-/// A new message.
-pub(super) struct Item {
-    pub message: Message,
-    /// Messages between the last printed one and this one, which the receiver no longer keeps.
-    pub missed: u32,
+/// Something new.
+pub(super) enum Item {
+    /// A message, and the number of messages between the last printed one and this one, which the receiver no longer keeps.
+    Message(Message, u32),
+    /// Another verdict on the message that was printed last.
+    Verdict(Message),
 }
 
-/// Keeps track of printed messages, by their numbers.
+/// Keeps track of printed messages, by their numbers, and of the last verdict.
 pub(super) struct News {
     count: u32,
+    verdict: signing::Verdict,
     uptime_ms: u64,
 }
 
 impl News {
-    /// The state for a receiver whose present messages are old.
-    pub fn since(status: &Status) -> Self {
+    /// The state for a receiver whose present message is old.
+    pub fn since(status: &Status, message: &Message) -> Self {
         Self {
-            count: status.counters.messages,
+            count: message.count,
+            verdict: message.verdict,
             uptime_ms: status.uptime_ms,
         }
     }
 
-    /// The new message, if there is one.
+    /// The new message, if there is one, or the new verdict.
     pub fn fetch<P: Read + Write>(&mut self, client: &mut Client<P>, port: &str, status: &Status) -> anyhow::Result<Option<Item>> {
         if status.uptime_ms < self.uptime_ms {
             // The receiver has restarted and counts from 1.
             self.count = 0;
         }
         self.uptime_ms = status.uptime_ms;
-        if [0, self.count].contains(&status.counters.messages) {
+        if status.counters.messages == 0 {
             return Ok(None);
         }
         // Another message may have arrived by the time of this answer.
         let message = asked_message(client, port)?;
-        let missed = message.count.saturating_sub(self.count).saturating_sub(1);
-        self.count = message.count;
-        Ok((message.count > 0).then_some(Item { message, missed }))
+        let count = mem::replace(&mut self.count, message.count);
+        let verdict = mem::replace(&mut self.verdict, message.verdict);
+        Ok(match message.count {
+            0 => None,
+            now if now != count => Some(Item::Message(message, now.saturating_sub(count).saturating_sub(1))),
+            _ => (message.verdict != verdict).then_some(Item::Verdict(message)),
+        })
     }
 }

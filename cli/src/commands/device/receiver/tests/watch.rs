@@ -1,11 +1,12 @@
 //! Each message is printed once, with a simulated receiver whose messages change from one status to the next.
 
-use super::super::watch::News;
+use super::super::watch::{Item, News};
 use super::*;
 use link::serial::{FrameReader, Hello, Kind, encode, wire_length};
+use link::signing::Verdict;
 use rx_pipeline::standalone::{ANSWER_MAX, Counters, PART_MAX, REQUEST_MAX};
 
-/// Its running time in s, and its messages since the start.
+/// Its running time in s, and its messages since the start; one with `!` is known to be unsigned.
 type Moment = (u64, &'static [&'static str]);
 
 struct Scripted {
@@ -21,7 +22,7 @@ impl Scripted {
     fn answer(&mut self, sequence: u32, request: Request) {
         if request == Request::Status {
             self.now = self.moments.pop_front().unwrap_or(self.now);
-        } else if let Some(between) = self.between.take_if(|_| request == Request::Message) {
+        } else if let Some(between) = self.between.take_if(|_| request == Request::Message && !self.now.1.is_empty()) {
             self.now = between;
         }
         let (uptime_s, messages) = self.now;
@@ -52,10 +53,14 @@ impl Scripted {
             }),
             Request::Message => standalone::Answer::Message(standalone::Message {
                 count,
-                bytes: messages.last().map_or(&[], |text| text.as_bytes()),
+                bytes: messages.last().map_or(&[], |text| text.trim_end_matches('!').as_bytes()),
                 age_ms: 0,
                 frames: 0,
                 corrected_bits: 0,
+                verdict: match messages.last() {
+                    Some(text) if text.ends_with('!') => Verdict::Unsigned,
+                    _ => Verdict::Unproven,
+                },
             }),
             other => panic!("{other:?}"),
         };
@@ -93,7 +98,7 @@ impl Read for Scripted {
     }
 }
 
-/// The output at each moment: a message's text, and the number of missed messages before it.
+/// The output at each moment: a message's text, and the number of missed messages before it, or a verdict.
 fn told(moments: &[Moment], between: Option<Moment>) -> Vec<Option<(String, u32)>> {
     let port = Scripted {
         moments: moments.iter().copied().collect(),
@@ -104,14 +109,17 @@ fn told(moments: &[Moment], between: Option<Moment>) -> Vec<Option<(String, u32)
     };
     let mut client = Client::greet(port, Duration::from_secs(1), 5).unwrap();
     let mut status = asked_status(&mut client, "p").unwrap();
-    let mut news = News::since(&status);
+    let mut news = News::since(&status, &asked_message(&mut client, "p").unwrap());
     let mut told = Vec::new();
     for moment in 0..moments.len() {
         if moment > 0 {
             status = asked_status(&mut client, "p").unwrap();
         }
         let item = news.fetch(&mut client, "p", &status).unwrap();
-        told.push(item.map(|item| (text(&item.message.bytes), item.missed)));
+        told.push(item.map(|item| match item {
+            Item::Message(message, missed) => (text(&message.bytes), missed),
+            Item::Verdict(message) => (message.verdict.to_string(), 0),
+        }));
     }
     told
 }
@@ -150,6 +158,18 @@ fn messages_that_were_too_fast_are_counted() {
     let moments: &[Moment] = &[(10, &[]), (11, &["a"]), (12, &["a", "b"])];
     let expected = [None, new("b", 1), None];
     assert_eq!(told(moments, Some((11, &["a", "b"]))), expected);
+}
+
+/// The verdict comes after its message, once; that on an earlier message is not new.
+#[test]
+fn each_verdict_is_told_once_as_it_comes() {
+    let moments: &[Moment] = &[
+        (10, &["fog!"]),
+        (11, &["fog!", "ice"]),
+        (12, &["fog!", "ice!"]),
+        (13, &["fog!", "ice!"]),
+    ];
+    assert_eq!(told(moments, None), [None, new("ice", 0), new("unsigned", 0), None]);
 }
 
 /// A receiver that restarts counts from 1 again.
