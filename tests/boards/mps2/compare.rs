@@ -5,6 +5,7 @@ use std::path::Path;
 use link::camera::Camera;
 use rx_pipeline::settings::TrackingSettings;
 
+use crate::Images;
 use crate::board;
 use crate::film::Shots;
 use crate::format::MethodChoice;
@@ -40,23 +41,23 @@ fn show(image: &Path, shots: &Shots, side: u16, method: MethodChoice) -> Costs {
 }
 
 /// The paper's detector: at most 1.5 million instructions for half of the frames, and at most 1.8 million for each.
-pub fn k_means_reads_as_on_this_computer(image: &Path) {
-    show(image, &Shots::draw(35.0, 30), 64, MethodChoice::KMeans).assert_within([1_500_000, 1_800_000], KMEANS_STACK_MAX);
+pub fn k_means_reads_as_on_this_computer(images: &Images) {
+    show(&images.receiver, &Shots::draw(35.0, 30), 64, MethodChoice::KMeans).assert_within([1_500_000, 1_800_000], KMEANS_STACK_MAX);
 }
 
 /// The better detector: seven times the instructions of k-means for half of the frames, seventy times for a few.
-pub fn maximum_likelihood_reads_as_on_this_computer(image: &Path) {
+pub fn maximum_likelihood_reads_as_on_this_computer(images: &Images) {
     let shots = Shots::draw(35.0, 20);
-    show(image, &shots, 64, MethodChoice::MaximumLikelihood).assert_within([9_000_000, 135_000_000], STACK_MAX);
+    show(&images.receiver, &shots, 64, MethodChoice::MaximumLikelihood).assert_within([9_000_000, 135_000_000], STACK_MAX);
 }
 
 /// Regions of 128×128 pixels, almost filled by the panel.
-pub fn the_largest_region_is_read(image: &Path) {
+pub fn the_largest_region_is_read(images: &Images) {
     for (method, frames, instructions) in [
         (MethodChoice::KMeans, 8, [4_200_000, 6_200_000]),
         (MethodChoice::MaximumLikelihood, 4, [115_000_000, 115_000_000]),
     ] {
-        show(image, &Shots::draw(17.0, frames), 128, method).assert_within(instructions, STACK_MAX);
+        show(&images.receiver, &Shots::draw(17.0, frames), 128, method).assert_within(instructions, STACK_MAX);
     }
 }
 
@@ -64,7 +65,7 @@ pub fn the_largest_region_is_read(image: &Path) {
 const SEARCH_MAX: u64 = 32_000_000;
 
 /// A missing panel is searched for around its place until it is given up.
-pub fn a_lost_panel_is_reported(image: &Path) {
+pub fn a_lost_panel_is_reported(images: &Images) {
     let shots = Shots::draw(35.0, 1).and_blank(PATIENCE_FRAMES as usize + 1);
-    show(image, &shots, 64, MethodChoice::KMeans).assert_within([SEARCH_MAX; 2], STACK_MAX);
+    show(&images.receiver, &shots, 64, MethodChoice::KMeans).assert_within([SEARCH_MAX; 2], STACK_MAX);
 }

@@ -12,6 +12,7 @@ use studies::monte_carlo::{self, Evaluator};
 use studies::work_precision::{PLACES, counted_rows as rows, scene_at};
 use vocc_tests::firmware::{median, say};
 
+use crate::Images;
 use crate::board::{instructions, read};
 use crate::film::{HEIGHT, Shots, WIDTH};
 use crate::format::MethodChoice;
@@ -24,7 +25,7 @@ const SIDE: u16 = 96;
 const DRIFT: f64 = 0.1;
 
 /// Every detector takes as many instructions as the file says.
-pub fn the_detectors_take_what_is_on_file(image: &Path) {
+pub fn the_detectors_take_what_is_on_file(images: &Images) {
     let films = PLACES.map(|place| {
         let size = [format!("camera.width_px={WIDTH}"), format!("camera.height_px={HEIGHT}")];
         let scene = scene_at(place, &size).expect("a valid scene");
@@ -36,7 +37,9 @@ pub fn the_detectors_take_what_is_on_file(image: &Path) {
         .filter(|(_, choice)| !matches!(choice, DetectorChoice::Best | DetectorChoice::Genie));
     let counted: Vec<(&str, Vec<f64>)> = names
         .map(|(name, choice)| {
-            let each = films.iter().map(|(scene, shots)| count(image, scene, shots, choice) as f64);
+            let each = films
+                .iter()
+                .map(|(scene, shots)| count(&images.receiver, scene, shots, choice) as f64);
             (name, each.collect())
         })
         .collect();

@@ -1,10 +1,9 @@
 //! The memory and the instructions on the board.
 
-use std::path::Path;
-
 use rx_pipeline::profile::STAGES;
 use vocc_tests::firmware::{Size, median, say, size};
 
+use crate::Images;
 use crate::board::instructions;
 use crate::format::Report;
 
@@ -66,7 +65,8 @@ fn greatest(values: &[u64]) -> u64 {
 }
 
 /// Flash and static RAM are within their limits.
-pub fn it_is_small(image: &Path) {
+pub fn it_is_small(images: &Images) {
+    let image = &images.receiver;
     let elf = std::fs::read(image).expect("the image is built");
     let Size { flash, ram } = size(&elf);
     // `tests/tools/cargo-embedded` puts the output of Debian's compiler into a folder with this name.

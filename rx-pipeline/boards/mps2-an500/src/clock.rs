@@ -1,7 +1,6 @@
 //! The processor's own timer. It counts instructions, because each takes the same time in the emulator.
 
 use cortex_m::peripheral::{SYST, syst::SystClkSource};
-use rx_pipeline::profile::{Profile, STAGES, Stage};
 
 /// Ticks until the timer wraps.
 const TICKS: u32 = 1 << 24;
@@ -24,23 +23,4 @@ pub fn now() -> u32 {
 /// Ticks since the timer had the value `began`.
 pub fn since(began: u32) -> u32 {
     began.wrapping_sub(now()) % TICKS
-}
-
-/// Measures the time of stages that are not nested.
-#[derive(Default)]
-pub struct Stopwatch {
-    began: u32,
-    pub ticks: [u32; STAGES.len()],
-}
-
-impl Profile for Stopwatch {
-    fn begins(&mut self, _: Stage) {
-        self.began = now();
-    }
-
-    fn ends(&mut self, stage: Stage) {
-        if let Some(ticks) = self.ticks.get_mut(stage as usize) {
-            *ticks += since(self.began);
-        }
-    }
 }

@@ -10,6 +10,7 @@ mod clock;
 mod film;
 #[path = "../../pico/src/stack.rs"]
 mod stack;
+mod stopwatch;
 
 use core::panic::PanicInfo;
 
@@ -19,8 +20,8 @@ use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{NoSearch, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings};
 use static_cell::{ConstStaticCell, StaticCell};
 
-use clock::Stopwatch;
 use film::{BYTES, Head, Region, Report, START};
+use stopwatch::Stopwatch;
 
 /// Number of pixels in which a panel is read, 96×96; a larger panel is binned.
 const PIXELS: usize = 9_216;
