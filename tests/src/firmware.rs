@@ -12,8 +12,19 @@ use crate::trials::Unready;
 
 /// Builds the program in the folder `board` as a user would, with these Cargo arguments; returns its output folder.
 pub fn build(target: &str, board: &str, arguments: &[&str]) -> Result<PathBuf, Unready> {
+    build_with([], target, board, arguments)
+}
+
+/// As [`build`], with these variables in the environment.
+pub fn build_with<'a>(
+    environment: impl IntoIterator<Item = (&'a str, &'a str)>,
+    target: &str,
+    board: &str,
+    arguments: &[&str],
+) -> Result<PathBuf, Unready> {
     let built = output(
         Command::new("bash")
+            .envs(environment)
             .arg("tests/tools/cargo-embedded")
             .args([target, "--manifest-path"])
             .arg(format!("{board}/Cargo.toml"))

@@ -6,6 +6,8 @@ use vocc_tests::programs;
 use vocc_tests::trials::Unready;
 use vocc_tests::{emulator, firmware};
 
+use crate::signed;
+
 /// The programs under test, each built with the command that a user would give.
 pub struct Programs {
     /// The ELF file of the transmitter.
@@ -27,17 +29,17 @@ impl Programs {
     pub fn provide() -> Result<Self, Unready> {
         emulator::provide()?;
         Ok(Self {
-            transmitter: built("tx-firmware/boards/pico", "vocc-pico", &[])?,
-            receiver: built("rx-pipeline/boards/pico", "vocc-receiver-pico", &RECEIVER)?,
+            transmitter: built("tx-firmware/boards/pico", "vocc-pico", &[], "")?,
+            receiver: built("rx-pipeline/boards/pico", "vocc-receiver-pico", &RECEIVER, &signed::trusted())?,
             eye: env!("CARGO_BIN_EXE_hm01b0_eye").into(),
             vocc: programs::vocc()?,
         })
     }
 }
 
-/// Builds an image and keeps a copy, because other tests overwrite it.
-fn built(board: &str, name: &str, features: &[&str]) -> Result<PathBuf, Unready> {
-    let folder = firmware::build(RP2040, board, features)?;
+/// Builds an image that trusts these keys and keeps a copy, because other tests overwrite it.
+fn built(board: &str, name: &str, features: &[&str], trusted: &str) -> Result<PathBuf, Unready> {
+    let folder = firmware::build_with([("VOCC_TRUST", trusted)], RP2040, board, features)?;
     let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-of-a-pair"));
     std::fs::copy(folder.join(name), &kept)?;
     Ok(kept)

@@ -9,6 +9,7 @@ mod faults;
 mod film;
 mod image;
 mod pair;
+mod signed;
 mod talk;
 mod timing;
 

@@ -13,10 +13,11 @@ use vocc_tests::firmware::{say, size};
 use crate::desk;
 use crate::image::Programs;
 use crate::pair::{Event, Pair, Tally};
+use crate::signed::{self, VERDICT};
 use crate::talk::{ARRIVES_IN_S, MESSAGE, TEXT, reads_on, sending};
 
 /// The mangled name of the function that processes a frame, `Application::frame`.
-const FRAME: &str = "E5frameNtNt";
+pub const FRAME: &str = "E5frameNtNt";
 const FOLLOWING: &str = "state: following";
 const SEARCHING: &str = "state: searching";
 /// The size of the stack in the image's memory layout.
@@ -96,9 +97,9 @@ fn run_until(pair: &mut Pair, line: &str) {
 }
 
 /// Each frame is processed before the next one arrives, while a panel is searched for and while it is followed, and the stack has room.
-/// Frames of code words that can hardly be decoded take longer.
+/// Frames of code words that can hardly be decoded take longer, and so does the frame that completes a signature.
 pub fn frames_are_done_in_time(programs: &Programs, folder: &Path) {
-    let mut pair = sending(programs, folder, &["--time", FRAME]);
+    let mut pair = sending(programs, folder, &["--time", FRAME, "--time", VERDICT]);
     pair.turn_on();
     run_until(&mut pair, FOLLOWING);
     let searched = pair.tally(FRAME);
@@ -115,6 +116,7 @@ pub fn frames_are_done_in_time(programs: &Programs, folder: &Path) {
     }
     assert!(followed.mean <= period / FOLLOWED_SHARE, "{followed:?}");
     hard_code_words_are_done_in_time(&mut pair, programs, folder);
+    signed::a_text_is_proven_in_time(&mut pair, programs, folder);
     // After it is asked, the receiver writes no text for a while.
     let status = desk::status(&mut pair, programs, folder);
     let stack_bytes = status["stack_bytes"].as_u64().expect("a number");

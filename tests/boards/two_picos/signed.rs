@@ -1,0 +1,68 @@
+//! A text that is signed on one board and verified on the other.
+
+use std::io::Write;
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+
+use link::serial::{Kind, REQUEST_FRAME_MAX, Request, Seed, encode, wire_length};
+use link::signing::SecretKey;
+use vocc_tests::driven_panel::CLOCK_HZ;
+use vocc_tests::firmware::say;
+
+use crate::image::Programs;
+use crate::pair::{Pair, Tally};
+use crate::talk::{ARRIVES_IN_S, reads_on};
+use crate::timing::FRAME;
+
+/// Part of the mangled name of the function that verifies a text, `Trust::verdict`.
+pub const VERDICT: &str = "5Trust7verdict";
+const SEED: [u8; 32] = *b"the private key of a transmitter";
+const COUNTER: u32 = 41;
+const TEXT: &str = "Signed by light";
+/// Maximum time for a verdict, in cycles: a quarter of a second.
+const VERDICT_MAX: u64 = 31_250_000;
+/// Maximum number of frames that are dropped meanwhile; the next one waits in memory.
+const DROPPED_MAX: u64 = 2;
+/// Time for the key to be stored, in ms.
+const STORED_MS: u32 = 1_000;
+
+fn key() -> SecretKey {
+    SecretKey::from_seed(SEED).expect("a key")
+}
+
+/// The lines of the transmitter's public key, as `vocc keys show` prints them.
+pub fn trusted() -> String {
+    let digits: String = key().public().to_bytes().iter().map(|byte| format!("{byte:02x}")).collect();
+    format!("[[key]]\nname = \"transmitter\"\npublic = \"{digits}\"\n")
+}
+
+/// The transmitter gets a key. The receiver proves its next text, drops few frames, and reads on.
+pub fn a_text_is_proven_in_time(pair: &mut Pair, programs: &Programs, folder: &Path) {
+    let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
+    let write_key = Request::WriteKey {
+        seed: Seed(&SEED),
+        counter: COUNTER,
+    };
+    let write_key = encode(Kind::Request, 1, &write_key, &mut wire).expect("it fits");
+    let mut port = UnixStream::connect(pair.socket("transmitter")).expect("the emulator listens");
+    port.write_all(write_key).expect("the board takes it");
+    pair.run_ms(STORED_MS);
+    drop(port);
+
+    pair.count_anew();
+    let from = pair.record.len();
+    reads_on(pair, programs, folder, TEXT);
+    let proven = format!("verdict: proven: signed by {}, counter {COUNTER}", key().public().id());
+    pair.wait_since(from, &proven, ARRIVES_IN_S);
+    let Tally { count, most, .. } = pair.tally(VERDICT);
+    let dropped = pair.frames_since(from).count() as u64 - pair.tally(FRAME).count;
+    say(&format!(
+        "RP2040: a verdict on {} bytes takes {most} cycles with interrupts, {:.2} s; {dropped} frames dropped meanwhile",
+        TEXT.len(),
+        most as f64 / CLOCK_HZ
+    ));
+    assert!(count == 1 && most <= VERDICT_MAX, "{count} verdicts, {most} cycles");
+    // One frame has begun and not ended yet.
+    assert!((1..=DROPPED_MAX + 1).contains(&dropped), "{dropped} frames dropped");
+    reads_on(pair, programs, folder, "Signed again");
+}
