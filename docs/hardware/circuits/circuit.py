@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 
-# What a pin does. `gpio` may be anything that the firmware makes of it, `bus` is a line of I2C, `drain` sinks current and never drives
+# The function of a pin. `gpio` is set by the firmware, `bus` is a line of I2C, `drain` sinks current and never drives
 # high, `source` feeds others, `none` has no connection inside.
 KINDS = ("gpio", "input", "output", "drain", "bus", "supply", "source", "ground", "passive", "none")
 
@@ -42,7 +42,7 @@ class Pin:
     number: str
     name: str
     kind: str
-    # What the firmware calls the line that leads here.
+    # The firmware's name of the line to this pin.
     role: str = ""
 
 
@@ -55,16 +55,16 @@ class Part:
     pins: tuple
     # The first letters of its designators.
     prefix: str = "U"
-    # How it is drawn: chip, resistor, capacitor, led, diode, fuse.
+    # Its symbol: chip, resistor, capacitor, led, diode, fuse.
     symbol: str = "chip"
     left: tuple = ()
     right: tuple = ()
     # The range of its supply.
     supply_v: tuple = ()
-    # The voltages of its sources, by the pins' names, and what they feed at most.
+    # The voltages of its sources, by the pins' names, and their maximum currents.
     source_v: dict = field(default_factory=dict)
     source_ma: dict = field(default_factory=dict)
-    # What it takes from its supply at most.
+    # Its maximum supply current.
     supply_ma: float = 0
     # A board: the pins that power it, either of which feeds it alone, and the sources that it makes of them.
     powered_by: tuple = ()
@@ -72,24 +72,24 @@ class Part:
     # The supply pin that its levels refer to, if not the only one, or a voltage of its own.
     logic_supply: str = ""
     logic_own_v: float = None
-    # An input is low up to the one level, and high from the other one on; an output reaches these.
+    # An input is low up to the first level, and high from the second on; an output reaches these.
     input_low: object = None
     input_high: object = None
     output_low: object = None
     output_high: object = None
-    # What a pin bears: inputs and outputs, and drains.
+    # The maximum voltage of a pin: of inputs and outputs, and of drains.
     most: object = None
     drain_most: object = None
-    # The capacitance that it needs beside it, from its supply to ground.
+    # The required capacitance beside it, from its supply to ground.
     decoupling: str = ""
     # (input, output enable that is active low or None, output, whether it inverts).
     gates: tuple = ()
     # Whether its lines of I2C have pull-ups.
     has_pull_ups: bool = False
-    # Whether its GPIO are pulled down while no program runs, and what they leak at most.
+    # Whether its GPIO are pulled down while no program runs, and their maximum leakage.
     pulls_down_in_reset: bool = False
     gpio_leak_ma: float = 0
-    # An electrolytic capacitor: its first pin has the higher voltage. Its series resistance at most.
+    # An electrolytic capacitor: its first pin has the higher voltage. Its maximum series resistance.
     is_polarised: bool = False
     series_ohm: float = 0
     # A board or module: pins may stay open.
@@ -99,7 +99,7 @@ class Part:
     all_outputs_ma: float = 0
     # A current sink: the output's current times the resistance of its resistor.
     sink_volts: float = 0
-    # What an output takes of the LEDs' voltage while it sinks or feeds.
+    # The voltage across an output while it sinks or feeds.
     output_drop_v: float = 0
     footprint: str = ""
 
@@ -136,9 +136,9 @@ class Component:
     part: Part
     value: str = ""
     remarks: str = ""
-    # Where it stands in the picture: column and line. Without a place it is not drawn.
+    # Its place in the picture: column and line. Without a place it is not drawn.
     at: tuple = None
-    # The component beside which it stands.
+    # The component beside it.
     beside: str = ""
     # Whether the kit works without it.
     optional: bool = False
@@ -161,13 +161,13 @@ class Circuit:
         self.nets = {}
         # Pins that stay open, with the reason.
         self.open = {}
-        # The roles of the firmware that lead nowhere here, and those that the board itself connects, with the reason.
+        # The roles of the firmware that are not connected, and those that the board itself connects, with the reason.
         self.unused_roles = {}
         self.on_board = {}
-        # What the LEDs drop, V, and the full current that they are to have, mA.
+        # The LEDs' forward voltage, V, and their design current, mA.
         self.led_v = 2.0
         self.design_ma = 20.0
-        # The bit that lights an LED: what the firmware is built for. A sink's 1 pulls its output low.
+        # The bit that lights an LED, as the firmware is built. A sink's 1 pulls its output low.
         self.lit_by = 1
 
     def add(self, ref, part, value="", remarks="", at=None, beside="", optional=False):
@@ -260,7 +260,7 @@ class Circuit:
         return self.net_v(net) if net else None
 
     def copy(self):
-        """A copy to plant faults in."""
+        """A copy to modify."""
         other = Circuit(self.name, self.title, self.page, self.board, self.notes)
         other.components = {ref: replace(component) for ref, component in self.components.items()}
         other.nets = {name: list(ends) for name, ends in self.nets.items()}

@@ -1,4 +1,4 @@
-"""The parts of the kits: pins, levels and limits. `source` names the data sheet that they are from; what is assumed says so.
+"""The parts of the kits: pins, levels and limits. `source` names the data sheet of these numbers; assumptions are marked.
 
 Pins are lines of number, name, kind and role; `circuit.py` has the kinds. Numbers are those of the package that `footprint` names. A dash
 instead of a number means that the order on a module differs from maker to maker: wire by name.

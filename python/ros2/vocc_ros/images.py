@@ -12,12 +12,12 @@ Array: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16]
 
 
 class UnsupportedImage(ValueError):
-    """An image that cannot be read: says why, and what helps."""
+    """An unreadable image: the reason, and a remedy."""
 
 
-# Where blue, green and red are in a pixel: slices, as other indices copy the image.
+# The places of blue, green and red in a pixel: slices, because other indices copy the image.
 BLUE_FIRST, RED_FIRST = slice(0, 3), slice(2, None, -1)
-# Samples of a pixel, and in which order they are blue, green and red.
+# Samples of a pixel, and the order of blue, green and red.
 COLOURS = {
     "bgr8": (3, BLUE_FIRST),
     "8UC3": (3, BLUE_FIRST),
@@ -28,7 +28,7 @@ COLOURS = {
 }
 GREY = ("mono8", "8UC1")
 DEEP = ("mono16", "16UC1")
-# Which of two bytes is the brightness.
+# The index of the brightness among two bytes.
 YUV = {"uyvy": 1, "yuv422": 1, "yuyv": 0, "yuv422_yuy2": 0}
 # OpenCV names a mosaic by its second row and column.
 BAYER = {
@@ -41,7 +41,7 @@ ENCODINGS = (*GREY, *DEEP, *COLOURS, *YUV, *BAYER)
 
 
 def rows(message: Message, samples: int, depth: type[np.uint8] | type[np.uint16]) -> NDArray[Any]:
-    """The samples of an image, of shape (height, width, samples), without what fills up its rows."""
+    """The samples of an image, of shape (height, width, samples), without the padding of its rows."""
     height, width, step = int(message.height), int(message.width), int(message.step)
     kind = np.dtype(depth)
     row = width * samples * kind.itemsize
@@ -69,7 +69,7 @@ def opencv(what: str) -> Any:
 def of_image(message: Message) -> Array:
     """The pixels of a sensor_msgs/Image: grey of 8 or 16 bits, or blue, green and red.
 
-    Raises UnsupportedImage of another encoding, and of sizes that contradict each other.
+    Raises UnsupportedImage for another encoding, and for contradictory sizes.
     """
     encoding = str(message.encoding)
     if encoding in GREY:
@@ -92,9 +92,9 @@ def of_image(message: Message) -> Array:
 
 
 def of_compressed(message: Message) -> Array:
-    """The pixels of a sensor_msgs/CompressedImage: JPEG, PNG or what else OpenCV reads.
+    """The pixels of a sensor_msgs/CompressedImage: JPEG, PNG or another format that OpenCV reads.
 
-    Raises UnsupportedImage of data that is none, such as compressed depth or a film's.
+    Raises UnsupportedImage for other data, such as compressed depth or a film's.
     """
     cv2 = opencv("a compressed image")
     decode: Callable[..., Any] = cv2.imdecode

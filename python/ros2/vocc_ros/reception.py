@@ -18,14 +18,14 @@ import vocc
 from vocc_ros.images import Array, Message, UnsupportedImage, of_compressed, of_image
 
 SECOND_NS = 1_000_000_000
-# The most faults that are logged.
+# Maximum number of logged faults.
 FAULTS = 50
-# The first images, from which the rate is measured, and the most bytes that they may have.
+# The number of first images, from which the rate is measured, and their maximum size in bytes.
 FIRST = 16
 FIRST_BYTES = 128 << 20
 # Stamps within this time of the node's clock are of that clock, in seconds.
 SAME_CLOCK_S = 60.0
-# What a calibration gives of a vocc.Camera.
+# The attributes of a vocc.Camera that a calibration has.
 LENS = ("focal_px", "principal_px", "distortion")
 # The coefficients of each distortion model that is read.
 DISTORTION = {"plumb_bob": 5, "rational_polynomial": 8}
@@ -33,13 +33,13 @@ DISTORTION = {"plumb_bob": 5, "rational_polynomial": 8}
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter of the node: its default, and what it says."""
+    """A parameter of the node: its default and its description."""
 
     default: str | float | int | bool
     about: str
 
 
-# Named as the arguments of vocc.Receiver; ROS has no None, so -1 or an empty text stands for it.
+# Named as the arguments of vocc.Receiver; ROS has no None, so -1 or an empty text replaces it.
 PARAMETERS = {
     "fps": Parameter(-1.0, "frames a second of the camera; -1: measured from the stamps of the first images"),
     "symbol_rate": Parameter(-1.0, "symbols a second of the transmitter; -1: 90, and other usual rates are tried"),
@@ -110,7 +110,7 @@ def settings_of(parameters: dict[str, Any]) -> dict[str, Any]:
     for name in ("trust", "counters"):
         settings[name] = str(parameters[name]) or None
     settings["only_trusted"] = settings["trust"] is not None
-    # Refused now rather than with the first image.
+    # Reject them now rather than with the first image.
     vocc.Receiver(camera_of(parameters, None), **settings).close()
     return settings
 
@@ -208,7 +208,7 @@ def stamp_ns(header: Message) -> int:
 
 @dataclass
 class Clock:
-    """Numbers images by their stamps: cameras drop frames, and their rates waver."""
+    """Numbers images by their stamps: cameras drop frames, and their rates vary."""
 
     fps: float
     begin_ns: int = 0
@@ -231,7 +231,7 @@ class Clock:
 
 @dataclass(frozen=True)
 class Held:
-    """An image that has come."""
+    """A received image."""
 
     pixels: Array
     header: Message
@@ -243,7 +243,7 @@ class Held:
 
 
 class ImageReceiver:
-    """Receives a topic's images; gives what there is to publish.
+    """Receives a topic's images; returns messages to publish.
 
     `now_ns` is the node's clock; `log` takes "error", "warn" or "info", and a text. Each fault is logged once, not with each image.
     """
@@ -271,15 +271,15 @@ class ImageReceiver:
         self.last_came_ns: int | None = None
 
     def image(self, message: Message) -> list[Publication]:
-        """Takes in a sensor_msgs/Image."""
+        """Processes a sensor_msgs/Image."""
         return self._take(message, of_image)
 
     def compressed(self, message: Message) -> list[Publication]:
-        """Takes in a sensor_msgs/CompressedImage."""
+        """Processes a sensor_msgs/CompressedImage."""
         return self._take(message, of_compressed)
 
     def camera_info(self, info: Message) -> None:
-        """Takes in a sensor_msgs/CameraInfo. If it is new, the receiver begins anew with it, and with what was learnt of the camera."""
+        """Processes a sensor_msgs/CameraInfo. If it is new, the receiver restarts with it, and with the learnt camera."""
         try:
             lens = lens_of(info, rectified=bool(self.parameters["rectified"]))
             vocc.Camera(**camera_of(self.parameters, lens))
@@ -293,7 +293,7 @@ class ImageReceiver:
                 self._begin(self.size)
 
     def silence(self) -> list[Publication]:
-        """What there is to publish while no image comes, or none that can be read; call it once a second."""
+        """Returns messages to publish while no readable image arrives; call it once a second."""
         now_ns = self.now_ns()
         stamp = self.types.Time(sec=now_ns // SECOND_NS, nanosec=now_ns % SECOND_NS)
         header = self.types.Header(stamp=stamp, frame_id=self.frame_id)
@@ -307,7 +307,7 @@ class ImageReceiver:
         return list(self._diagnostics(report, header))
 
     def finish(self) -> list[Publication]:
-        """Ends; gives the messages that become whole by the last symbol."""
+        """Ends; returns the messages that the last symbol completes."""
         publications = []
         if self.receiver is None and self.held:
             publications += self._begin_with_held()
@@ -362,7 +362,7 @@ class ImageReceiver:
         if self.receiver is not None:
             learnt = self.receiver.camera
             if learnt is not None:
-                # Its lens was that of the calibration before.
+                # Its lens was that of the previous calibration.
                 camera = {name: value for name, value in learnt.camera.to_dict().items() if name not in LENS} | camera
             self.receiver.close()
         self.receiver = vocc.Receiver(camera, **{**self.settings, "fps": self.clock.fps})
@@ -405,7 +405,7 @@ class ImageReceiver:
         self._once("error", why)
         self.unusable += 1
         self.why_unusable = why
-        # The receiver counts it with the next image that can be read.
+        # The receiver counts it with the next readable image.
         return [self._camera_error(why, header)] if self.unusable == 1 else []
 
     def _camera_error(self, why: str, header: Message) -> Publication:
@@ -414,7 +414,7 @@ class ImageReceiver:
         return Publication("/diagnostics", self.types.DiagnosticArray(header=header, status=[status]))
 
     def _once(self, level: str, text: str) -> None:
-        """Logs a fault, unless it was logged with whatever numbers."""
+        """Logs a fault, unless it was logged with any numbers."""
         fault = re.sub(r"\d+", "0", text)
         if fault not in self.faults and len(self.faults) < FAULTS:
             self.faults.add(fault)

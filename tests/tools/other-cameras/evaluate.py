@@ -1,4 +1,4 @@
-"""What the tool makes of a set: delivered messages, raw bit errors, panels in a wrong place. Nothing is told but the two rates."""
+"""The tool's results on a set: delivered messages, raw bit errors, panels in a wrong place. Only the two rates are configured."""
 
 import json
 import subprocess
@@ -18,7 +18,7 @@ def truths(folder, name):
 
 
 def receive(vocc, film, args):
-    """What `vocc receive` prints of a film: lines of JSON, and its last complaint."""
+    """The output of `vocc receive` for a film: lines of JSON, and its last error."""
     command = [vocc, "receive", "--bits", "--json", "--fps", str(args["fps"]), "--symbol-rate", str(args["symbol_rate"])]
     command += args.get("receive_args", [])
     if (film / "film.mp4").exists():
@@ -33,7 +33,7 @@ def receive(vocc, film, args):
 
 
 def evaluate_film(vocc, film, truth):
-    """One film: delivered or not, frames read, wrong places, bit errors of read frames; broken LEDs and mixed frames apart."""
+    """One film: delivered or not, frames read, wrong places, bit errors of read frames; broken LEDs and mixed frames separately."""
     lines, complaint = receive(vocc, film, truth["args"])
     numbers = sorted(int(path.stem) for path in film.iterdir() if path.stem.isdigit())
     kept = numbers or [frame["frame"] for frame in truth["frames"] if not frame["lost"]]
@@ -70,7 +70,7 @@ def pictures(folder):
 
 
 def decode(vocc, picture, corners=None):
-    """What `vocc decode` says of a picture, at given corners if there are any."""
+    """The output of `vocc decode` for a picture, at given corners if there are any."""
     command = [vocc, "decode", "--json", str(picture)]
     if corners is not None:
         command.append("--corners=" + ",".join(f"{c:.3f}" for c in np.ravel(corners)))
@@ -79,7 +79,7 @@ def decode(vocc, picture, corners=None):
 
 
 def wrong_bits(truth, seen):
-    """How many bits of working LEDs are wrong, and of how many."""
+    """The number of wrong bits of working LEDs, and the number of all."""
     bits = int("".join(truth["bits"])[::-1], 2)
     working = sum(1 << led for led in range(64) if led not in truth["dead_leds"])
     return ((bits ^ int(seen["bits"], 16)) & working).bit_count(), working.bit_count()
@@ -111,12 +111,12 @@ DISTURBED = {
 }
 # Lowest confidence of each bin.
 BINS = (0.99, 0.9, 0.7, 0.0)
-# A panel is right if more of its working LEDs are.
+# A panel is right if at least this share of its working LEDs is.
 RIGHT = 0.9
 
 
 def reliability(vocc, folder):
-    """Stated and true share of right bits in each bin of confidence: of panels that are found, and of corners that are given."""
+    """Stated and true share of right bits in each bin of confidence, for found panels and for given corners."""
     stated = {"found": [], "true corners": [], "disturbed corners": [], "without a panel": []}
     disturbed = list(DISTURBED.values())
     for number, (picture, truth) in enumerate(pictures(folder / "single")):
@@ -154,14 +154,14 @@ def summary(results, what, good):
 
 
 def evaluate_deceivers(vocc, folder):
-    """All pictures without a panel of a folder: is one seen?"""
+    """All pictures without a panel of a folder: the number of false panels."""
     for picture in sorted(folder.iterdir()):
         seen = decode(vocc, picture)
         yield {"picture": picture.name, "found": bool(seen["found"]), "misplaced": 0, "errors": 0, "bits": 0, "why": str(seen["why"] or "")}
 
 
 def report(results, what, good, as_json):
-    """Prints each result as it comes, and the sums, which it gives."""
+    """Prints each result as it arrives, then prints and returns the sums."""
     kept = []
     for result in results:
         kept.append(result)

@@ -187,7 +187,7 @@ class Scene:
 
 
 def expose_setting(scene, random):
-    """Chooses what light saturates; the noise is lowered until the bits can be told by someone who knows the camera. Returns how well."""
+    """Chooses the white level; lowers the noise until a receiver that knows the camera can read the bits. Returns that distance (see error_distance)."""
     sensor = scene.setting.sensor
     columns, region = region_of_leds(scene)
     brightest = float(np.percentile(region, 99.5))

@@ -1,4 +1,4 @@
-"""A circuit as a picture in SVG: parts in columns, wires in the channels between them, and flags for supplies and for nets that go on
+"""A circuit as a picture in SVG: parts in columns, wires in the channels between them, and flags for supplies and for nets that continue
 elsewhere."""
 
 from html import escape
@@ -10,7 +10,7 @@ CHARACTER = 6.6
 MARGIN = 24
 TRACK = 11
 STUB = 20
-# Lines above a part that its designator and its name take.
+# Lines above a part for its designator and its name.
 TITLE = 1.7
 COLOURS = {"ground": "#333333", "supply": "#b00020", "signal": "#1a4f8b"}
 
@@ -66,7 +66,7 @@ class Picture:
 
     def place(self):
         widths = [max((self.width(c) for c in self.drawn if c.at[0] == column), default=0) for column in range(self.columns)]
-        # What stands in each channel; the first and the last one are beside the outer columns.
+        # The contents of each channel; the first and the last one are beside the outer columns.
         self.channels = [self.channel(column) for column in range(self.columns + 1)]
         x = MARGIN
         self.tracks = []
@@ -106,7 +106,7 @@ class Picture:
                         raise Unplaced(f"{self.circuit.name}: {one.ref} and {other.ref} overlap")
 
     def extent(self, component):
-        """The first and the last line that a part takes, with its name."""
+        """The first and the last line of a part, with its name."""
         line = component.at[1]
         if is_small(component):
             return line + 0.5, line + 1.5
@@ -137,7 +137,7 @@ class Picture:
         return [net for net in count if count[net] > 1 and not self.is_rail(net)]
 
     def height(self, end):
-        """The line at which a pin stands."""
+        """The line of a pin."""
         component = self.circuit.components[end[0]]
         if is_small(component):
             return component.at[1] + 1
@@ -157,7 +157,7 @@ class Picture:
     def channel(self, channel):
         left, right = self.ends_in(channel)
         nets = self.routed(channel)
-        # A net that goes on elsewhere has its name at each pin, too.
+        # A net that continues elsewhere has its name at each pin, too.
         flags = [[net for net, _ in ends if net not in nets] for ends in (left, right)]
         return flags[0], nets, flags[1]
 
@@ -283,7 +283,7 @@ class Picture:
                     self.wire(self.tracks[channel][net], points)
                 else:
                     self.line([(x, y) for x, y, _ in points])
-                # The name stands above the wire at its first pin on the left.
+                # The name is above the wire at its first pin on the left.
                 x, y, side = min(points, key=lambda point: (point[2] < 0, point[1]))
                 self.text(x + side * STUB, y - 3, net, 8, "start" if side > 0 else "end", COLOURS["signal"])
 
@@ -312,7 +312,7 @@ class Picture:
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}" width="{width:g}" height="{height:g}" '
             'font-family="Helvetica, Arial, sans-serif">'
         )
-        # A picture of its own: it looks the same on dark pages.
+        # A background of its own, so that it looks the same on dark pages.
         ground = f'<rect width="{width:g}" height="{height:g}" fill="#ffffff"/>'
         return "\n".join([head, ground, *self.out, "</svg>", ""])
 

@@ -1,4 +1,4 @@
-"""Faults that are planted in the circuits, the firmware's pins and the pages. Each has to be named: this tests the rules."""
+"""Faults in the circuits, the firmware's pins and the pages. The rules have to report each of them."""
 
 from dataclasses import replace
 
@@ -11,7 +11,7 @@ from parts import REGISTER_HC, RESISTOR
 
 
 def move(circuit, end, net):
-    """Puts a pin on another net, or on none."""
+    """Moves a pin to another net, or to none."""
     for ends in circuit.nets.values():
         if end in ends:
             ends.remove(end)
@@ -95,7 +95,7 @@ def pull_up_to_5v(c):
 
 
 def without_shifter(c):
-    """The latch of the registers at 5 V straight from the Pico."""
+    """The latch of the registers at 5 V directly from the Pico."""
     move(c, end(c, "U11", "3Y"), None)
     c.open[end(c, "U11", "3Y")] = "unused"
     for row in range(3, 11):
@@ -233,7 +233,7 @@ def resistor_of_150_kilohm(c):
 
 
 def low_current_at_the_edge(c):
-    """3.02 mA, if no resistor is off its value."""
+    """3.02 mA with exact resistors."""
     for row in range(8):
         c.components[f"R{row + 11}"].value = "6.2 kΩ"
 
@@ -292,7 +292,7 @@ def diode_reversed(c):
 
 
 def too_much_for_usb(c):
-    """Each by itself is not too much: board, module, and sensor at the board's 3.3 V."""
+    """Each load alone is allowed: board, module, and sensor at the board's 3.3 V."""
     change(c, "U4", supply_ma=150)
 
 
@@ -348,7 +348,7 @@ WIRING = (
     ("the gate fed by the Pico", TPIC, gate_fed_by_the_pico, ("board without power", "U2 has no supply")),
     ("a register without supply", TLC, no_supply, ("U6 pin 16 (VDD)", "connected to nothing")),
     ("a TPIC6B595 at 3.3 V", TPIC, too_little_supply, ("U4 pin 2 (VCC)", "4.5 to 5.5 V", "3.3 V")),
-    ("a ground pin at a supply", DESK, ground_on_a_supply, ("U3 pin GND", "no ground")),
+    ("a ground pin at a supply", DESK, ground_on_a_supply, ("U3 pin GND", "not ground")),
     ("two LEDs swapped", TLC, leds_swapped, ("U4 pin 8 (Q3)", "D13 instead of D12")),
     ("an LED the wrong way round", TLC, led_reversed, ("D20 is never lit", "U5 pin 8 (Q3)")),
     ("firmware built for the other bit", HC, built_for_the_other_bit, ("D1 is never lit", "cathode")),
@@ -459,7 +459,7 @@ FAULTS = (*WIRING, *ELSEWHERE)
 
 
 def check(root, firmware, rules):
-    """The faults that no rule names."""
+    """The faults that no rule reports."""
     for name, make, plant, words in WIRING:
         circuit = make()
         plant(circuit)

@@ -2,7 +2,7 @@
 
 import re
 
-# For each board: its sources, the name of a pin in them and on the board, and where each line's pin stands. A pattern has one group for
+# For each board: its sources, the name of a pin in them and on the board, and the place of each line's pin. A pattern has one group for
 # each of its roles.
 PIN = r"(?:board|chip)\.(\w+)"
 PICO = {
@@ -50,11 +50,11 @@ BOARDS = {
 
 
 class Unreadable(Exception):
-    """The sources do not have what the patterns look for."""
+    """A pattern has no match in the sources."""
 
 
 def read(root, board):
-    """The pin of each role, and the pins that the program pulls up by itself."""
+    """The pin of each role, and the pins that the program pulls up."""
     rules = BOARDS[board]
     text = "\n".join((root / board / "src" / name).read_text() for name in rules["files"])
     code = re.sub(r"//.*", "", text)
@@ -68,7 +68,7 @@ def read(root, board):
         for role, pin in zip(names, pins):
             match = re.fullmatch(pattern, pin)
             if not match:
-                raise Unreadable(f"{board}: {role} is on {pin}, which is no pin")
+                raise Unreadable(f"{board}: {role} is on {pin}, which is not a pin")
             roles[role] = name.format(match[1])
     used = {name.format(pin) for pin in re.findall(rf"(?:board|chip)\.{pattern}\b", code)}
     unknown = used - set(roles.values())

@@ -1,6 +1,6 @@
 """A circuit as a netlist for KiCad."""
 
-# KiCad's names for what a pin does.
+# KiCad's names for the functions of pins.
 TYPES = {
     "gpio": "bidirectional",
     "input": "input",

@@ -1,4 +1,4 @@
-"""Pictures and tables of the circuits in docs/hardware, and the comparison of what the pages say with parts and firmware."""
+"""Pictures and tables of the circuits in docs/hardware, and the comparison of the pages with parts and firmware."""
 
 import csv
 import io
@@ -12,7 +12,7 @@ SAFETY = "docs/hardware/light-safety.md"
 PORTING = "docs/porting.md"
 # The emulator's stage before output enable.
 EMULATOR = "tests/boards/emulator/output_enable.mjs"
-# The pages that name pins of the Pico's.
+# The pages that name pins of the Pico.
 PICO_PAGES = ("docs/hardware.md", "docs/hardware/desk-kit.md", "docs/hardware/receiver.md", ROAD, "docs/hardware/bring-up.md")
 # A row of the pages' tables of pins, by words in it, and the firmware's lines in the row's order.
 ROAD_ROWS = {
@@ -70,7 +70,7 @@ def compress(refs):
 
 
 def lines_of_parts(circuit):
-    """Part, value and remarks, with the designators of all that are alike."""
+    """Part, value and remarks, with the designators of equal parts."""
     found = {}
     for component in circuit.components.values():
         found.setdefault((component.part.name, component.value, component.remarks), []).append(component.ref)
@@ -78,7 +78,7 @@ def lines_of_parts(circuit):
 
 
 def parts_table(circuits):
-    """The parts of one circuit, or of some beside each other."""
+    """The parts of one circuit, or of several side by side."""
     names = [circuit.title.rsplit(" ", 1)[-1] for circuit in circuits] if len(circuits) > 1 else ["reference"]
     keys = list(dict.fromkeys(key for circuit in circuits for key in lines_of_parts(circuit)))
     # Chips first, then boards' companions, then the small parts, each in the order of the designators.
@@ -122,7 +122,7 @@ def parts_csv(circuit):
 
 
 def tables(drawn):
-    """The generated tables: the page, what it is of, and the rows."""
+    """The generated tables: the page, the subject, and the rows."""
     by_page = {}
     for circuit in drawn:
         by_page.setdefault(circuit.page, []).append(circuit)
@@ -133,7 +133,7 @@ def tables(drawn):
 
 
 def block(name):
-    """Where a generated table stands on a page."""
+    """The place of a generated table on a page."""
     begin = f"<!-- {name}, written by tests/tools/schematics/run --write -->\n"
     return re.compile(re.escape(begin) + r"((?:\|.*\n)*)"), begin
 

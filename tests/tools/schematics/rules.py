@@ -1,4 +1,4 @@
-"""The rules that a circuit has to keep. Each yields sentences that name the part, the pin and what is wrong."""
+"""The rules for circuits. Each yields sentences that name the part, the pin and the fault."""
 
 import re
 
@@ -12,10 +12,10 @@ FIRMWARE_OUTPUTS = ("data", "clock", "latch", "lit", "full_current", "transmit",
 LEADS = {"enable": ("lit", True)}
 # The pins whose role is the part's own.
 LOCAL_ROLES = ("column", "carry", "clear", "current", "reset")
-# The tolerance of a resistor, and how far an LED's current may be from the design.
+# The tolerance of a resistor, and the allowed deviation of an LED's current from the design.
 TOLERANCE = 0.05
 DESIGN_SPREAD = 0.1
-# The longest period of the dimming, 20 kHz, and how far the LEDs' supply may dip in half of it.
+# The longest period of the dimming, 20 kHz, and the allowed drop of the LEDs' supply in half of it.
 DIMMING_S = 50e-6
 DIP_V = 0.25
 FACTORS = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6, "": 1.0}
@@ -25,14 +25,14 @@ def quantity(text):
     """The number of a value such as "4.7 kΩ" or "100 nF"."""
     match = re.match(r"([\d.]+) ([pnµmkM]?)[ΩFAV]", text)
     if not match:
-        raise ValueError(f"{text!r} is no value such as 4.7 kΩ or 100 nF")
+        raise ValueError(f"{text!r} is not a value such as 4.7 kΩ or 100 nF")
     return float(match[1]) * FACTORS[match[2]]
 
 
 def check(circuit, roles, pulled):
-    """All that is wrong. `roles` are the firmware's pins, `pulled` those that it pulls itself."""
+    """All faults. `roles` are the firmware's pins, `pulled` those that it pulls up."""
     found = list(connections(circuit, roles, pulled))
-    # A missing wire has consequences, which the others name. They need pins and nets that exist.
+    # The other rules need pins and nets that exist, and a missing wire would break several of them.
     if not any("there is no" in problem or "has no pin" in problem for problem in found):
         found += [problem for rule in RULES for problem in rule(circuit, roles, pulled)]
     return found
@@ -139,7 +139,7 @@ def floating(circuit, roles, pulled):
 
 
 def supplies(circuit, _roles, _pulled):
-    """Each supply pin has a voltage that the part takes, and each ground pin is at ground. No source feeds more than it can."""
+    """Each supply pin has an allowed voltage, and each ground pin is at ground. No source is overloaded."""
     for end in ends_of(circuit, "supply"):
         net = circuit.net_of(end)
         part = circuit.part(end)
@@ -153,7 +153,7 @@ def supplies(circuit, _roles, _pulled):
     for end in ends_of(circuit, "ground"):
         net = circuit.net_of(end)
         if net is not None and circuit.net_v(net) != 0.0:
-            yield f"{circuit.label(end)} of {circuit.part(end).name} is a ground pin on net {net}, which is no ground"
+            yield f"{circuit.label(end)} of {circuit.part(end).name} is a ground pin on net {net}, which is not ground"
     grounds = {circuit.net_of(end) for end in ends_of(circuit, "ground")} - {None}
     if len(grounds) > 1:
         yield f"{len(grounds)} grounds are not connected: {', '.join(sorted(grounds))}"
@@ -173,19 +173,19 @@ def supplies(circuit, _roles, _pulled):
 
 
 def leds_ma(circuit, net):
-    """What the LEDs take from a supply at full current."""
+    """The LEDs' current from a supply, at full current."""
     return sum(led_ma(circuit, led) or circuit.design_ma for led in leds(circuit) if net and feed_of(circuit, led) == net)
 
 
 def load_ma(circuit, net, seen=()):
-    """What the parts on a supply take, and the LEDs at full current, also behind a fuse, a diode or a board."""
+    """The current of the parts on a supply, with the LEDs at full current, also behind a fuse, a diode or a board."""
     total = leds_ma(circuit, net)
     for end in circuit.nets.get(net, []):
         component = circuit.components[end[0]]
         if circuit.pin(end).name in component.part.powered_by or circuit.pin(end).kind == "supply":
             total += component.part.supply_ma
             if end[0] not in seen:
-                # A linear regulator takes what it gives; a switching one takes less.
+                # A linear regulator's input current equals its output current; a switching one's is lower.
                 made = (circuit.net_of(component[name]) for name in component.part.makes)
                 total += sum(load_ma(circuit, other, (*seen, end[0])) for other in made)
         passes = component.part.symbol == "fuse" or component.part.symbol == "diode" and circuit.pin(end).name == "A"
@@ -204,7 +204,7 @@ def polarity(circuit, _roles, _pulled):
 
 
 def reservoir(circuit, _roles, _pulled):
-    """All LEDs switch at once: an electrolytic capacitor keeps their supply for half of a period, during which wires bring no more."""
+    """All LEDs switch at once: an electrolytic capacitor keeps their supply for half of a period, because wires are too slow."""
     for net in {feed_of(circuit, led) for led in leds(circuit)} - {None}:
         dips = [
             leds_ma(circuit, net) * 1e-3 * (component.part.series_ohm + DIMMING_S / 2 / quantity(component.value))
@@ -218,7 +218,7 @@ def reservoir(circuit, _roles, _pulled):
 
 
 def fuses(circuit, _roles, _pulled):
-    """All LEDs have their current through a fuse, which bears it, and opens before its source limits the current."""
+    """All LEDs are fed through a fuse, which carries their current, and opens before its source limits the current."""
     fed = {}
     for led in leds(circuit):
         fed.setdefault(feed_of(circuit, led), []).append(led.ref)
@@ -268,7 +268,7 @@ def level(circuit, end, what):
 
 
 def levels(circuit, roles, _pulled):
-    """Each output reaches what each input on its net takes for low and for high."""
+    """Each output reaches the low and the high level of each input on its net."""
     for net, ends in circuit.nets.items():
         kinds = {end: kind_of(circuit, end, roles) for end in ends}
         for driver in (end for end, kind in kinds.items() if kind == "output"):
@@ -309,7 +309,7 @@ def fixed_levels(circuit, _roles, _pulled):
 
 
 def leakage(circuit, _roles, _pulled):
-    """What a GPIO leaks while no program drives it does not lift a line that a resistor pulls down."""
+    """The leakage of a GPIO that no program drives does not lift a line that a resistor pulls down."""
     for net, ends in circuit.nets.items():
         leak_ma = max((circuit.part(end).gpio_leak_ma for end in ends if circuit.pin(end).kind == "gpio"), default=0)
         inputs = [end for end in ends if circuit.pin(end).kind == "input"]
@@ -341,7 +341,7 @@ def pull_ups(circuit, roles, _pulled):
 
 
 def voltages(circuit, roles, _pulled):
-    """No pin gets more than it bears: of outputs, and of supplies through resistors and LEDs."""
+    """No pin exceeds its maximum voltage, from outputs, or from supplies through resistors and LEDs."""
     for net in circuit.nets:
         volts, why = highest_v(circuit, net, roles)
         for end in circuit.nets[net]:
@@ -354,7 +354,7 @@ def voltages(circuit, roles, _pulled):
 
 
 def highest_v(circuit, net, roles, seen=frozenset()):
-    """The highest voltage of a net, and what causes it."""
+    """The highest voltage of a net, and its cause."""
     found = [(0.0, "nothing")]
     if (volts := circuit.net_v(net)) is not None:
         return volts, f"net {net}"
@@ -373,7 +373,7 @@ def highest_v(circuit, net, roles, seen=frozenset()):
 
 
 def series(circuit, net, wanted, seen=()):
-    """The parts on the way from a net through resistors to a part that is wanted."""
+    """The parts on the path from a net through resistors to the requested part."""
     for component, end, far in passives(circuit, net, ("resistor", "led")):
         if component.ref in seen:
             continue
@@ -412,7 +412,7 @@ def output_of(circuit, led):
 
 
 def feed_of(circuit, led):
-    """The supply that an LED has its current from: the one at its anode, or that of the output which feeds it."""
+    """The supply of an LED's current: the one at its anode, or that of the output which feeds it."""
     anode = circuit.net_of(led["A"])
     if anode and circuit.net_v(anode):
         return anode
@@ -422,7 +422,7 @@ def feed_of(circuit, led):
 
 
 def led_ma(circuit, led):
-    """The current of an LED that is lit, by the resistor in series or by its current sink. None if nothing says."""
+    """The current of a lit LED, by the resistor in series or by its current sink. None if it is unknown."""
     output, ohms = output_of(circuit, led)
     return output_ma(circuit, led, output, ohms) if output else None
 
@@ -470,7 +470,7 @@ def low_ma(circuit, register):
 
 
 def currents(circuit, _roles, _pulled):
-    """No output has more or less current than it is made for, each LED has that of the design, and all registers have the same."""
+    """No output's current is out of its range, each LED has that of the design, and all registers have the same."""
     by_sink = {}
     for register in registers(circuit):
         least, most = register.part.output_ma
