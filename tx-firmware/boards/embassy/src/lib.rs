@@ -1,4 +1,4 @@
-//! What the transmitter's programs on embassy have in common, whatever the chip.
+//! Code that the transmitter's programs on embassy share, on any chip.
 #![no_std]
 #![deny(unsafe_code)]
 

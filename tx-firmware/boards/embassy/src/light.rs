@@ -7,17 +7,17 @@ use tx_firmware::{
     light_watch::{LightSample, SensorRange},
 };
 
-use crate::shared::{Ringed, Shared};
+use crate::shared::{RingMatrix, Shared};
 
-/// How often a sensor is asked whether it is ready.
+/// Interval between polls of the sensor.
 const POLL: Duration = Duration::from_millis(20);
 
 /// A watchdog's timeout on all boards: longer than any erase of a sector of the flash.
 pub const WATCHDOG: Duration = Duration::from_secs(2);
 
-/// Dims the panel to the light, and calls `feed` while `position`, the place in the ring of panels, moves on. Run it at the lowest level,
-/// so that all others work if it gets its turn.
-pub async fn follow<L: RawMutex, M: Ringed>(
+/// Dims the panel to the light, and calls `feed` while `position`, the place in the ring of panels, advances. Run it at the lowest level,
+/// so that the watchdog is fed only if all others run.
+pub async fn follow<L: RawMutex, M: RingMatrix>(
     sensor: impl LightSensor,
     shared: &Shared<L, M>,
     position: impl Fn() -> usize,
@@ -48,9 +48,9 @@ pub async fn follow<L: RawMutex, M: Ringed>(
     }
 }
 
-/// From a sensor's reading to the duty; a function of its own, so that it can be timed.
+/// Processes a sensor's reading up to the duty; a separate function, so that its time can be measured.
 #[inline(never)]
-fn take_reading<L: RawMutex, M: Ringed>(shared: &Shared<L, M>, range: SensorRange, sample: LightSample) {
+fn take_reading<L: RawMutex, M: RingMatrix>(shared: &Shared<L, M>, range: SensorRange, sample: LightSample) {
     let now_ms = Instant::now().as_millis();
     shared.with(|transmitter| {
         let Ok(_) = transmitter.sense(now_ms, range, sample);

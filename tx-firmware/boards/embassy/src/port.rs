@@ -12,7 +12,7 @@ use tx_firmware::{
 /// A store that several ports share.
 pub type SharedStore<S> = Mutex<CriticalSectionRawMutex, S>;
 
-/// What a request is carried out with.
+/// The resources of a request.
 pub struct RequestContext<D, S: 'static> {
     /// The transmitter.
     pub shared: D,
@@ -29,14 +29,14 @@ impl<D: Clone, S> Clone for RequestContext<D, S> {
     }
 }
 
-/// A service and room for its answers.
-pub struct Clerk {
+/// The service of one port, with a buffer for its answers.
+pub struct PortService {
     service: Service,
     answer: [u8; ANSWER_MAX],
 }
 
-impl Clerk {
-    /// A clerk of one port.
+impl PortService {
+    /// A service for a board of this identity.
     pub const fn new(identity: Identity) -> Self {
         Self {
             service: Service::new(identity),
@@ -44,7 +44,7 @@ impl Clerk {
         }
     }
 
-    /// Takes a byte, and returns the answer if that completes a request.
+    /// Processes a byte, and returns the answer if it completes a request.
     pub async fn receive<D: Device, S: Memory>(&mut self, byte: u8, context: &mut RequestContext<D, S>) -> Option<&[u8]> {
         let mut store = context.store.lock().await;
         self.service.receive(byte, &mut context.shared, &mut *store, &mut self.answer)
@@ -55,19 +55,19 @@ impl Clerk {
 pub async fn serve<D: Device, S: Memory>(
     mut receive: impl Read,
     mut transmit: impl Write,
-    clerk: &mut Clerk,
+    service: &mut PortService,
     mut context: RequestContext<D, S>,
 ) -> ! {
     let mut bytes = [0; 32];
     loop {
-        // A line error spoils a frame, whose checksum tells.
+        // A line error damages a frame, which its checksum detects.
         let Ok(count) = receive.read(&mut bytes).await else {
             continue;
         };
         for &byte in bytes.iter().take(count) {
-            if let Some(answer) = clerk.receive(byte, &mut context).await {
+            if let Some(answer) = service.receive(byte, &mut context).await {
                 let _ = transmit.write_all(answer).await;
-                // What runs at a lower priority, and feeds the watchdog, has its turn between requests that each take long.
+                // Between long requests, let code of lower priority run, which feeds the watchdog.
                 #[cfg(feature = "signing")]
                 Timer::after_millis(1).await;
             }

@@ -1,6 +1,6 @@
 //! BH1750: 1 to 54 612 lx, and to 121 000 lx with its shortest measuring time, the cross-check.
 //!
-//! Sunlight fills both. A register that hangs is full, too, but does not become 0 when it is cleared.
+//! Sunlight saturates both. A stuck register is full, too, but does not become 0 when it is cleared.
 
 use bh1750::{BH1750, Resolution};
 use embedded_hal::{delay::DelayNs, i2c::I2c};
@@ -143,7 +143,7 @@ mod tests {
                 [0b0001_0000] => (self.is_on, self.ends_us) = (true, Some(now_us + 1_000 * MEASUREMENT_MS)),
                 [high] if high >> 3 == 0b01000 => self.time = self.time & 0x1f | high << 5,
                 [low] if low >> 5 == 0b011 => self.time = self.time & 0xe0 | low & 0x1f,
-                _ => panic!("{bytes:x?} is no command"),
+                _ => panic!("{bytes:x?} is not a command"),
             }
         }
 

@@ -1,4 +1,4 @@
-//! The light sensors that a transmitter's program chooses from, by a feature: each is a
+//! The light sensors of the transmitter's programs, selected by features: each is a
 //! [`LightSensor`](tx_firmware::light_sensor::LightSensor) on any I2C bus.
 #![no_std]
 #![deny(unsafe_code)]

@@ -1,4 +1,4 @@
-//! No light sensor: nothing is ever read, which is reported, and the panel has the night limit.
+//! No light sensor: the sensor is reported as missing, and the panel has the night limit.
 
 use tx_firmware::{
     light_sensor::LightSensor,

@@ -1,7 +1,7 @@
-//! OPT3001: 0.01 to 83 865 lx in twelve ranges, of which it finds its own.
+//! OPT3001: 0.01 to 83 865 lx in twelve ranges, selected automatically.
 //!
-//! The cross-check is the next range, in which the same light makes another register. Above the last but one there is no
-//! next: there it is the one below, which living light overflows.
+//! The cross-check is the next range, in which the same light gives another register. For the last two ranges
+//! it is the range below, which real light overflows.
 
 use embedded_hal::i2c::I2c;
 use fixed::types::I32F32;
@@ -22,7 +22,7 @@ type Driver<B, MODE> = Opt300x<B, Opt3001, MODE>;
 enum Link<B> {
     Asleep(Driver<B, opt300x::mode::OneShot>),
     Measuring(Driver<B, Continuous>),
-    /// Only while it goes from the one to the other.
+    /// Only during the switch between the two.
     Between,
 }
 
@@ -30,7 +30,7 @@ enum Link<B> {
 pub struct Sensor<B> {
     link: Link<B>,
     range: LuxRange,
-    /// What it read last when it found its own range.
+    /// The last reading with automatic range.
     usual: (u8, I32F32),
 }
 
@@ -44,7 +44,7 @@ impl<B: I2c> Sensor<B> {
         }
     }
 
-    /// The driver of a sensor that measures without end.
+    /// The driver of a sensor that measures continuously.
     fn driver(&mut self) -> Result<&mut Driver<B, Continuous>, Lost> {
         self.link = match core::mem::replace(&mut self.link, Link::Between) {
             Link::Asleep(driver) => match driver.into_continuous() {
@@ -86,7 +86,7 @@ impl<B: I2c> LightSensor for Sensor<B> {
         if let LuxRange::Manual(asked) = range
             && exponent != asked
         {
-            // Of the range before, or a register that does not change any more.
+            // A reading of the previous range, or a stuck register.
             return Ok(None);
         }
         let word = u16::from(exponent) << MANTISSA_BITS | mantissa;
@@ -99,7 +99,7 @@ impl<B: I2c> LightSensor for Sensor<B> {
                     return Ok(Some(LightSample::Saturated));
                 }
             }
-            // Overflowing the range below confirms a reading of the last range, or that it was too bright for that too.
+            // An overflow of the range below confirms a reading of the last range, or its saturation.
             LuxRange::Manual(_) if full && usual_range == LAST_RANGE => {
                 let too_bright = usual_lux >= self::lux(LAST_RANGE, FULL_MANTISSA);
                 return Ok(Some(if too_bright {

@@ -1,4 +1,4 @@
-//! A bus in simulated time, and a board that polls the sensor on it.
+//! A bus in simulated time, and a board that polls its sensor.
 
 extern crate std;
 
@@ -18,15 +18,15 @@ const POLL_US: u64 = 20_000;
 
 /// A chip on the bus.
 pub trait Chip {
-    /// The address that it answers.
+    /// The chip's address.
     const ADDRESS: u8;
-    /// Takes the bytes of a write.
+    /// Receives the bytes of a write.
     fn write(&mut self, now_us: u64, bytes: &[u8]);
     /// Answers a read.
     fn read(&mut self, now_us: u64, buffer: &mut [u8]);
 }
 
-/// The time, a chip, and how long the bus takes for a transfer.
+/// The time, a chip, and the duration of a transfer.
 pub struct Bench<C> {
     pub chip: RefCell<C>,
     now_us: Cell<u64>,
@@ -42,7 +42,7 @@ impl<C: Chip> Bench<C> {
         }
     }
 
-    /// Polls as a board does until this time, and hands over each reading.
+    /// Polls like a board until this time, and passes on each reading.
     pub fn follow<S: LightSensor>(
         &self,
         sensor: &mut PolledSensor<S>,
@@ -83,7 +83,7 @@ impl<C: Chip> I2c for &Bench<C> {
     }
 }
 
-/// A delay that no test needs.
+/// A delay that does nothing.
 pub struct NoDelay;
 
 impl DelayNs for NoDelay {

@@ -1,7 +1,7 @@
 //! VEML7700, at its least gain: to 35 000 lx in 100 ms, and to 140 000 lx in 25 ms, the cross-check.
 //!
-//! No daylight fills the cross-check's range: a register that is full there hangs, or a lamp is on the sensor. Nothing that the datasheet
-//! promises distinguishes these, and the safe side is *stuck*.
+//! No daylight saturates the cross-check's range: a register that is full there is stuck, or a lamp touches the sensor. Nothing in the
+//! datasheet distinguishes these, so the reading is *stuck*, which is safe.
 
 use embedded_hal::i2c::I2c;
 use fixed::types::I32F32;
@@ -20,7 +20,7 @@ const MEASUREMENT_MS: u64 = 200;
 pub struct Sensor<B> {
     driver: Veml6030<B>,
     range: SensorRange,
-    /// Since the cross-check's range was full, no reading was below full.
+    /// Whether every reading has been full since the cross-check's range was.
     is_stuck: bool,
     /// The end of the measurement, counted from the first call of `take` after its start: the bus and interrupts may delay the commands
     /// that start it, but by then they have arrived.
@@ -122,7 +122,7 @@ mod tests {
                 0b1100 => 25,
                 0b1000 => 50,
                 0 => 100,
-                other => panic!("{other:b} is no integration time of this driver"),
+                other => panic!("{other:b} is not an integration time of this driver"),
             }
         }
 
@@ -144,7 +144,7 @@ mod tests {
             match *bytes {
                 [0x00, low, high] => self.configuration = u16::from_le_bytes([low, high]),
                 [0x04] => return,
-                _ => panic!("{bytes:x?} is no command"),
+                _ => panic!("{bytes:x?} is not a command"),
             }
             let gain = self.configuration >> 11 & 0b11;
             self.runs = match self.configuration & 1 {

@@ -1,4 +1,4 @@
-//! What happens when the program cannot go on: the LEDs go dark, and it starts anew.
+//! Handles fatal errors: the LEDs go dark, and the program restarts.
 
 use core::panic::PanicInfo;
 
@@ -12,7 +12,7 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     end()
 }
 
-/// A fault of the processor. Otherwise the LEDs would shine until the watchdog restarts the program, for 2 s.
+/// Handles a processor fault. Otherwise the LEDs would stay lit for 2 s, until the watchdog restarts the program.
 #[exception]
 #[allow(unsafe_code)]
 unsafe fn HardFault(_: &ExceptionFrame) -> ! {

@@ -1,5 +1,5 @@
-//! Eight shift registers, one LED an output: output enable dims them, and so does the LEDs' current. `docs/hardware/road-kit.md` has the
-//! circuit; its gate inverts, so high lights them.
+//! Eight shift registers with one LED per output, dimmed by output enable and by the LEDs' current. `docs/hardware/road-kit.md` has the
+//! circuit; its gate inverts, so high lights the LEDs.
 
 use embassy_stm32::{
     Peri,
@@ -20,16 +20,16 @@ use tx_firmware::{
     shift_register::{LitBy, chain_bytes},
 };
 
-/// For as long as nobody has measured this panel.
+/// The typical calibration, until this panel is measured.
 pub use tx_firmware::calibration::{BENCH as TYPICAL, BENCH_FULL_DUTY_LX as FULL_DUTY_LX};
 
-/// Which bit lights an LED.
+/// The bit value that lights an LED.
 const LIT_BY: LitBy = if cfg!(feature = "lit-by-0") { LitBy::Zero } else { LitBy::One };
 
-/// Any: the first duty sets another.
+/// Arbitrary, because the first duty replaces it.
 const FIRST_FREQUENCY: Hertz = Hertz(20_000);
 
-/// The timer's first channel on output enable.
+/// The timer's first channel, on output enable.
 const LIT: usize = 0;
 /// The pin of output enable, in port A.
 const LIT_PIN: usize = 8;
@@ -40,7 +40,7 @@ pub struct Lines {
     _pwm: SimplePwm<'static, TIM1>,
 }
 
-/// Takes the lines over: dark.
+/// Takes over the lines, and makes the LEDs dark.
 pub fn dark(timer: Peri<'static, TIM1>, lit: Peri<'static, PA8>, full_current: Peri<'static, PB10>, measured: &Measured) -> Dimmer<Lines> {
     let pin = PwmPin::new(lit, OutputType::PushPull);
     // Its compare value is 0 until the first duty.
@@ -53,7 +53,7 @@ pub fn dark(timer: Peri<'static, TIM1>, lit: Peri<'static, PA8>, full_current: P
     Dimmer::new(lines, drive(measured))
 }
 
-/// The pulses' rule for a panel on this board.
+/// The rule of the pulses for a panel on this board.
 pub fn drive(measured: &Measured) -> Drive {
     Drive::new(measured, rcc::frequency::<TIM1>().0)
 }
@@ -65,7 +65,7 @@ pub fn entry(panel: PanelFrame) -> [u8; 8] {
 
 impl PulseOutput for Lines {
     fn set_pulses(&mut self, lit: u16, period: u16) {
-        // Both take effect at the same end of a period. A timer of one count would stand still and have none.
+        // Both take effect at the same end of a period. A timer of one count would stop, and have no period.
         pac::TIM1.cr1().modify(|w| w.set_udis(true));
         pac::TIM1.arr().write(|w| w.set_arr(period.max(2) - 1));
         pac::TIM1.ccr(LIT).write(|w| w.set_ccr(lit));
@@ -82,7 +82,7 @@ impl PulseOutput for Lines {
     }
 }
 
-/// Dark at once, whatever state the program is in: the pin becomes a low output.
+/// Makes the LEDs dark at once, in any state of the program: the pin becomes a low output.
 pub fn force_dark() {
     pac::GPIOA.bsrr().write(|w| w.set_br(LIT_PIN, true));
     pac::GPIOA.moder().modify(|w| w.set_moder(LIT_PIN, pac::gpio::vals::Moder::OUTPUT));

@@ -44,7 +44,7 @@ use light_sensors::Sensor;
 use link::{panel::PanelFrame, serial::Faults};
 use on_embassy::{
     light::{self, WATCHDOG},
-    port::{self, Clerk, RequestContext, SharedStore},
+    port::{self, PortService, RequestContext, SharedStore},
 };
 use static_cell::StaticCell;
 use tx_firmware::{calibration::Calibration, panel_ring::PanelRing, service::Identity, store::Store};
@@ -56,14 +56,14 @@ const IDENTITY: Identity = Identity {
     board: "nucleo-g474re",
 };
 
-/// What a transfer to the light sensor may take: some twenty times its length.
+/// Time limit of a transfer to the light sensor: about twenty times its duration.
 const I2C_PATIENCE: Duration = Duration::from_millis(5);
 
 bind_interrupts!(struct Irqs {
     LPUART1 => usart::BufferedInterruptHandler<LPUART1>;
 });
 
-/// A symbol has begun: makes the next panels ready.
+/// Prepares the next panels when a symbol has begun.
 #[interrupt]
 fn LPTIM1() {
     symbols::acknowledge_interrupt();
@@ -127,7 +127,7 @@ async fn main(_spawner: Spawner) {
     static STORE: StaticCell<SharedStore<Store<StoreFlash>>> = StaticCell::new();
     static TRANSMIT: StaticCell<[u8; 256]> = StaticCell::new();
     static RECEIVE: StaticCell<[u8; 256]> = StaticCell::new();
-    static CLERK: StaticCell<Clerk> = StaticCell::new();
+    static SERVICE: StaticCell<PortService> = StaticCell::new();
     let uart = BufferedUart::new(
         board.LPUART1,
         board.PA3,
@@ -145,7 +145,7 @@ async fn main(_spawner: Spawner) {
         shared,
         store: STORE.init(Mutex::new(store)),
     };
-    let clerk = CLERK.init_with(|| Clerk::new(IDENTITY));
+    let service = SERVICE.init_with(|| PortService::new(IDENTITY));
 
     i2c_bus::free(
         &mut OutputOpenDrain::new(board.PC8.reborrow(), Level::High, Speed::Low),
@@ -157,5 +157,5 @@ async fn main(_spawner: Spawner) {
     bus.timeout = I2C_PATIENCE;
     let sensor = Sensor::new(I2c::new_blocking(board.I2C3, board.PC8, board.PC9, bus), Delay);
     let light = light::follow(sensor, shared, symbols::position, || watchdog.pet());
-    join(light, port::serve(receive, transmit, clerk, context)).await;
+    join(light, port::serve(receive, transmit, service, context)).await;
 }

@@ -1,7 +1,7 @@
 //! The last 32 KiB of the flash, which keep the table and the calibration.
 //!
-//! They are in the second bank and the program is in the first, so instructions and interrupts go on while a page is erased (22 ms) or
-//! written. Nothing has to be prepared for a save.
+//! They are in the second bank, and the program is in the first. So the program and its interrupts continue while a page is erased (22 ms)
+//! or written, and a save needs no preparation.
 
 use core::ops::Range;
 
@@ -24,14 +24,14 @@ pub type StoreFlash = Flash<'static, Blocking>;
 /// The store in the board's flash.
 ///
 /// # Errors
-/// [`StoreError::Addresses`] cannot come: the place is 16 whole pages.
+/// Never [`StoreError::Addresses`], because the range is 16 whole pages.
 pub fn store(flash: Peri<'static, FLASH>) -> Result<Store<StoreFlash>, StoreError> {
     let store = Store::new(Flash::new_blocking(flash), STORE)?;
     Ok(store.beside_program(0..program::end() - FLASH_BASE as u32))
 }
 
-/// A power cut during a write leaves a word whose error correction fails. A read of it raises this exception, and then returns the word as
-/// it is: the store's checksum refuses it. All other causes are beyond help.
+/// A power cut during a write leaves a word whose error correction fails. Reading it raises this exception, and then returns the word as
+/// it is, which the store's checksum rejects. All other causes are fatal.
 #[exception]
 #[allow(unsafe_code)]
 unsafe fn NonMaskableInt() {

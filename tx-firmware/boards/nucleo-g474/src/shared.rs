@@ -5,7 +5,7 @@ use core::convert::Infallible;
 use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_sync::{blocking_mutex::raw::RawMutex, once_lock::OnceLock};
 use link::{panel::PanelFrame, serial::Measured, waveform::SymbolTiming};
-use on_embassy::shared::Ringed;
+use on_embassy::shared::RingMatrix;
 use tx_firmware::{dimming::Duty, drive::Dimmer, matrix::LedMatrix, panel_ring::PanelRing, store::Remembered};
 
 use crate::{leds, symbols::Symbols};
@@ -40,7 +40,7 @@ impl LedMatrix for Panel {
     }
 }
 
-impl Ringed for Panel {
+impl RingMatrix for Panel {
     type Output = Symbols;
 
     fn ring(&mut self) -> &mut PanelRing<Symbols> {
@@ -48,12 +48,12 @@ impl Ringed for Panel {
     }
 }
 
-/// Keeps the symbol interrupt out, and lets all others come.
+/// Masks the symbol interrupt only.
 pub struct AmongSharers;
 
 #[allow(unsafe_code)]
-// SAFETY: one core runs this program. Whoever has the lock is at thread level, or in the symbol interrupt, and while it has it that
-// interrupt does not begin; so neither is interrupted by the other.
+// SAFETY: one core runs this program. The holder of the lock is at thread level or in the symbol interrupt, which does not begin
+// while the lock is held; so neither interrupts the other.
 unsafe impl RawMutex for AmongSharers {
     const INIT: Self = Self;
 
@@ -75,7 +75,7 @@ pub type Shared = on_embassy::shared::Shared<AmongSharers, Panel>;
 
 static SHARED: OnceLock<Shared> = OnceLock::new();
 
-/// Puts a transmitter where all can reach it.
+/// Installs the transmitter for all its users.
 pub fn install(panel: Panel, start: Remembered) -> &'static Shared {
     SHARED.get_or_init(|| Shared::new(panel, start))
 }

@@ -1,4 +1,4 @@
-//! Panels to the LEDs at the symbol clock's edges, whatever the processor is busy with.
+//! Shows panels at the edges of the symbol clock, independent of the processor's load.
 //!
 //! ```text
 //! LPTIM1 ── output ──────────────────────────────▶ latch, high before the end of a symbol: what was shifted last appears on all LEDs
@@ -9,8 +9,8 @@
 //!    └── interrupt: the processor fills the ring up ──▶ ring of panels in RAM
 //! ```
 //!
-//! SPI 1 asks for bytes all the time. Its requests reach the DMA controller only after a falling edge of the latch, and only eight of them;
-//! the DMA controller goes round the ring without end. So from the ring on everything is hardware.
+//! SPI 1 requests bytes continuously. Eight requests reach the DMA controller after each falling edge of the latch, and
+//! the DMA controller cycles through the ring. So everything after the ring is hardware.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -32,17 +32,17 @@ use embassy_stm32::{
 use link::waveform::SymbolTiming;
 use tx_firmware::{panel_ring::PanelOutput, symbol_clock::SymbolClock};
 
-/// Panels that the ring holds.
+/// Capacity of the ring in panels.
 const PANELS: usize = 32;
 /// Bytes of a panel, one for each shift register.
 const BYTES: usize = 8;
-/// Flying leads take it. The nearest that the SPI's divider has is 2.7 MHz, with which a panel takes 24 µs.
+/// Flying leads can carry this. The nearest rate of the SPI's divider is 2.7 MHz, and a panel takes 24 µs.
 const SHIFT_CLOCK: Hertz = Hertz(4_000_000);
 
-/// A microsecond: a 74HC595 takes a pulse of 0.1 µs.
+/// A microsecond; a 74HC595 needs a pulse of 0.1 µs.
 const LATCH_CYCLES: u32 = 170;
 
-/// The clock stops in less: 0.7 µs at the highest rate.
+/// The clock stops sooner: in 0.7 µs at the highest rate.
 const COUNTS_TO_STOP: u16 = 8;
 
 /// RM0440, "DMAMUX: assignment of multiplexer inputs to resources".
@@ -54,7 +54,7 @@ const CHANNEL: usize = 0;
 
 static RING: [[AtomicU32; BYTES / 4]; PANELS] = [const { [const { AtomicU32::new(0) }; BYTES / 4] }; PANELS];
 
-/// The symbol clock, and what it runs on.
+/// The symbol clock and its hardware.
 pub struct Symbols {
     clock: SymbolClock,
     _timer: Timer<'static, LPTIM1>,
@@ -63,7 +63,7 @@ pub struct Symbols {
     _channel: Peri<'static, DMA1_CH1>,
 }
 
-/// What the symbol clock takes over.
+/// The hardware of the symbol clock.
 pub struct Hardware {
     pub timer: Peri<'static, LPTIM1>,
     pub latch: Peri<'static, PC1>,
@@ -118,8 +118,8 @@ impl Symbols {
         });
     }
 
-    /// The latch is high after this count, until the last one begins or ends: two counts before the clock asks for it, so that it is
-    /// high for a whole count either way.
+    /// The latch is high after this count, until the last one begins or ends: two counts earlier than the clock requires, so that it is
+    /// high for a whole count in either case.
     fn latch_after(&self) -> u16 {
         self.clock.latch_from.saturating_sub(2)
     }
@@ -139,10 +139,10 @@ impl PanelOutput for Symbols {
         position()
     }
 
-    /// The symbol on show lasts longer by the time since its beginning, that of an interrupt.
+    /// The current symbol lasts longer by the time since its beginning, that of an interrupt.
     fn begin(&mut self, _: SymbolTiming, timing: SymbolTiming, _: usize) -> bool {
-        // A clock that stops while the latch is high would shift a panel that nothing latches. The interrupt comes as the last count
-        // begins, so this waits for 35 µs at most.
+        // A clock that stops while the latch is high would shift a panel that is never latched. The interrupt comes as the last count
+        // begins, so this waits for at most 35 µs.
         while count() >= self.latch_after().saturating_sub(COUNTS_TO_STOP) {}
         self.clock = clock(timing);
         self.run();
@@ -151,10 +151,10 @@ impl PanelOutput for Symbols {
 }
 
 /// Shows a panel before the symbol clock runs. The clock latches its first panel after two symbols, which at slow rates is later than the
-/// first reading of the light: until then the LEDs would show what the registers held when their supply rose.
+/// first reading of the light: until then the LEDs would show the registers' arbitrary contents at power-up.
 fn latch_now(spi: &mut Spi<'static, Blocking, Master>, latch: Peri<'_, PC1>, panel: &[u8; BYTES]) {
     let mut latch = Pin::new(latch, Level::Low, Speed::Low);
-    // It cannot fail: there is no receiver that overruns.
+    // It cannot fail, because there is no receiver to overrun.
     let _ = spi.blocking_write(panel);
     latch.set_high();
     cortex_m::asm::delay(LATCH_CYCLES);
@@ -165,7 +165,7 @@ fn clock(timing: SymbolTiming) -> SymbolClock {
     SymbolClock::with_power_of_two(timing, rcc::frequency::<LPTIM1>().0)
 }
 
-/// Where the symbol clock is in a symbol. Only a count that is read twice is one.
+/// The symbol clock's position in a symbol. A count is valid only if two reads agree.
 fn count() -> u16 {
     let read = || pac::LPTIM1.cnt().read().cnt();
     let mut before = read();
@@ -178,13 +178,13 @@ fn count() -> u16 {
     }
 }
 
-/// The place in the ring after the panel that was begun last.
+/// The place in the ring after the last started panel.
 pub fn position() -> usize {
     let left = usize::from(pac::DMA1.ch(CHANNEL).ndtr().read().ndt());
     (PANELS * BYTES).saturating_sub(left).div_ceil(BYTES) % PANELS
 }
 
-/// Without end round the ring, eight bytes for each falling edge of the latch.
+/// Cycles through the ring, eight bytes for each falling edge of the latch.
 fn connect_channel() {
     use pac::bdma::vals::{Dir, Pl, Size};
     use pac::dmamux::vals::Pol;
@@ -212,17 +212,17 @@ fn connect_channel() {
     pac::SPI1.cr2().modify(|w| w.set_txdmaen(true));
 }
 
-/// Lets the interrupt come at the beginning of each symbol.
+/// Enables the interrupt at the beginning of each symbol.
 pub fn enable_interrupt() {
     interrupt::LPTIM1.set_priority(Priority::P1);
     #[allow(unsafe_code)]
-    // SAFETY: enabled after all that its handler reads is in place, and outside of a critical section.
+    // SAFETY: enabled after everything that its handler reads is initialised, and outside of a critical section.
     unsafe {
         interrupt::LPTIM1.enable();
     }
 }
 
-/// Takes note of the interrupt.
+/// Acknowledges the interrupt.
 pub fn acknowledge_interrupt() {
     pac::LPTIM1.icr().write(|w| w.set_arrmcf(true));
 }

@@ -15,7 +15,7 @@ fn panic(_info: &PanicInfo<'_>) -> ! {
     restart()
 }
 
-/// A fault of the processor. Otherwise the LEDs would shine until the watchdog restarts the program, for 2 s.
+/// Handles a processor fault. Otherwise the LEDs would stay lit for 2 s, until the watchdog restarts the program.
 #[exception]
 #[allow(unsafe_code)]
 unsafe fn HardFault(_: &ExceptionFrame) -> ! {

@@ -54,7 +54,7 @@ bind_interrupts!(struct Irqs {
     USBCTRL_IRQ => usb::InterruptHandler<USB>;
 });
 
-/// A symbol was loaded: makes the next panels ready.
+/// Prepares the next panels when a symbol was loaded.
 #[interrupt]
 fn DMA_IRQ_1() {
     symbols::acknowledge_interrupt();
@@ -63,13 +63,13 @@ fn DMA_IRQ_1() {
     }
 }
 
-/// What runs the serial ports.
+/// The executor of the serial ports.
 static PORTS: InterruptExecutor = InterruptExecutor::new();
 
 #[interrupt]
 #[allow(unsafe_code)]
 unsafe fn SWI_IRQ_0() {
-    // SAFETY: this is the interrupt that the executor was started with.
+    // SAFETY: the executor was started with this interrupt.
     unsafe { PORTS.on_interrupt() }
 }
 
@@ -83,7 +83,7 @@ async fn main(_spawner: Spawner) {
     let (Ok(mut store), Ok(typical)) = (memory::store(board.FLASH), Calibration::new(leds::TYPICAL)) else {
         panic!("the store's place or the typical calibration is none");
     };
-    // Taken apart: the task keeps the memory of whatever was borrowed in it, and the table is large.
+    // Destructured, because a task keeps the memory of everything borrowed in it, and the table is large.
     let Remembered {
         calibration,
         table,
@@ -142,7 +142,7 @@ async fn main(_spawner: Spawner) {
     };
     interrupt::SWI_IRQ_0.set_priority(Priority::P3);
     let ports = PORTS.start(interrupt::SWI_IRQ_0);
-    // There is room for one, and one is begun.
+    // The pool has room for one task, and this is the only one.
     if let Ok(task) = ports::serve(uart, board.USB, context) {
         ports.spawn(task);
     }

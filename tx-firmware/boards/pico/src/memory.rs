@@ -13,16 +13,16 @@ use tx_firmware::store::{Store, StoreError};
 use crate::{shared, symbols::STOP_MS};
 
 const FLASH_BYTES: usize = 2 * 1024 * 1024;
-/// What `memory-*.x` leaves free.
+/// The range that `memory-*.x` leaves free.
 const STORE_BYTES: u32 = 64 * 1024;
 
-/// A flash that lets the panels of the next half second be made ready before it stops the processor, and the watchdog wait for each erase.
+/// A flash that prepares the panels of the next half second before it stops the processor, and feeds the watchdog before each erase.
 pub struct SteadyFlash(Flash<'static, FLASH, Blocking, FLASH_BYTES>);
 
 /// The store in the board's flash.
 ///
 /// # Errors
-/// [`StoreError::Addresses`] cannot come: the place is 16 whole sectors.
+/// Never [`StoreError::Addresses`], because the range is 16 whole sectors.
 pub fn store(flash: Peri<'static, FLASH>) -> Result<Store<SteadyFlash>, StoreError> {
     let end = FLASH_BYTES as u32;
     let store = Store::new(SteadyFlash(Flash::new_blocking(flash)), end - STORE_BYTES..end)?;
@@ -51,7 +51,7 @@ impl NorFlash for SteadyFlash {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), flash::Error> {
         prepare();
-        // A change of the key erases many sectors. The RP2040 counts down by two in a microsecond, the RP2350 by one.
+        // A change of the key erases many sectors. The RP2040's watchdog counts down by two per microsecond, the RP2350's by one.
         pac::WATCHDOG
             .load()
             .write_value(pac::watchdog::regs::Load(2 * WATCHDOG.as_micros() as u32));

@@ -3,7 +3,7 @@
 use embassy_futures::join::join3;
 use embassy_rp::{Peri, peripherals::USB, uart::BufferedUart};
 use embassy_usb::{class::cdc_acm::CdcAcmClass, driver::EndpointError};
-use on_embassy::port::{self, Clerk};
+use on_embassy::port::{self, PortService};
 use pico::usb::{self, Driver, PACKET};
 use static_cell::StaticCell;
 use tx_firmware::{service::Identity, store::Store};
@@ -18,7 +18,7 @@ const IDENTITY: Identity = Identity {
 type Port = CdcAcmClass<'static, Driver>;
 /// The store of both ports.
 pub type SharedStore = port::SharedStore<Store<SteadyFlash>>;
-/// What a request is carried out with.
+/// The resources of a request.
 pub type RequestContext = port::RequestContext<&'static Shared, Store<SteadyFlash>>;
 
 /// Serves both ports.
@@ -26,21 +26,21 @@ pub type RequestContext = port::RequestContext<&'static Shared, Store<SteadyFlas
 pub async fn serve(uart: BufferedUart, controller: Peri<'static, USB>, context: RequestContext) {
     let (transmit, receive) = uart.split();
     let (mut device, usb_port) = usb::port(Driver::new(controller, Irqs), "vocc transmitter");
-    static CLERK: StaticCell<Clerk> = StaticCell::new();
-    let clerk = CLERK.init_with(|| Clerk::new(IDENTITY));
-    let uart = port::serve(receive, transmit, clerk, context.clone());
+    static SERVICE: StaticCell<PortService> = StaticCell::new();
+    let service = SERVICE.init_with(|| PortService::new(IDENTITY));
+    let uart = port::serve(receive, transmit, service, context.clone());
     join3(uart, serve_usb(usb_port, context), device.run()).await;
 }
 
 async fn serve_usb(mut port: Port, mut context: RequestContext) {
-    static CLERK: StaticCell<Clerk> = StaticCell::new();
-    let clerk = CLERK.init_with(|| Clerk::new(IDENTITY));
+    static SERVICE: StaticCell<PortService> = StaticCell::new();
+    let service = SERVICE.init_with(|| PortService::new(IDENTITY));
     let mut bytes = [0; PACKET];
     loop {
         port.wait_connection().await;
         while let Ok(count) = port.read_packet(&mut bytes).await {
             for &byte in bytes.iter().take(count) {
-                if let Some(answer) = clerk.receive(byte, &mut context).await {
+                if let Some(answer) = service.receive(byte, &mut context).await {
                     let _ = write_packets(&mut port, answer).await;
                 }
             }
@@ -48,7 +48,7 @@ async fn serve_usb(mut port: Port, mut context: RequestContext) {
     }
 }
 
-/// The last packet is a short one, if need be an empty one: it tells the host that nothing follows.
+/// The last packet is a short or an empty one, which tells the host that nothing follows.
 async fn write_packets(port: &mut Port, bytes: &[u8]) -> Result<(), EndpointError> {
     for packet in bytes.chunks(PACKET) {
         port.write_packet(packet).await?;

@@ -5,7 +5,7 @@ use core::convert::Infallible;
 use embassy_rp::interrupt::{Interrupt, InterruptExt};
 use embassy_sync::{blocking_mutex::raw::RawMutex, once_lock::OnceLock};
 use link::{panel::PanelFrame, serial::Measured, waveform::SymbolTiming};
-use on_embassy::shared::Ringed;
+use on_embassy::shared::RingMatrix;
 use tx_firmware::{dimming::Duty, matrix::LedMatrix, panel_ring::PanelRing, store::Remembered};
 
 use crate::{
@@ -44,7 +44,7 @@ impl LedMatrix for Panel {
     }
 }
 
-impl Ringed for Panel {
+impl RingMatrix for Panel {
     type Output = Symbols;
 
     fn ring(&mut self) -> &mut PanelRing<Symbols> {
@@ -52,18 +52,18 @@ impl Ringed for Panel {
     }
 }
 
-/// The transmitter, and turns at it.
+/// The transmitter, behind a lock.
 pub type Shared = on_embassy::shared::Shared<AmongSharers, Panel>;
 
-/// Keeps those out who share the transmitter, and lets all other interrupts come.
+/// Masks only the interrupts that share the transmitter.
 pub struct AmongSharers;
 
-/// The symbol interrupt, and that of the serial ports' executor. All else that shares the transmitter is at thread level.
+/// The symbol interrupt, and that of the serial ports' executor. All other users of the transmitter are at thread level.
 const SHARERS: [Interrupt; 2] = [Interrupt::DMA_IRQ_1, Interrupt::SWI_IRQ_0];
 
 #[allow(unsafe_code)]
-// SAFETY: one core runs this program. Whoever has the lock is at thread level or in one of the sharers' interrupts, and while it has it
-// neither of these begins; so none is interrupted by another one.
+// SAFETY: one core runs this program. The holder of the lock is at thread level or in one of these interrupts, and while it is held,
+// neither of them begins; so no holder interrupts another.
 unsafe impl RawMutex for AmongSharers {
     const INIT: Self = Self;
 
@@ -75,7 +75,7 @@ unsafe impl RawMutex for AmongSharers {
     }
 }
 
-/// Which of them were let in before. Neither this nor the other is inlined: turns are taken in many places.
+/// Returns which of them were enabled before. Neither this nor the other is inlined, because the lock is taken in many places.
 #[inline(never)]
 fn keep_sharers_out() -> [bool; SHARERS.len()] {
     let enabled = SHARERS.map(InterruptExt::is_enabled);
@@ -96,7 +96,7 @@ fn let_sharers_in(enabled: [bool; SHARERS.len()]) {
 
 static SHARED: OnceLock<Shared> = OnceLock::new();
 
-/// Puts a transmitter where all can reach it.
+/// Installs the transmitter for all its users.
 pub fn install(panel: Panel, start: Remembered) -> &'static Shared {
     SHARED.get_or_init(|| Shared::new(panel, start))
 }

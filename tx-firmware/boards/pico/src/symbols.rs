@@ -1,4 +1,4 @@
-//! Panels to the LEDs at the symbol clock's edges, whatever the processor is busy with.
+//! Shows panels at the edges of the symbol clock, independent of the processor's load.
 //!
 //! ```text
 //! PWM slice 0 ── output B ──────────────────────────────▶ latch, just before the wrap: what was shifted last appears on all LEDs
@@ -11,14 +11,14 @@
 //!                              ring of panels in RAM, each with its complement
 //! ```
 //!
-//! A symbol that stands still has one tick. One with a carrier of n cycles has 4·n, and channel 0 goes round in the four images of a cycle:
+//! A still symbol has one tick. One with a carrier of n cycles has 4·n, and channel 0 cycles through the four images of a cycle:
 //! panel, complement, complement, panel ([`tx_firmware::symbol_clock`]).
 //!
-//! A MAX7219 has no latch for all its rows: there a panel appears while it is shifted, in 80 µs, and there is no carrier.
+//! A MAX7219 has no common latch: its panel appears while it is shifted, in 80 µs, and it cannot show a carrier.
 //!
-//! From the ring on everything is hardware: an edge comes when the counter says so, and the image for the next one is shifted
-//! while the present one is shown. Interrupts that are late, or an erasing flash that stops the processor, move no edge as long
-//! as the ring holds panels. Another symbol rate begins at an edge, and what is in the ring goes on.
+//! Everything after the ring is hardware: the counter determines each edge, and the image for the next one is shifted
+//! while the current one is shown. Late interrupts, or a flash erase that stops the processor, move no edge as long
+//! as the ring holds panels. Another symbol rate begins at an edge, and the panels in the ring stay.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -38,11 +38,11 @@ use tx_firmware::{
 
 use crate::leds::{Entry, IMAGES, Lines, Shifter, TRANSFER};
 
-/// Panels that the ring holds: at the highest symbol rate it outlasts [`STOP_MS`].
+/// Capacity of the ring in panels: at the highest symbol rate it outlasts [`STOP_MS`].
 const PANELS: usize = 128;
 const WORDS: usize = TRANSFER.bytes / 4;
 
-/// What the slowest erase of a flash sector takes, 400 ms, and some more.
+/// The slowest erase of a flash sector, 400 ms, with a margin.
 pub const STOP_MS: u32 = 410;
 const _: () = assert!(lead_before_stop(SymbolRate::MAX, STOP_MS) <= PanelRing::<Symbols>::LEAD_MAX);
 
@@ -57,9 +57,9 @@ const CHANNEL_ENABLED: u32 = 1;
 /// A panel in the ring. Channel 0 wraps its address at the four addresses, so they have to be aligned to them.
 #[repr(C, align(16))]
 struct Slot {
-    /// Where the image is that each quarter of a cycle shows. In RAM, since the flash may be erasing.
+    /// The address of the image for each quarter of a cycle. In RAM, because the flash may be erasing.
     quarters: [AtomicU32; QUARTERS.len()],
-    /// The panel and, where there is a carrier, its complement.
+    /// The panel and, if there is a carrier, its complement.
     images: [[AtomicU32; WORDS]; IMAGES],
 }
 
@@ -74,16 +74,16 @@ static RING: [Slot; PANELS] = [const {
         images: [const { [const { AtomicU32::new(0) }; WORDS] }; IMAGES],
     }
 }; PANELS];
-/// Where the quarters of each panel in the ring are.
+/// The addresses of the quarters of each panel in the ring.
 static ORDER: Order = Order([const { AtomicU32::new(0) }; PANELS]);
 
-/// The symbol clock, and what it runs on.
+/// The symbol clock and its hardware.
 pub struct Symbols {
     _shifter: Shifter,
     _channels: (Peri<'static, DMA_CH0>, Peri<'static, DMA_CH1>, Peri<'static, DMA_CH2>),
 }
 
-/// What the symbol clock runs on.
+/// The hardware of the symbol clock.
 pub struct Hardware {
     pub slice: Peri<'static, PWM_SLICE0>,
     pub leds: Lines,
@@ -99,7 +99,7 @@ impl Symbols {
         let mut config = pwm::Config::default();
         config.divider = clock.divider.into();
         config.top = clock.top;
-        // High from the comparison on, until the wrap.
+        // High from the comparison to the wrap.
         config.invert_b = true;
         config.compare_b = clock.latch_from;
         config.enable = false;
@@ -122,8 +122,8 @@ impl Symbols {
         }
     }
 
-    /// Lets the clock stand for some microseconds and start anew. A panel that stood still has just begun, and is shown anew with its
-    /// carrier; one with a carrier has been shown but for half a cycle, and the next one begins.
+    /// Stops the clock for some microseconds and restarts it. A still panel has just begun, and starts again with its
+    /// carrier; a panel with a carrier is complete but for half a cycle, and the next one begins.
     fn restart(&self, before: SymbolTiming, clock: &SymbolClock) {
         stop_with_the_latch_low();
         wait_until_shifted();
@@ -132,7 +132,7 @@ impl Symbols {
         start_anew(clock, first);
     }
 
-    /// Changes the panels that wait.
+    /// Changes the waiting panels.
     #[cfg(feature = "max7219")]
     pub fn amend(&self, change: impl Fn(&mut Entry)) {
         for slot in &RING {
@@ -154,7 +154,7 @@ impl PanelOutput for Symbols {
         RING[place].put(panel);
     }
 
-    /// One whose cycles are running is not free.
+    /// A panel whose cycles are running is not free.
     fn first_free(&self, timing: SymbolTiming) -> usize {
         (first_unshifted() + usize::from(!timing.waveform().is_still())) % PANELS
     }
@@ -164,7 +164,7 @@ impl PanelOutput for Symbols {
         if before.waveform().is_still() && timing.waveform().is_still() {
             critical_section::with(|_| take_over(&clock));
         } else if room < SHOWN {
-            // There is no room for going back in the ring: the next symbol is soon there.
+            // There is no time to go back in the ring, because the next symbol begins soon.
             return false;
         } else {
             critical_section::with(|_| self.restart(before, &clock));
@@ -173,7 +173,7 @@ impl PanelOutput for Symbols {
     }
 }
 
-/// Panels that stand still and have been shifted, but not yet wholly shown: one is on show, one follows.
+/// Still panels that have been shifted but not completely shown: the current one and the next.
 const SHOWN: usize = 2;
 
 impl Slot {
@@ -187,19 +187,19 @@ impl Slot {
     }
 }
 
-/// Where in the ring the DMA controller is: it moves on with every symbol.
+/// The DMA controller's place in the ring, which advances with each symbol.
 pub fn position() -> usize {
     first_unshifted()
 }
 
-/// The panel that the DMA controller takes next, or, with a carrier, whose cycles it is at.
+/// The next panel of the DMA controller or, with a carrier, the panel whose cycles it shows.
 fn first_unshifted() -> usize {
     let bytes = pac::DMA.ch(LOAD).read_addr().read() as usize - ORDER.0.as_ptr() as usize;
     (bytes / size_of::<AtomicU32>() + PANELS - 1) % PANELS
 }
 
-/// Channel 0 waits for the symbol clock and tells channel 1 with each tick which image to shift. After the ticks of a symbol it starts
-/// channel 2, which sends it waiting again at the next panel, from `first` on.
+/// Channel 0 waits for the symbol clock, and with each tick gives channel 1 the image to shift. After the ticks of a symbol it starts
+/// channel 2, which restarts it at the next panel, from `first` on.
 #[inline(never)]
 fn connect_channels(ticks: u32, first: usize) {
     use pac::dma::{
@@ -239,14 +239,14 @@ fn connect_channels(ticks: u32, first: usize) {
     load.al1_ctrl().write_value(control.0);
 }
 
-/// Ends what the channels wait for: no more panels are shifted, whatever state the program is in.
+/// Stops the channels: no more panels are shifted, in any state of the program.
 pub fn force_stop() {
     for channel in [TRIGGER, LOAD, SHIFT] {
         pac::DMA.ch(channel).al1_ctrl().modify(|control| *control &= !CHANNEL_ENABLED);
     }
 }
 
-/// Lets the standing clock start with a whole symbol of the panel at `first`, at once. All that was begun is shifted.
+/// Starts the stopped clock at once with a whole symbol of the panel at `first`. Everything that was begun has been shifted.
 fn start_anew(clock: &SymbolClock, first: usize) {
     force_stop();
     pac::DMA.chan_abort().write(|w| w.set_chan_abort(1 << TRIGGER));
@@ -254,7 +254,7 @@ fn start_anew(clock: &SymbolClock, first: usize) {
     while pac::DMA.ch(TRIGGER).ctrl_trig().read().busy() {}
     connect_channels(clock.ticks, (first + 1) % PANELS);
 
-    // What the first tick is to show is shifted now.
+    // Shift the image of the first tick now.
     let slot = &RING[first];
     pac::DMA.ch(SHIFT).al3_read_addr_trig().write_value(slot.images[0].as_ptr() as u32);
     let trigger = pac::DMA.ch(TRIGGER);
@@ -277,24 +277,24 @@ fn wait_until_shifted() {
     while pac::DMA.ch(SHIFT).ctrl_trig().read().busy() || pac::SPI0.sr().read().bsy() {}
 }
 
-/// Lets the interrupt come each time a symbol was loaded.
+/// Enables the interrupt after each loaded symbol.
 pub fn enable_interrupt() {
     pac::DMA.inte(1).write_value(1 << LOAD);
     interrupt::DMA_IRQ_1.set_priority(Priority::P1);
     #[allow(unsafe_code)]
-    // SAFETY: enabled after all that its handler reads is in place, and outside of a critical section.
+    // SAFETY: enabled after everything that its handler reads is initialised, and outside of a critical section.
     unsafe {
         interrupt::DMA_IRQ_1.enable();
     }
 }
 
-/// Takes note of the interrupt.
+/// Acknowledges the interrupt.
 pub fn acknowledge_interrupt() {
     pac::DMA.ints(1).write_value(1 << LOAD);
 }
 
-/// Puts this division in place of the running one, so that the symbol on show, counted from its beginning, lasts as long as this says.
-/// One that is older than that ends at once.
+/// Replaces the division of the running clock, so that the current symbol, counted from its beginning, gets the new duration.
+/// A symbol that is older ends at once.
 fn take_over(clock: &SymbolClock) {
     let slice = pac::PWM.ch(SLICE);
     let before = u32::from(slice.div().read().int());
@@ -305,12 +305,12 @@ fn take_over(clock: &SymbolClock) {
     slice.csr().modify(|w| w.set_en(true));
 }
 
-/// The count after which the latch rises, so that it does not while the counter stands.
+/// The count after which the latch rises, so that it does not rise while the counter is stopped.
 fn before_latch(clock: &SymbolClock) -> u16 {
     clock.latch_from.saturating_sub(1)
 }
 
-/// Returns where the counter was.
+/// Returns the count.
 fn stop_with_the_latch_low() -> u16 {
     let slice = pac::PWM.ch(SLICE);
     slice.csr().modify(|w| w.set_en(false));
@@ -319,7 +319,7 @@ fn stop_with_the_latch_low() -> u16 {
     counter
 }
 
-/// While the counter stands, all of it counts at once.
+/// While the counter is stopped, all changes take effect at once.
 fn write_division(clock: &SymbolClock) {
     let slice = pac::PWM.ch(SLICE);
     slice.div().write(|w| w.set_int(clock.divider));

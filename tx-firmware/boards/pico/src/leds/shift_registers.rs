@@ -23,7 +23,7 @@ use crate::symbols::Symbols;
 /// The PWM slice of the dimming.
 const SLICE: usize = 2;
 
-/// Which bit lights an LED.
+/// The bit value that lights an LED.
 const LIT_BY: LitBy = if cfg!(feature = "lit-by-0") { LitBy::Zero } else { LitBy::One };
 
 /// Eight registers of eight bits.
@@ -33,20 +33,20 @@ pub const TRANSFER: Transfer = Transfer {
     count: 8,
 };
 
-/// A panel and its complement, between which a carrier goes to and fro.
+/// A panel and its complement, between which a carrier alternates.
 pub const IMAGES: usize = 2;
 
-/// For as long as nobody has measured this panel.
+/// The typical calibration, until this panel is measured.
 pub use tx_firmware::calibration::{BENCH as TYPICAL, BENCH_FULL_DUTY_LX as FULL_DUTY_LX};
 
-/// What shifts and latches, while it lives.
+/// Owns the shifting and latching hardware while it exists.
 pub struct Shifter {
     _latch: Pwm<'static>,
     _shift: Shift,
 }
 
 impl Lines {
-    /// Takes the lines over. The symbol clock's output is the latch.
+    /// Takes over the lines. The symbol clock's output is the latch.
     pub fn connect(self, slice: Peri<'static, PWM_SLICE0>, clock: pwm::Config) -> Shifter {
         Shifter {
             _latch: Pwm::new_output_b(slice, self.latch, clock),
@@ -55,11 +55,11 @@ impl Lines {
     }
 }
 
-/// What dims the LEDs.
+/// The dimming hardware.
 pub struct Dimmer(drive::Dimmer<Lit>);
 
 impl Dimmer {
-    /// Takes the lines over: dark.
+    /// Takes over the lines, and makes the LEDs dark.
     pub fn dark(
         slice: Peri<'static, PWM_SLICE2>,
         lit: Peri<'static, PIN_20>,
@@ -75,7 +75,7 @@ impl Dimmer {
         Self(drive::Dimmer::new(lit, drive_of(measured)))
     }
 
-    /// Pulses by the rule for this panel, from the next duty on.
+    /// Uses the rule for this panel, from the next duty on.
     pub fn set_calibration(&mut self, measured: &Measured) {
         self.0.set_drive(drive_of(measured));
     }
@@ -91,7 +91,7 @@ impl Dimmer {
     }
 }
 
-/// The lines that dim. High lights the LEDs: an inverting gate makes output enable of it, and a pull-down keeps them dark while nothing
+/// The dimming lines. High lights the LEDs: an inverting gate drives output enable, and a pull-down keeps them dark while nothing
 /// drives the pin. The current pin gives them the full current when high, and a pull-down holds it low.
 struct Lit {
     full_current: Output<'static>,
@@ -99,7 +99,7 @@ struct Lit {
 }
 
 impl PulseOutput for Lit {
-    /// The period first: until the pulse follows, the light errs to the dim side.
+    /// The period first: until the pulse follows, the light is dimmer.
     fn set_pulses(&mut self, lit: u16, period: u16) {
         let slice = pac::PWM.ch(SLICE);
         slice.top().write(|w| w.set_top(period.max(1) - 1));
@@ -115,12 +115,12 @@ impl PulseOutput for Lit {
     }
 }
 
-/// The pulses' rule for a panel on this board.
+/// The rule of the pulses for a panel on this board.
 fn drive_of(measured: &Measured) -> Drive {
     Drive::new(measured, clk_sys_freq())
 }
 
-/// Dark at once, whatever state the program is in.
+/// Makes the LEDs dark at once, in any state of the program.
 pub fn force_dark() {
     const PIN: usize = 20;
     pac::IO_BANK0
