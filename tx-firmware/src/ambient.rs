@@ -8,11 +8,11 @@
 //!
 //! with the sample period T and a time constant τ that depends on the reading:
 //!
-//! | reading against y | τ of [`Smoothing`] | why |
+//! | reading relative to y | τ of [`Smoothing`] | why |
 //! |---|---|---|
 //! | below by more than [`BAND_OCTAVES`] | `darker_ms`, short | under a bridge the panel's ratio to the light jumps: it must dim before it flares |
 //! | above by more than [`BAND_OCTAVES`] | `brighter_ms`, longer | too dim for a while does no harm, and headlamps pass |
-//! | within it | `still_ms`, long | what is left of a lamp's 100 or 120 Hz after the sensor's integration does not show |
+//! | within it | `still_ms`, long | it suppresses the rest of a lamp's 100 or 120 Hz after the sensor's integration |
 //!
 //! **Hysteresis**: once outside the band, y moves at the quicker pace until it is within [`SETTLED_OCTAVES`] of the readings or passes
 //! them, so that it does not stop at the band's edge. A step of the light from E₀ to E₁ gives, n readings later, E =

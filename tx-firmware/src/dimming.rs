@@ -19,8 +19,8 @@
 //! *Most* is full luminance, or less where the calibration limits the panel's intensity ([`Calibration::luminance_most_cd_m2`]) or where
 //! its board has a [`ceiling`] of the duty. The floor is the shortest clean pulse in each PWM period,
 //! [`Calibration::luminance_floor_cd_m2`]. Just below it the floor is held, because a link somewhat brighter than best still works. Far
-//! below it, at night, the same pulse would flare and blind a driver, and the camera's image of it would bloom until On and Off are
-//! indistinguishable. No light is then the better choice, and the receiver sees no panel instead of a wrong one.
+//! below it, at night, the same pulse would dazzle a driver, and the camera's image of it would bloom until On and Off are
+//! indistinguishable. The panel then stays dark: no panel is better than a wrong one.
 //!
 //! ## Accuracy
 //!

@@ -7,8 +7,8 @@
 //! step   = 1/(2·P·f)              the period is a whole number of counts of the timer's clock f
 //! ```
 //!
-//! relative to the mean. Short periods have less ripple. But a driver's pulse is clean from τ_min on only, so a period of P cannot be lit
-//! for less than τ_min/P: dim light needs long periods. Hence the rule, in counts of the clock:
+//! relative to the mean. Short periods have less ripple. But a driver's pulse is clean only from τ_min on, so a period of P cannot be lit
+//! for less than τ_min/P: dim light needs long periods. The rule, in counts of the clock:
 //!
 //! ```text
 //! w = ⌈τ_min·f⌉                                   the shortest pulse
@@ -20,9 +20,9 @@
 //! less                     lit = d·P_long,    period = P_long        below the floor: pulses too short to be clean
 //! ```
 //!
-//! Lit time and period are rounded to whole counts, the period last. So the step is one of the period and not of the pulse, which at 13
-//! counts could be off by 4 %. T_long is the exposure in dim light, T_short that in the brightest: a camera shortens its exposure only in
-//! bright light ([`exposure_ns`]), and then the panel is bright too.
+//! Lit time and period are rounded to whole counts, the period last. So the rounding error is that of the period, not of the pulse, which
+//! at 13 counts could be off by 4 %. T_long is the exposure in dim light, T_short that in the brightest: a camera shortens its exposure
+//! only in bright light ([`exposure_ns`]), and then the panel is bright too.
 //!
 //! With τ_min = 100 ns, 125 MHz, T from 1/1000 s to 1/6300 s and a panel of 26 000 cd/m² (for an L2A of 4 on R = 0.4 at 16 000 lx),
 //! `cargo run -p vocc-tx-firmware --example drive` prints the error at each illuminance. The tests limit ripple and step together to
@@ -33,7 +33,7 @@ use link::{exposure::AutoExposure, serial::Measured};
 
 use crate::matrix::Duty;
 
-/// The target of the ripple, in parts per million of the light; the rest of [`FIDELITY_PPM`] is for the step.
+/// The target of the ripple, in parts per million of the light; the step may add the rest of [`FIDELITY_PPM`].
 pub const RIPPLE_MAX_PPM: u32 = 49_000;
 
 /// Bound of ripple and step together, in parts per million of the light, for every duty from the floor up and the camera's exposure there.

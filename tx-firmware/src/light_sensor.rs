@@ -6,7 +6,7 @@
 //! # Two ranges
 //!
 //! A register that does not change is either steady light or a sensor that hangs. [`light_watch`](crate::light_watch) distinguishes them by
-//! a measurement in a second range. That asks four things of a sensor and its driver:
+//! a measurement in a second range. A sensor and its driver have to meet four requirements:
 //!
 //! 1. **It can measure in two ways**, by gain, integration time or full scale, and both give lux. [`SensorRange::Operating`] is the one for
 //!    most light.
@@ -15,8 +15,8 @@
 //! 3. **[`SensorRange::CrossCheck`] is the less sensitive one**, so that it reads light that saturates the other. Only if both saturate is
 //!    there too much light for the sensor.
 //! 4. **A full register that hangs is [`LightSample::Stuck`]**, because it is full in both ranges. The driver distinguishes it from
-//!    [`LightSample::Saturated`] by a command that changes the register, by what the register says of its range, or by a range that no
-//!    daylight fills. Where it cannot, the safe side is *stuck*.
+//!    [`LightSample::Saturated`] by a command that changes the register, by the range that the register contains, or by a range that no
+//!    daylight fills. If it cannot, *stuck* is the safe answer.
 //!
 //! A driver starts a conversion in the range that it is asked for, and never returns one that began before. A sensor with one range counts
 //! its conversions and passes the count as [`word`](LightSample::Light): then a sensor that answers but does not convert is detected, and
@@ -31,7 +31,7 @@ use crate::light_watch::{LightSample, SensorRange};
 /// A sensor without a finished conversion for this time is missing, ms.
 pub const PATIENCE_MS: u64 = 500;
 
-/// A light sensor that measures again and again. The [module](self) says what its ranges have to be.
+/// A light sensor that measures again and again. The [module](self) has the requirements on its ranges.
 ///
 /// No call waits for a conversion. Times are milliseconds from the start.
 pub trait LightSensor {
@@ -74,7 +74,7 @@ pub struct PolledSensor<S> {
 }
 
 impl<S: LightSensor> PolledSensor<S> {
-    /// A sensor that nobody has asked yet.
+    /// A sensor before its first poll.
     pub const fn new(sensor: S) -> Self {
         Self { sensor, measuring: None }
     }

@@ -6,13 +6,13 @@
 //! | reading | is evidence |
 //! |---|---|
 //! | lux, from a register that changed within [`STUCK_MS`], from or to saturation too | for that illuminance |
-//! | 0 lux | for darkness, however often it comes: a panel that takes it for true is dim, hence safe |
+//! | 0 lux | for darkness, however often it repeats: if it is false, the panel is dim and therefore safe |
 //! | lux, from a register that has not changed for longer | none: *stuck* |
 //! | saturated, and within [`CONFIRM_MS`] in the other range too | for daylight |
 //! | saturated, in one range alone | none: *saturated* |
 //! | a full register that hangs, or that no daylight fills | none: *stuck* |
 //! | missing | none: *missing* |
-//! | nobody asked the sensor | none: *silent* |
+//! | the sensor was not polled | none: *silent* |
 //!
 //! ```text
 //!               evidence                         no evidence
@@ -29,13 +29,13 @@
 //! [`LightWatch::watch`].
 //!
 //! **The cross-check.** Steady light gives the same reading again and again, and so does a sensor that hangs. A measurement in another
-//! range, set by gain or integration time, distinguishes them, because a working sensor's register must then differ. So no steady light is
-//! stuck, however bright, if the sensor meets [what its ranges have to be](crate::light_sensor). [`LightWatch::next_range`] selects the
-//! range: the other one after a saturated reading, and after [`PROBE_MS`] without a change. A sensor that has one range only may pass
-//! anything that changes with each conversion as its `word`; its saturation is then never confirmed.
+//! range, set by gain or integration time, distinguishes them, because a working sensor's register must then differ. So steady light is
+//! never stuck, however bright, if the sensor meets the [requirements on its ranges](crate::light_sensor). [`LightWatch::next_range`]
+//! selects the range: the other one after a saturated reading, and after [`PROBE_MS`] without a change. A sensor that has one range only
+//! may pass anything that changes with each conversion as its `word`; its saturation is then never confirmed.
 //!
 //! **A full register** is the same in both ranges, whether the sun or a sensor that hangs has filled it. Only the driver can distinguish
-//! them, and says [`LightSample::Stuck`] if it cannot: a panel at the night limit by day is safe, and one that shines as in daylight at
+//! them, and returns [`LightSample::Stuck`] if it cannot: a panel at the night limit by day is safe, and one that shines as in daylight at
 //! night dazzles.
 
 use fixed::types::I32F32;

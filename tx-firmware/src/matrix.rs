@@ -67,8 +67,8 @@ pub trait LedMatrix {
     /// The error of the hardware.
     type Error;
 
-    /// Whether it shows each panel by the carrier of [`set_timing`](Self::set_timing), if there is one: that needs LEDs that all change at
-    /// once, four times a cycle.
+    /// Whether it shows each panel with the carrier of [`set_timing`](Self::set_timing), if there is one: that needs LEDs that all change
+    /// at once, four times a cycle.
     const SHOWS_CARRIER: bool = false;
 
     /// The illuminance from which on these LEDs may have full duty, lx as the sensor itself reads it: [`ceiling`](crate::dimming::ceiling).

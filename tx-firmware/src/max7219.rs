@@ -12,14 +12,14 @@
 //! ## Limits
 //!
 //! The chip lights one row at a time, for 1/8 of a scan of 1/800 s (MAX7219 datasheet, "Electrical Characteristics": 500 to 1300
-//! scans a second), and dims within each row's time in sixteen steps ("Intensity Register"). Hence
+//! scans a second), and dims within each row's time in sixteen steps ("Intensity Register"). Therefore:
 //!
 //! | | [`ShiftRegisterPanel`](crate::shift_register::ShiftRegisterPanel) | this |
 //! |---|---|---|
 //! | whole scans in an exposure of 1/1000 s | not scanned | 0.5 to 1.3: **rows miss whole exposures** |
-//! | shortest exposure that strays by 5 % at most | 1/6300 s | 20 scans: 1/40 s, [`EXPOSURE_MIN_MS`] at the slowest chip |
+//! | shortest exposure whose light deviates by 5 % at most | 1/6300 s | 20 scans: 1/40 s, [`EXPOSURE_MIN_MS`] at the slowest chip |
 //! | the same at 1/100 and 1/200 s, by ⅞ of a scan | | 18 % and 35 % at the slowest chip |
-//! | luminance from least to most | 1:3700 with a low current of 1/8 | 1:31, in [`STEPS`] steps |
+//! | range of luminance | 1:3700 with a low current of 1/8 | 1:31, in [`STEPS`] steps |
 //! | error of the luminance at the dim end | 5 % | half a step: 50 % |
 //! | change of a panel | all LEDs within 20 ns | row by row, within a scan |
 //! | greatest luminance | the LEDs' own | an eighth of it |
@@ -55,7 +55,7 @@ mod register {
 
 /// A write on the bus failed, with the error of the HAL's driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("the SPI bus did not take a register ({0:?}): rows may show two panels; show the next")]
+#[error("the SPI bus rejected a register ({0:?}): rows may show two panels; show the next")]
 pub struct Max7219Error<S>(pub S);
 
 /// The LED panel of a MAX7219. See the [module](self) for the wiring, and for its limits.

@@ -6,50 +6,50 @@
 //!                             a counter, once a symbol ────┴── latch ───────────┘
 //! ```
 //!
-//! A port implements [`PanelOutput`], what its counter and its DMA controller do. The rest is here and the same for each chip: which place
-//! is next, how many panels wait, how many have to be ready before the processor stops, and that a new timing begins between two symbols.
+//! A port implements [`PanelOutput`] by its counter and its DMA controller. The rest is the same for each chip: which place
+//! is next, how many panels wait, how many have to be ready before the processor stops, and the start of a new timing between two symbols.
 //!
 //! The program calls [`PanelRing::begin_wanted_timing`] once a symbol, from an interrupt, and then pushes panels as long as
-//! [`PanelRing::is_short_of`] says so. A late interrupt moves no edge while panels wait.
+//! [`PanelRing::is_short_of`] is true. A late interrupt moves no edge while panels wait.
 
 use link::{symbol_rate::SymbolRate, waveform::SymbolTiming};
 
-/// Panels that are kept ready: a new message waits for no more, and the program may be late by this number of symbols.
+/// Number of panels kept ready: a new message waits for at most these, and the program may be late by this many symbols.
 pub const LEAD: usize = 3;
 
 /// A counter that latches panels, and DMA that takes them from a ring in RAM.
 pub trait PanelOutput {
-    /// What the hardware shifts for a panel.
+    /// The hardware's form of a panel.
     type Entry: ?Sized;
 
-    /// Panels that the ring holds: more than [`LEAD`] + 2.
+    /// Capacity of the ring in panels: more than [`LEAD`] + 2.
     const PLACES: usize;
 
     /// Writes a panel to a place.
     fn put(&mut self, place: usize, panel: &Self::Entry);
 
-    /// The place after the last one that the hardware has begun on.
+    /// The place after the last one that the hardware has started.
     fn first_free(&self, timing: SymbolTiming) -> usize;
 
-    /// Begins another timing. At most `room` panels may be shown again. Returns whether it has begun; if not, the ring asks once more at
+    /// Begins another timing. At most `room` panels may be shown again. Returns whether it has begun; if not, the ring calls it again at
     /// the next symbol.
     fn begin(&mut self, before: SymbolTiming, timing: SymbolTiming, room: usize) -> bool;
 }
 
-/// The end of the ring that is written to.
+/// The writer's end of the ring.
 #[derive(Debug)]
 pub struct PanelRing<O> {
     output: O,
     next: usize,
-    /// Panels that waited when the ring was looked at last, and those pushed since. If more seem to wait, the ring ran empty.
+    /// Panels that waited at the last check, and those pushed since. If more seem to wait, the ring ran empty.
     ahead: usize,
     timing: SymbolTiming,
-    /// What begins with one of the next symbols.
+    /// The timing that begins with one of the next symbols.
     wanted: Option<SymbolTiming>,
 }
 
 impl<O: PanelOutput> PanelRing<O> {
-    /// The most panels made ready: all but the one in the air.
+    /// Maximum number of panels made ready: all but the one being shifted.
     pub const LEAD_MAX: usize = O::PLACES - 2;
 
     /// The ring of hardware that has just started, with [`LEAD`] panels ready.
@@ -64,14 +64,14 @@ impl<O: PanelOutput> PanelRing<O> {
         }
     }
 
-    /// Puts a panel behind those that wait.
+    /// Appends a panel to the waiting ones.
     pub fn push(&mut self, panel: &O::Entry) {
         self.output.put(self.next, panel);
         self.next = (self.next + 1) % O::PLACES;
         self.ahead += 1;
     }
 
-    /// Whether fewer panels wait than `lead`, or than the ring holds. A ring that ran empty goes on from where the hardware is.
+    /// Whether fewer panels wait than `lead`, or than the ring holds. A ring that ran empty continues at the hardware's place.
     pub fn is_short_of(&mut self, lead: usize) -> bool {
         let Some(waiting) = self.waiting() else {
             self.next = self.output.first_free(self.timing);
@@ -82,16 +82,16 @@ impl<O: PanelOutput> PanelRing<O> {
         waiting < lead.min(Self::LEAD_MAX)
     }
 
-    /// Another rate or waveform, from one of the next symbols on.
+    /// Requests another rate or waveform, from one of the next symbols on.
     pub fn set_timing(&mut self, timing: SymbolTiming) {
         self.wanted = Some(timing).filter(|timing| *timing != self.timing);
     }
 
-    /// Changes over to the timing that is wanted: to be called at the beginning of a symbol.
+    /// Switches to the requested timing. Call it at the beginning of a symbol.
     pub fn begin_wanted_timing(&mut self) {
         let Some(wanted) = self.wanted else { return };
         let waiting = self.waiting();
-        // A ring that ran empty has no room either.
+        // A ring that ran empty has no room, either.
         let room = waiting.map_or(0, |waiting| Self::LEAD_MAX.saturating_sub(waiting));
         if self.output.begin(self.timing, wanted, room) {
             self.timing = wanted;
@@ -102,9 +102,9 @@ impl<O: PanelOutput> PanelRing<O> {
         }
     }
 
-    /// Panels to be made ready before the processor stops for `stop_ms`.
+    /// The number of panels to prepare before the processor stops for `stop_ms`.
     pub fn lead_before_stop(&self, stop_ms: u32) -> usize {
-        // The faster of the two may still be the one that counts.
+        // The faster of the two timings may still apply.
         let rate = self.timing.rate();
         lead_before_stop(self.wanted.map_or(rate, |wanted| wanted.rate().max(rate)), stop_ms)
     }
@@ -125,7 +125,7 @@ impl<O: PanelOutput> PanelRing<O> {
     }
 }
 
-/// Panels shown in `stop_ms`, and those that are ready at any time.
+/// The number of panels shown in `stop_ms`, and of those that are always ready.
 ///
 /// ```
 /// use link::symbol_rate::SymbolRate;

@@ -1,13 +1,13 @@
 //! The serial port's service: bytes in, bytes out.
 //!
-//! [`Service::receive`] takes one byte after another, from whatever port they come, and gives an answer when a
-//! request is complete. It answers each whole request once, at once, and says nothing else. Nothing it is given
-//! can make it wait, and a frame that did not arrive whole changes nothing but a counter. [`link::serial`] has
+//! [`Service::receive`] takes one byte at a time, from any port, and returns an answer when a
+//! request is complete. It answers each whole request once, immediately, and sends nothing else. No input
+//! can make it wait, and an incomplete frame changes only a counter. [`link::serial`] has
 //! the messages, `docs/serial.md` the bytes.
 //!
-//! **A table takes effect whole or not at all.** Its parts gather in a staging area. Only when all have come,
-//! their CRC is the one that was announced and [`L2aTable`] finds the numbers right is the table stored; only
-//! when it is stored does it become the running one, in one step, with the next reading of the light.
+//! **A table takes effect whole or not at all.** Its parts are collected in a staging area. Once all have arrived,
+//! match the announced CRC and make a valid [`L2aTable`], the table is stored. Once it is stored, it
+//! becomes the running one, in one step, with the next reading of the light.
 
 use link::{
     checksum::crc32c,
@@ -37,7 +37,7 @@ mod key;
 #[cfg(feature = "signing")]
 mod lock;
 
-/// Bytes that an answer may take on the wire.
+/// Maximum bytes of an answer on the wire.
 pub const ANSWER_MAX: usize = wire_length(ANSWER_FRAME_MAX);
 
 /// The transmitter that the service controls: a [`Transmitter`], or a board that shares its own with interrupts, with a lock around each
@@ -74,7 +74,7 @@ pub struct Identity {
     pub board: &'static str,
 }
 
-/// A new table, as far as it has come.
+/// The received part of a new table.
 #[derive(Debug)]
 struct Staging {
     image: [u8; IMAGE_MAX],
@@ -123,7 +123,7 @@ pub struct Service {
 #[derive(Debug)]
 struct Conversation {
     staging: Option<Staging>,
-    /// The sequence number of the message that was taken last.
+    /// The sequence number of the last accepted message.
     message: Option<u32>,
     counters: Counters,
     #[cfg(feature = "signing")]
@@ -154,12 +154,13 @@ impl Service {
         }
     }
 
-    /// Takes one byte from the port, and returns what is to be sent back, where it completes a request.
+    /// Takes one byte from the port, and returns the answer if it completes a request.
     ///
     /// All but [`Request::CommitTable`], [`Request::WriteCalibration`], [`Request::WriteSymbolRate`], [`Request::WriteIntensityLimit`],
-    /// [`Request::WriteCarrier`] and the requests about keys and locks are answered without waiting for anything; these wait for `memory`,
-    /// and so does [`Request::Send`] where messages are signed: for the signature, too. If the ports are locked, each request that changes
-    /// something waits for the verification of its permit. The first [`Request::ReadProgramHash`] waits until the program is hashed.
+    /// [`Request::WriteCarrier`] and the requests about keys and locks are answered without waiting. These wait for `memory`,
+    /// and so does [`Request::Send`] if messages are signed, which also waits for the signature. If the ports are locked, each request that
+    /// changes something waits for the verification of its permit. The first
+    /// [`Request::ReadProgramHash`] waits until the program is hashed.
     pub fn receive<'a>(
         &mut self,
         byte: u8,
@@ -180,7 +181,7 @@ impl Service {
         let table;
         let program;
         let outcome = match frame.request() {
-            // An answer that came back: the other end is no computer.
+            // An echo of an answer: the other end is not a computer.
             Err(BodyError::OtherKind) => return None,
             Err(error) => Err(error.into()),
             Ok(Request::Hello) => Ok(Answer::Hello(self.identity.hello())),
@@ -332,7 +333,7 @@ impl Conversation {
         if self.message != Some(sequence) {
             let repeats = repeats.map_or(Repeats::Forever, Repeats::Times);
             let code = Code::for_length(message.len());
-            // A message that cannot be shown uses no counter. The present message continues while the new one is signed.
+            // A message that cannot be shown uses no counter. The current message continues while the new one is signed.
             let is_possible = (1..=MESSAGE_MAX).contains(&message.len());
             let signature = if is_possible { memory.sign(message)? } else { None };
             let sent = device.change(|transmitter| match signature {
@@ -351,7 +352,7 @@ impl Conversation {
 }
 
 impl Staging {
-    /// The table that has come, if it has come whole and is the one with that CRC.
+    /// The received table, if it is complete and has that CRC.
     fn table(&self, crc: u32) -> Result<L2aTable, Refusal> {
         if self.received != self.length {
             return Err(Refusal::Incomplete {
@@ -382,7 +383,7 @@ impl Identity {
     }
 }
 
-/// As much of a name as an answer has room for.
+/// A name, truncated to fit into an answer.
 fn shortened(name: &'static str) -> &'static str {
     const MOST: usize = 32;
     let end = (0..=MOST.min(name.len())).rev().find(|&end| name.is_char_boundary(end));
@@ -424,12 +425,12 @@ fn test(panel: PanelFrame, share: u8, time_ms: u16, device: &mut impl Device) ->
         let [on, most] = [panel.count_on(), TEST_LEDS_MAX].map(|leds| leds as u8);
         return Err(Refusal::TestPanel { on, most });
     }
-    // LEDs that do not take the duty now are asked again with the next reading.
+    // If the LEDs reject the duty, the next reading tries again.
     let _ = device.change(|transmitter| transmitter.test(panel, share, time_ms).is_ok());
     Ok(Answer::Done)
 }
 
-/// Another rate for the waveform there is.
+/// Another rate with the current waveform.
 fn change_rate(millihertz: u32, device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
     let waveform = device.read(Transmitter::timing).waveform();
     let rate = SymbolRate::from_millihertz(millihertz).ok();
@@ -498,7 +499,7 @@ impl From<StoreError> for Refusal {
     }
 }
 
-/// One more, up to the greatest number there is.
+/// Adds one, saturating.
 fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }

@@ -54,13 +54,13 @@ pub enum LitBy {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum ShiftRegisterError<S, L, P> {
     /// Writing the 64 bits to the SPI bus failed.
-    #[error("the SPI bus did not take the panel ({0:?}): the LEDs still show the one before; show the next")]
+    #[error("the SPI bus rejected the panel ({0:?}): the LEDs still show the one before; show the next")]
     Spi(S),
     /// Setting the latch line failed.
     #[error("the latch line did not move ({0:?}): the LEDs may show either panel; show the next")]
     Latch(L),
     /// Setting the duty of the output-enable line's PWM failed.
-    #[error("the PWM did not take the duty ({0:?}): the LEDs keep their brightness; set the duty again")]
+    #[error("the PWM rejected the duty ({0:?}): the LEDs keep their brightness; set the duty again")]
     Pwm(P),
 }
 

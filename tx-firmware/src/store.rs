@@ -6,7 +6,7 @@
 //! | bytes | content |
 //! |---|---|
 //! | 1 | the format: records of other formats are not read |
-//! | 4 | a number: that of the last record, plus one for each place from there on |
+//! | 4 | a sequence number: that of the last record, plus one for each place after it |
 //! | 1015 | the items, each at its place: its length in 2 bytes, and room for its greatest number of bytes; FF if there is none |
 //! | 4 | CRC-32C of all before it |
 //!
@@ -92,7 +92,7 @@ const _: () = assert!(SymbolRate::MAX.millihertz() < 1 << CYCLES_SHIFT && (Wavef
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum StoreError {
     /// The addresses do not suit a store.
-    #[error("the flash from {start:#x} to {end:#x} is no place for a store: give 2 or more whole erase units")]
+    #[error("the flash from {start:#x} to {end:#x} is not a place for a store: give 2 or more whole erase units")]
     Addresses {
         /// Its first address.
         start: u32,
@@ -103,20 +103,20 @@ pub enum StoreError {
     #[error("the flash memory failed: the old value stays in use; try again")]
     Flash,
     /// A stored value is invalid.
-    #[error("what the flash memory holds is damaged or no store's: write it again")]
+    #[error("the content of the flash memory is damaged or not a store's: write it again")]
     Damaged,
     /// The memory does not support signing.
     #[error("this firmware signs no messages: build it with the feature `signing`")]
     NoSigning,
     /// The counter of the key's signatures is exhausted.
-    #[error("the key has no counter left to sign with: give it a new key")]
+    #[error("the key has used all its counters: store a new key")]
     NoCounter,
     /// The memory does not support locks.
     #[error("this firmware has no lock: build it with the feature `signing`")]
     NoLock,
 }
 
-/// Why a permit is not taken.
+/// Why a permit was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum PermitError {
     /// The memory failed.
@@ -142,7 +142,7 @@ pub enum PermitError {
 /// The state of a lock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LockState {
-    /// The random number from which and a PIN its key is derived.
+    /// The random salt from which, with the PIN, its key is derived.
     pub salt: u64,
     /// The number that the next permit contains.
     pub challenge: u32,
@@ -238,8 +238,8 @@ pub trait Memory {
         Err(StoreError::NoLock)
     }
 
-    /// Verifies a permit. The try is stored before, so that a power cut does not undo it. Its challenge is never used again, even after a
-    /// power cut. Without a lock, everything is permitted.
+    /// Verifies a permit. The attempt is stored first, so that a power cut does not undo it. Its challenge is never used again, even after
+    /// a power cut. Without a lock, everything is permitted.
     ///
     /// # Errors
     /// [`PermitError`]; then the request is not permitted.
@@ -292,7 +292,7 @@ pub struct Store<F: NorFlash> {
     /// Reserved counters of signatures that are not used yet.
     #[cfg(feature = "signing")]
     reserved: Range<u32>,
-    /// The tries at the lock since the start.
+    /// The unlock attempts since the start.
     #[cfg(feature = "signing")]
     tries: lock::Tries,
 }
@@ -442,7 +442,7 @@ impl<F: NorFlash> Store<F> {
     /// Writes the current record with this item, or without it, to this address.
     fn write(&mut self, found: Found, address: u32, item: Range<usize>, value: Option<&[u8]>) -> Result<(), StoreError> {
         let mut record = self.record;
-        // A torn record in between may read as whole another time: it is then older than this one.
+        // A torn record in between may read as valid another time: it is then older than this one.
         let number = match found {
             Found::Record(last) => number(&record).wrapping_add(self.places_on(last, address)),
             Found::Nothing | Found::Foreign => 0,
@@ -524,7 +524,7 @@ impl<F: NorFlash> Store<F> {
                     self.record = earlier;
                 }
             } else if record[CRC_AT..] != crc_of(&record) {
-                // In the first unit it may be the very first record, torn.
+                // In the first unit it may be the first record of all, torn.
                 is_foreign |= address >= self.addresses.start + F::ERASE_SIZE as u32;
             } else if record[FORMAT_AT] != FORMAT {
                 is_other_format = true;

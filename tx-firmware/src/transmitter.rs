@@ -65,7 +65,7 @@ pub struct Transmitter<M> {
 /// panels of the message, which stand still when a test begins.
 const STILL_SHARE: [u64; 2] = [32, 44];
 
-/// The panel shown in the place of messages.
+/// The panel shown instead of messages.
 #[derive(Clone, Copy, Debug)]
 struct Test {
     panel: PanelFrame,
@@ -73,7 +73,7 @@ struct Test {
     share: u8,
     until_ms: u64,
     next_range: SensorRange,
-    /// Whether the matrix was told that panels stand still.
+    /// Whether the matrix is set to still panels.
     is_still: bool,
 }
 
@@ -204,10 +204,10 @@ impl<M: LedMatrix> Transmitter<M> {
         self.schedule.stop();
     }
 
-    /// Shows `panel` in the place of messages for `time_ms`, with `share`/255 of their duty, and then goes on with them where they were;
-    /// 0 ms ends that at once. Panels stand still meanwhile, whatever the timing; if messages have a carrier, the test has `share`/255 of
-    /// 32/44 of their duty, for their panels that are prepared already stand still, too. A panel of at most
-    /// [`TEST_LEDS_MAX`](link::serial::TEST_LEDS_MAX) LEDs is within all limits that messages keep to.
+    /// Shows `panel` instead of messages for `time_ms`, with `share`/255 of their duty, and then continues with them;
+    /// 0 ms ends that at once. Panels are still meanwhile, whatever the timing; if messages have a carrier, the test has `share`/255 of
+    /// 32/44 of their duty, because panels that are already prepared are still, too. A panel of at most
+    /// [`TEST_LEDS_MAX`](link::serial::TEST_LEDS_MAX) LEDs is within all limits of messages.
     ///
     /// # Errors
     /// Errors of the matrix, which then may not have the new duty; the next reading or [`watch`](Self::watch) tries again.
@@ -230,7 +230,7 @@ impl<M: LedMatrix> Transmitter<M> {
         }
     }
 
-    /// Lets the panels of a test stand still, once they have its duty.
+    /// Makes the panels of a test still, once they have its duty.
     fn hold_test(&mut self) {
         let held = self.test.map(|test| Test { is_still: true, ..test });
         self.replace_test(held);
@@ -387,7 +387,7 @@ impl<M> Transmitter<M> {
         self.timing.rate()
     }
 
-    /// The symbol rate and the waveform now: in a test, panels stand still.
+    /// The symbol rate and the waveform now: in a test, panels are still.
     pub fn timing_shown(&self) -> SymbolTiming {
         match self.test {
             Some(test) if test.is_still => SymbolTiming::still(self.timing.rate()),

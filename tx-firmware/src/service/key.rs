@@ -7,7 +7,7 @@ use crate::transmitter::Transmitter;
 
 use super::Device;
 
-/// Does what a request asks of the key, and says which there is then. What another key has signed, or none, is shown no more.
+/// Executes a request about the key, and returns the current key. Content that was not signed with this key is no longer shown.
 pub fn act(request: Request<'_>, device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
     let before = memory.key().ok().flatten().map(|(id, _)| id);
     match request {

@@ -11,9 +11,9 @@ use super::{Conversation, Device};
 /// One port's permits.
 #[derive(Debug)]
 pub struct Permits {
-    /// The challenge and the signature that came last, for the next request that changes something.
+    /// The last challenge and signature, for the next request that changes something.
     next: Option<(u32, [u8; 64])>,
-    /// The number and the outcome of the last request that was carried out: it may be repeated, because its permit is used up.
+    /// The number and the outcome of the last executed request: it may be repeated, although its permit is used up.
     last: Option<(u32, Result<Answer<'static>, Refusal>)>,
 }
 
@@ -29,7 +29,7 @@ impl Permits {
 }
 
 impl Conversation {
-    /// Carries out a request, if the ports are open, if it changes nothing, or if it has a permit.
+    /// Executes a request if the ports are open, if it changes nothing, or if it has a permit.
     pub fn act_if_permitted(
         &mut self,
         frame: &Frame<'_>,
@@ -71,7 +71,7 @@ fn is_locked(memory: &mut impl Memory, uptime_s: u32) -> Result<bool, StoreError
     }
 }
 
-/// Does what a request asks of the lock, and says how it is then.
+/// Executes a request about the lock, and returns the state of the lock.
 pub fn act(request: Request<'_>, device: &mut impl Device, memory: &mut impl Memory) -> Result<Answer<'static>, Refusal> {
     match request {
         Request::WriteLock { key, salt } => {

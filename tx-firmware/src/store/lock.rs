@@ -1,10 +1,10 @@
-//! The lock, and the tries at it. Feature `signing`.
+//! The lock, and the attempts to open it. Feature `signing`.
 //!
 //! The record holds the public key, the salt, the first challenge that is not reserved, and the number of wrong permits in succession.
 //! Challenges are reserved like the counters of signatures: [`RESERVED`] by one record, before the first of them is used.
 //!
-//! A permit counts as wrong in the record until it has turned out to be right. So neither a power cut nor a restart undoes a try. One wrong
-//! try stays in the record while the right PIN is in use, which saves two records for each permit.
+//! The record counts a permit as wrong until it is verified, so that neither a power cut nor a restart undoes an attempt. One wrong
+//! attempt stays in the record while the right PIN is in use, which saves two records per permit.
 
 use core::ops::Range;
 
@@ -17,12 +17,12 @@ use super::{Found, LOCK, LockState, Permit, PermitError, RESERVED, Store, StoreE
 const BYTES: usize = 32 + 8 + 4 + 1;
 const _: () = assert!(LOCK.end - LOCK.start == 2 + BYTES);
 
-/// Wrong permits in succession that cost no time; each further one doubles the wait from 1 s.
+/// Successive wrong permits without a wait; each further one doubles the wait, from 1 s.
 const FREE_TRIES: u8 = 3;
-/// Longest wait for the next permit, s. A stranger's wrong tries keep the owner out no longer.
+/// Longest wait for the next permit, s: a stranger's attempts cannot lock the owner out for longer.
 const WAIT_MAX_S: u32 = 600;
 
-/// The tries at the lock since the start.
+/// The unlock attempts since the start.
 #[derive(Debug)]
 pub struct Tries {
     /// Reserved challenges that are not used yet.
@@ -87,7 +87,7 @@ impl<F: NorFlash> Store<F> {
     pub(super) fn replace_lock(&mut self, lock: Option<([u8; 32], u64)>) -> Result<(), StoreError> {
         let old = self.stored_lock()?.map(|old| (old.key, old.salt));
         if old == lock {
-            // The challenges go on.
+            // The challenges continue.
             return Ok(());
         }
         let new = lock.map(|(key, salt)| {

@@ -54,7 +54,7 @@ impl<F: NorFlash> Store<F> {
                 let Range { start, end } = self.reserved;
                 self.reserved = start.max(counter).min(end)..end;
             }
-            // Not in another unit: a torn record there may read as whole another time, and must be older than all later ones.
+            // Not in another unit: a torn record there may read as valid another time, and must be older than all later ones.
             Some(_) => {
                 self.reserved = 0..0;
                 self.save(SIGNING_KEY, &key.to_bytes())?;
