@@ -31,7 +31,7 @@ pub struct Corners([[f32; 2]; 4]);
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CornersError {
-    /// A coordinate is no number.
+    /// A coordinate is not a number.
     #[error("corner {corner} is at ({x}, {y}): coordinates are finite and within ±1 000 000 px")]
     NotFinite {
         /// 0 to 3: top left, top right, bottom right, bottom left.

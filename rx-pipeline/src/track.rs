@@ -38,9 +38,9 @@ const GATE_LEAST: f32 = 0.25;
 /// The same minimum at an unexpected place, because clutter also explains part of its own light (share).
 const GATE_LEAST_ELSEWHERE: f32 = 0.7;
 /// A frame also shows the panel if it leaves a smaller residual per pixel than this (multiple of the usual residual), and explains more
-/// than [`SIGNAL_LEAST`]: this is a symbol with few LEDs On. Higher: things that are no panel are followed.
+/// than [`SIGNAL_LEAST`]: this is a symbol with few LEDs On. Higher: things that are not a panel are followed.
 const LEFT_MOST: f32 = 1.3;
-/// Minimum signal per pixel of such a frame (share of the usual signal). Lower: things that are no panel are followed.
+/// Minimum signal per pixel of such a frame (share of the usual signal). Lower: things that are not a panel are followed.
 const SIGNAL_LEAST: f32 = 0.3;
 /// A panel that has recently been closer to its expected place has not jumped by a line (pitches). Lower: slower if cameras shake.
 const ON_COURSE: f32 = 0.1;

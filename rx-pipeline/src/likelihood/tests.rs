@@ -416,7 +416,8 @@ properties! {
     }
 }
 
-/// A panel in other light is no mixture, though On LEDs that are darker than before look as if they had been On for a part of the exposure.
+/// A panel in other light is not a mixture, though On LEDs that are darker than before look as if they had been On for a part of the
+/// exposure.
 ///
 /// Of 10 000 panels 4 are read as a mixture all the same, all of them dimmed to less than a quarter. If lines may be exposed one after
 /// another, a panel's end that seems to show the symbol before has so few LEDs that chance agreement suffices. At that rate the bounds fail

@@ -50,7 +50,7 @@ const AROUND_PIXELS: f64 = 40.0;
 const CARRIED: f64 = 1.5;
 /// The scatter of LEDs about the lattice, relative to noise, that exceeds chance.
 const SCATTERED: f64 = 1.5;
-/// The greatest spread of Off LEDs relative to the contrast (standard deviation): more means that they are no LEDs.
+/// The greatest spread of Off LEDs relative to the contrast (standard deviation): more means that they are not LEDs.
 const ALIKE: f64 = 0.1;
 /// The range of the blur in the pixels in use: sharper spots hide between them, wider ones are truncated.
 const SIGMA: core::ops::RangeInclusive<f64> = 0.2..=2.3;

@@ -33,7 +33,7 @@ const SAME_CELLS: f32 = 0.03;
 /// The standard deviation of an LED's image at a given place, at least (pitches): a disc half a pitch wide. Higher: near panels of small
 /// LEDs are not recognised; lower: those of large LEDs are not.
 const DISC: f32 = 0.125;
-/// What a place has to explain more to be taken for the panel's instead of the expected one (share of the light
+/// The additional light that another place has to explain to replace the expected one (share of the light
 /// there).
 const CLEARLY: f32 = 0.05;
 /// Minimum room around a panel that is seen within the picture although it should be partly outside (pitches). It is room for another line,

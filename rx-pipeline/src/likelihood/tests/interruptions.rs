@@ -142,7 +142,7 @@ fn after_exposures_jump_bits_are_right_again() {
     }
 }
 
-/// At night a covered panel looks like LEDs that are all Off, which is no symbol.
+/// At night a covered panel looks like LEDs that are all Off, which is not a symbol.
 #[test]
 fn a_covered_panel_is_not_read_and_teaches_nothing() {
     for (seed, scene) in scenes().filter(|(_, scene)| scene.gamma > 1.0) {
