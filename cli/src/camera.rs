@@ -9,11 +9,11 @@
 //! blur_aspect = 1.0            # the blur along x over that along y
 //! read_noise_e = 3.0
 //! line_delay_exposures = 0.02  # how much later each line is exposed than the one above; 0: all at once
-//! channel = "brightest"        # how pixels are to be taken: see `frames`
+//! channel = "brightest"        # how pixels are read: see `frames`
 //! bayer = "RGGB"
 //! depth = 12
 //! focal_px = 3636.4            # or [along x, along y], or focal_length_mm and pixel_pitch_um: for the panel's pose
-//! principal_px = [959.5, 539.5]   # the pixel on the optical axis; the middle of the frame where it is left out
+//! principal_px = [959.5, 539.5]   # the pixel on the optical axis; default: the middle of the frame
 //! distortion = [-0.1, 0.0]     # k1, k2, p1, p2, k3, k4, k5, k6, or the first of them, as in OpenCV
 //! ```
 //!
@@ -96,13 +96,13 @@ pub struct CameraHints {
 
 impl CameraArguments {
     /// Whether any option is set.
-    fn is_told(&self) -> bool {
+    fn is_set(&self) -> bool {
         self.camera.is_some() || self.encoding.is_some() || self.black.is_some() || self.blur.is_some()
     }
 
     /// The camera if any option is set, for frames that do not come from files.
     pub fn camera_if_any(&self) -> anyhow::Result<Option<Camera>> {
-        if self.is_told() {
+        if self.is_set() {
             return Ok(Some(self.hints(PixelArguments::default())?.camera));
         }
         Ok(None)
@@ -113,7 +113,7 @@ impl CameraArguments {
         self.camera.clone()
     }
 
-    /// The camera of these options, or else of a file, or else the usual one.
+    /// The camera from these options, else from a file, else the default.
     fn over(&self, file: &File) -> Camera {
         let usual = Camera::default();
         Camera {
@@ -137,7 +137,7 @@ impl CameraArguments {
         let camera = match &self.camera {
             Some(path) => {
                 let checked = self.over(&file).checked();
-                checked.with_context(|| format!("in the camera's file {}", path.display()))?
+                checked.with_context(|| format!("in the camera file {}", path.display()))?
             }
             None => camera,
         };
@@ -190,7 +190,7 @@ impl CameraHints {
             blur_sigma_px: Some(camera.blur_sigma_px),
             blur_aspect: Some(camera.blur_aspect),
             read_noise_e: Some(camera.read_noise_e),
-            // A delay of 0 is established only for panels of one size; in the file it would hold for all sizes.
+            // A learnt delay of 0 is valid only for panels of one size; in the file it would apply to all sizes.
             line_delay_exposures: learnt.line_delay.filter(|&delay| delay != 0.0).or(self.line_delay),
             channel: self.pixels.channel,
             bayer: self.pixels.bayer,
@@ -204,9 +204,9 @@ impl CameraHints {
     }
 }
 
-/// Reads a camera file, our own format or OpenCV's.
+/// Reads a camera file, in this tool's format or OpenCV's.
 fn read(path: &Path) -> anyhow::Result<(File, Calibration)> {
-    let about = || format!("cannot read the camera's file {}", path.display());
+    let about = || format!("cannot read the camera file {}", path.display());
     let text = input::read_text(path, input::SCENE_MAX).with_context(about)?;
     if let Some(calibration) = Calibration::of_opencv(&text).with_context(about)? {
         return Ok((File::default(), calibration));
@@ -250,11 +250,11 @@ fn encoding(text: &str) -> Result<Encoding, String> {
         number => number
             .parse()
             .map(Encoding::Gamma)
-            .map_err(|_| format!("{text:?} is no encoding: give linear, srgb, rec709, or a gamma of 1 to 4")),
+            .map_err(|_| format!("{text:?} is not an encoding: give linear, srgb, rec709, or a gamma of 1 to 4")),
     }
 }
 
-/// An encoding as a file has it: as the option does, or as it is saved.
+/// An encoding in a file: in the option's form, or as `--save-camera` writes it.
 #[derive(Deserialize)]
 #[serde(
     untagged,
@@ -377,7 +377,7 @@ mod tests {
         }
         for text in ["encoding = \"log\"", "encoding = true", "encoding = { gama = 2 }"] {
             let said = format!("{:#}", told(text).unwrap_err());
-            assert!(said.contains("no encoding: give") && said.contains("linear"), "{said}");
+            assert!(said.contains("encoding: give") && said.contains("linear"), "{said}");
         }
         let focal = format!("{:#}", told("focal_px = \"3636\"").unwrap_err());
         assert!(focal.contains("give one number of pixels, or [x, y]"), "{focal}");

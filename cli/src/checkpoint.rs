@@ -15,9 +15,9 @@ use crate::{checksum, files, output, outputs};
 const EVERY: Duration = Duration::from_secs(10);
 
 /// Writes a checkpoint from time to time. An error does not end the run: space may be free again later.
-pub struct NowAndThen(Instant);
+pub struct Periodic(Instant);
 
-impl NowAndThen {
+impl Periodic {
     /// Starts the interval.
     pub fn begin() -> Self {
         Self(Instant::now())
@@ -27,7 +27,7 @@ impl NowAndThen {
     pub fn write(&mut self, write: impl FnOnce() -> anyhow::Result<()>) {
         if self.0.elapsed() > EVERY {
             if let Err(error) = write() {
-                output::tell(format_args!("vocc: {error:#}; going on"));
+                output::tell(format_args!("vocc: {error:#}; continuing"));
             }
             self.0 = Instant::now();
         }
@@ -56,7 +56,7 @@ pub trait Resumable: Serialize + DeserializeOwned {
             checksum::from_json(&text).with_context(|| format!("{file} holds no {}: run without {goes_on}", Self::IS))?;
         ensure!(
             checkpoint.run() == run,
-            "{file} is of another run: {} must be the same; choose another folder, or start again without {goes_on}",
+            "{file} belongs to another run: {} must be the same; choose another folder, or start again without {goes_on}",
             Self::SAME
         );
         Ok(checkpoint)

@@ -16,7 +16,7 @@ pub fn to_json(value: &impl Serialize) -> serde_json::Result<String> {
     Ok(format!("{open}{before}{}{after}", checksum::of(text.as_bytes())))
 }
 
-/// Parses and verifies a text. A text without a checksum is of an earlier version.
+/// Parses and verifies a text. A text without a checksum is from an earlier version.
 pub fn from_json<T: DeserializeOwned>(text: &str) -> anyhow::Result<T> {
     let [before, after] = AROUND;
     let parts = text.trim_end().strip_suffix(after).and_then(|text| text.rsplit_once(before));

@@ -64,7 +64,7 @@ pub fn check(path: &Path) -> anyhow::Result<bool> {
 pub fn check_new(path: &Path) -> anyhow::Result<()> {
     ensure!(
         !check(path)? || !path.exists(),
-        "{} is there already, and stays as it is: name another file",
+        "{} exists and is not overwritten: give another file",
         path.display()
     );
     Ok(())
@@ -104,13 +104,13 @@ struct Active {
 impl Drop for Active {
     fn drop(&mut self) {
         if !self.stays {
-            // Never flushed, so nobody relies on it.
+            // Never flushed, so nothing depends on it.
             let _ = std::fs::remove_file(&self.path);
         }
     }
 }
 
-/// Where a file grows that can be read meanwhile.
+/// The path of a growing file that can be read meanwhile.
 pub fn active(path: &Path) -> PathBuf {
     let mut path = path.as_os_str().to_owned();
     path.push(".active");
@@ -126,7 +126,7 @@ impl Growing {
         let path = active(&place);
         let file = File::create_new(&path).with_context(|| match path.exists() {
             true => format!(
-                "{} is still written, or is left of a recording that was ended in the middle: move it away, or name another file",
+                "{} is in use, or left from an interrupted recording: move it away, or give another file",
                 path.display()
             ),
             false => format!("cannot write {}", path.display()),
@@ -154,7 +154,7 @@ impl Growing {
         Ok(())
     }
 
-    /// Writes all bytes to the disk, so that little can fail, and little time passes, when it is kept.
+    /// Writes all bytes to the disk, so that [`Growing::keep`] is quick and unlikely to fail.
     fn settle(&mut self) -> std::io::Result<()> {
         self.flush()?;
         match &self.0 {
@@ -232,7 +232,7 @@ impl Seek for Growing {
     fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
         match &mut self.0 {
             Target::Through(_) => {
-                let why = "it is a device or a pipe, and such a file is written in several places at once: name a file";
+                let why = "it is a device or a pipe, and this file is not written sequentially: give a file";
                 Err(std::io::Error::new(std::io::ErrorKind::NotSeekable, why))
             }
             Target::Aside(file) => file.seek(to),
@@ -241,7 +241,7 @@ impl Seek for Growing {
     }
 }
 
-/// Renames new files into place, in this order: all of them, or none. The last one says that the others are complete.
+/// Renames new files into place, in this order: all of them, or none. The last one shows that the others are complete.
 ///
 /// # Errors
 /// If not every byte can be written, or a file has appeared in the place of one; no file is then kept.
@@ -255,7 +255,7 @@ pub fn keep_new(mut files: Vec<(PathBuf, Growing)>) -> anyhow::Result<()> {
     let put = files.iter().try_for_each(|(path, file)| {
         ensure!(
             !file.is_overtaken(path),
-            "{} has appeared in the meantime, and stays as it is: name another place",
+            "{} was created meanwhile and is not overwritten: give another path",
             path.display()
         );
         Ok(())
@@ -269,7 +269,7 @@ pub fn keep_new(mut files: Vec<(PathBuf, Growing)>) -> anyhow::Result<()> {
     });
     match put {
         Ok(()) => stop::written(),
-        // Some of them without the others say nothing.
+        // Some files without the others are useless.
         Err(_) => kept.iter().for_each(|path| drop(std::fs::remove_file(path))),
     }
     drop(whole);
@@ -291,16 +291,16 @@ fn place(path: &Path) -> anyhow::Result<Place> {
         return Ok(Place::Output);
     }
     match std::fs::metadata(path) {
-        Ok(there) if there.is_dir() => bail!("it is a folder: name a file"),
+        Ok(there) if there.is_dir() => bail!("it is a folder: give a file"),
         Ok(there) if !there.is_file() => Ok(Place::Device),
         Ok(there) => {
-            ensure!(!there.permissions().readonly(), "it is write-protected: name another file");
+            ensure!(!there.permissions().readonly(), "it is write-protected: give another file");
             // Replace a link's target, not the link.
             Ok(Place::File(path.canonicalize()?))
         }
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
             if let Ok(target) = path.read_link() {
-                bail!("it is a link to {}, which is not there: name that file itself", target.display());
+                bail!("it is a link to {}, which does not exist: give that file itself", target.display());
             }
             Ok(Place::File(path.into()))
         }
@@ -392,7 +392,7 @@ mod tests {
         let files = grown();
         write(&paths[1], "mine").expect("written");
         let refused = format!("{:#}", keep_new(files).expect_err("overtaken"));
-        assert!(refused.contains("more has appeared in the meantime"), "{refused}");
+        assert!(refused.contains("more was created meanwhile"), "{refused}");
         assert_eq!(names(folder.path()), ["more"]);
         assert_eq!(std::fs::read(&paths[1]).expect("there"), b"mine");
         std::fs::remove_file(&paths[1]).expect("removed");

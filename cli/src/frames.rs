@@ -34,16 +34,16 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 pub use mosaic::Mosaic as Bayer;
 use reception::colour::Channel;
 
-/// How the pixels of files are to be taken.
+/// How to read the pixels of files.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 pub struct PixelArguments {
-    /// The channel to read from colours: the brightest of each pixel, or one of red, green, blue or grey.
+    /// The channel to read from colour pictures: brightest (of each pixel), red, green, blue or grey.
     #[arg(long, value_name = "CHANNEL", value_parser = channel())]
     pub channel: Option<Channel>,
     /// The sensor's colour filters, if frames are its raw mosaic: RGGB, BGGR, GRBG or GBRG, from the top-left pixel on.
     #[arg(long, value_name = "FILTERS")]
     pub bayer: Option<Bayer>,
-    /// Bits of a sample in pictures of more than 8 bits, 9 to 16. Default: as many as the first and some other pictures need.
+    /// Bits per sample in pictures of more than 8 bits, 9 to 16. Default: as many as the first and some other pictures need.
     #[arg(long, value_name = "BITS", value_parser = clap::value_parser!(u8).range(9..=16))]
     pub depth: Option<u8>,
 }

@@ -9,14 +9,14 @@ use reception::keys::{self, KeyFileError, NamedKey, OwnKey, Trust};
 
 use crate::files;
 
-/// Why no key is made.
+/// Why no key was created.
 #[derive(Debug, thiserror::Error)]
 enum NewKeyError {
     /// The file exists.
-    #[error("{} is there already, and may be a key that is in use: name another file", .0.display())]
+    #[error("{} exists, and may be a key in use: give another file", .0.display())]
     Exists(PathBuf),
     /// No random numbers are available.
-    #[error("this system gives no random numbers for a key: {0}")]
+    #[error("this system provides no random numbers for a key: {0}")]
     Random(getrandom::Error),
 }
 
@@ -43,10 +43,10 @@ pub fn keep_counters(trust: &mut Trust) -> anyhow::Result<()> {
 /// How a message is signed.
 #[derive(Clone, Debug, clap::Args)]
 pub struct SigningArguments {
-    /// Sign the message with this private key, which `vocc keys new` makes; the signature is shown after each repeat.
+    /// Sign the message with this private key (see `vocc keys new`); the signature is shown after each repeat.
     #[arg(long, value_name = "KEY.toml")]
     sign: Option<PathBuf>,
-    /// The signature's counter. It must rise with each message of a key, so that receivers detect a replayed film. Default: the seconds
+    /// The signature's counter. It must rise with each message of a key, so that receivers can detect a replayed film. Default: the seconds
     /// since 1970.
     #[arg(long, value_name = "N", requires = "sign")]
     counter: Option<u32>,
@@ -75,17 +75,17 @@ pub fn counter_or_seconds(given: Option<u32>) -> anyhow::Result<u32> {
         .context("this computer's clock is not set: give the signature's counter with --counter")
 }
 
-/// Whom a receiver trusts.
+/// The keys that a receiver trusts.
 #[derive(Clone, Debug, clap::Args)]
 pub struct TrustArguments {
     /// Check signatures with the public keys in this file. Each message is then reported as proven, unproven, forged, replayed, signed by
     /// an unknown key, or unsigned. `vocc keys show KEY.toml >> keys.toml` adds a key.
     #[arg(long, value_name = "KEYS.toml")]
     trust: Option<PathBuf>,
-    /// Print, write and record only proven messages; standard error reports the others.
+    /// Print, write and record only proven messages; report the others on standard error.
     #[arg(long, requires = "trust")]
     pub only_trusted: bool,
-    /// Keep the greatest counter of each key in this file, so that replays of films from before this run are detected too.
+    /// Keep the greatest counter of each key in this file, to detect replays across runs.
     #[arg(long, value_name = "FILE", requires = "trust")]
     counters: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-//! What servers for this computer alone have in common.
+//! Common parts of servers on the loopback interface.
 
 use std::io::ErrorKind;
 use std::net::{TcpListener, TcpStream};
@@ -7,7 +7,7 @@ use std::time::Duration;
 /// Wait after a connection that could not be accepted, for example because there are too many open files.
 const RETRY_AFTER: Duration = Duration::from_millis(50);
 
-/// The connections, for ever.
+/// The incoming connections, without end.
 pub fn connections(listener: &TcpListener) -> impl Iterator<Item = TcpStream> + '_ {
     std::iter::repeat_with(|| listener.accept()).filter_map(|accepted| match accepted {
         Ok((stream, _)) => Some(stream),

@@ -71,9 +71,9 @@ enum Command {
     Link(commands::link::Arguments),
     /// Render one camera frame.
     Render(commands::render::Arguments),
-    /// Frames with the truth, as arrays or pictures, for a detector of your own.
+    /// Labelled frames, as arrays or pictures, for your own detector.
     Frames(commands::frames::Arguments),
-    /// The effects that a scene needs, and why.
+    /// The effects that a scene requires, and why.
     Plan(commands::plan::Arguments),
     /// Bit error rate and variances at one setting, by Monte Carlo.
     Evaluate(commands::evaluate::Arguments),
@@ -103,7 +103,7 @@ enum Command {
     Scene(commands::scene::Arguments),
 }
 
-/// The stack of a command (bytes): as large as a program's usually is.
+/// The stack of a command in bytes: the usual size for a program.
 const STACK_BYTES: usize = 8 << 20;
 
 fn main() -> ExitCode {

@@ -154,7 +154,7 @@ impl Arrays {
     pub fn in_archive(path: &Path, arrays: &[Array]) -> anyhow::Result<Self> {
         ensure!(
             archive_size(arrays) <= ARCHIVE_MAX,
-            "an archive of {} bytes is larger than {ARCHIVE_MAX}: write fewer frames, or name a folder",
+            "an archive of {} bytes is larger than {ARCHIVE_MAX}: write fewer frames, or give a folder",
             archive_size(arrays)
         );
         let mut at = 0;
@@ -359,6 +359,6 @@ mod tests {
             shape: vec![1 << 30],
         }];
         let refused = Arrays::in_archive(&folder.path().join("large.npz"), &large).err().expect("refused");
-        assert!(refused.to_string().contains("name a folder"), "{refused}");
+        assert!(refused.to_string().contains("give a folder"), "{refused}");
     }
 }

@@ -20,13 +20,13 @@ use crate::pin::Pin;
 /// Options of every command.
 #[derive(Args)]
 pub struct Shared {
-    /// Override a scene key, such as pose.distance_m=70 (repeatable); KEY=none leaves it out.
+    /// Override a scene key, such as pose.distance_m=70 (repeatable); KEY=none unsets it.
     #[arg(long = "set", value_name = "KEY=VALUE", global = true)]
     pub set: Vec<String>,
     /// Seed of all random numbers.
     #[arg(long, default_value_t = 1, global = true)]
     pub seed: u64,
-    /// Threads, 1 to 1024; all processors by default.
+    /// Number of threads, 1 to 1024. Default: all processors.
     #[arg(long, global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Print JSON and nothing else on standard output.
@@ -48,7 +48,7 @@ pub struct Message {
     /// The message, 1 to 1024 bytes.
     #[arg(long, value_name = "T")]
     message: Option<String>,
-    /// A file that holds the message, 1 to 1024 bytes of any kind.
+    /// A file with the message, 1 to 1024 bytes of any kind.
     #[arg(long, value_name = "FILE")]
     message_file: Option<PathBuf>,
 }
@@ -91,14 +91,14 @@ pub struct Port {
     /// The serial port, or a pseudo-terminal.
     #[arg(long, value_name = "P")]
     port: String,
-    /// Bits a second of a UART; USB does not care.
+    /// Baud rate of a UART; USB ignores it.
     #[arg(long, default_value_t = 115_200, value_name = "B", value_parser = clap::value_parser!(u32).range(300..=4_000_000))]
     baud: u32,
-    /// Seconds to wait for an answer before the request is repeated, 0.05 to 60.
+    /// Seconds to wait for an answer before repeating the request, 0.05 to 60.
     #[arg(long, default_value_t = 1.0, value_name = "S", value_parser = seconds::<50, 60_000>)]
     timeout: f64,
-    /// The file whose first line is the PIN of a locked transmitter, or `-` for standard input. Only changes need it. Without it, the PIN
-    /// is asked for at the terminal.
+    /// The file whose first line is the PIN of a locked transmitter, or `-` for standard input. Only changes need it. Without this option,
+    /// the PIN is asked for at the terminal.
     #[arg(long, value_name = "FILE")]
     pin_file: Option<PathBuf>,
 }

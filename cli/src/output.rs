@@ -186,7 +186,7 @@ pub fn rate(errors: u64, bits: u64, rate: f64, [low, high]: [f64; 2]) -> String 
         return format!("{rate:.3e} (95 %: {low:.3e} to {high:.3e})");
     }
     let [_, alone] = share_95(0.0, bits as f64);
-    format!("0 of {bits} bits: below {high:.1e} with 95 % if errors come by frames, {alone:.1e} if each bit stands alone")
+    format!("0 of {bits} bits: below {high:.1e} with 95 % if errors come by frames, {alone:.1e} if bits are independent")
 }
 
 #[derive(Serialize)]
@@ -241,10 +241,10 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
     one_symbol(found)
 }
 
-/// The detector's name; for the paper's detector also that of receivers, as their errors differ.
+/// The detector's name; for the paper's detector also that of receivers, because their errors differ.
 fn detector(name: &str) -> String {
     match name.parse() {
-        Ok(DetectorChoice::KMeans) => format!("{name}, the paper's; receivers read by ml (--detector ml)"),
+        Ok(DetectorChoice::KMeans) => format!("{name}, the paper's; receivers use ml (--detector ml)"),
         _ => name.into(),
     }
 }
@@ -271,10 +271,7 @@ fn rare_rate(found: &Summary) -> String {
         let [low, high] = found.ber_95;
         return format!("{:.3e} (95 %: {low:.3e} to {high:.3e})", found.ber);
     }
-    format!(
-        "not known: of {} frames no swarm reached an error; give more --frames",
-        found.frames
-    )
+    format!("unknown: no swarm of {} frames reached an error; give more --frames", found.frames)
 }
 
 /// Prints the panels with errors, and what a genie's rate bounds.
@@ -339,7 +336,7 @@ mod tests {
     fn no_error_is_told_by_what_it_says() {
         let none = rate(0, 6_400_000, 0.0, [0.0, 3.0e-5]);
         assert!(none.starts_with("0 of 6400000 bits: below 3.0e-5"), "{none}");
-        assert!(none.contains("5.8e-7 if each bit stands alone"), "{none}");
+        assert!(none.contains("5.8e-7 if bits are independent"), "{none}");
         assert_eq!(rate(2, 200, 0.01, [0.002, 0.03]), "1.000e-2 (95 %: 2.000e-3 to 3.000e-2)");
         assert!(rate(0, 0, 0.0, [0.0, 1.0]).contains("1.000e0"));
     }

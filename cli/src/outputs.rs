@@ -20,8 +20,8 @@ pub fn check(written: impl IntoIterator<Item = PathBuf>, read: impl IntoIterator
         }
         let own = real(&path);
         match taken.iter().position(|other| *other == own) {
-            Some(place) if place < inputs => bail!("{} is read, and would be overwritten: name another file", path.display()),
-            Some(_) => bail!("{} would be written twice: name two files", path.display()),
+            Some(place) if place < inputs => bail!("{} is an input, and would be overwritten: give another file", path.display()),
+            Some(_) => bail!("{} would be written twice: give two files", path.display()),
             None => taken.push(own),
         }
     }
@@ -46,7 +46,7 @@ pub fn check_recording(folder: &Path) -> anyhow::Result<()> {
     let pictures = pictures_in(folder).with_context(|| format!("cannot read the folder {}", folder.display()))?;
     if let Some(picture) = pictures.iter().min() {
         bail!(
-            "{} holds frames already, such as {}, and two recordings would be read as one: name a new folder, or remove these pictures \
+            "{} already holds frames, such as {}, and two recordings would be read as one: give a new folder, or remove these pictures \
              yourself",
             folder.display(),
             picture.file_name().unwrap_or_default().display()
@@ -69,10 +69,7 @@ pub fn hold(folder: &Path) -> anyhow::Result<Option<File>> {
         return Ok(None);
     };
     lock(held, || {
-        format!(
-            "another run is at work in {}: wait for its end, or name another folder",
-            folder.display()
-        )
+        format!("another run uses {}: wait for its end, or give another folder", folder.display())
     })
 }
 
@@ -124,7 +121,7 @@ mod tests {
             let paths = |paths: &[&PathBuf]| paths.iter().copied().cloned().collect::<Vec<_>>();
             check(paths(written), paths(read)).expect_err("refused").to_string()
         };
-        assert!(refusal(&[&around], &[&a]).contains("is read"));
+        assert!(refusal(&[&around], &[&a]).contains("is an input"));
         assert!(refusal(&[&a, &around], &[&b]).contains("written twice"));
         assert!(refusal(&[&b, &b], &[]).contains("written twice"));
         assert!(refusal(&[&folder.path().join("no/file")], &[]).contains("cannot write"));
@@ -140,7 +137,7 @@ mod tests {
             return;
         }
         let second = hold(folder.path()).expect_err("held").to_string();
-        assert!(second.contains("another run is at work"), "{second}");
+        assert!(second.contains("another run uses"), "{second}");
         drop(first);
         assert!(hold(folder.path()).is_ok());
     }

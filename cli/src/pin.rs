@@ -28,12 +28,12 @@ pub enum PinError {
     #[error("{} can be read by other users: `chmod 600` it, and if they may have read it, change the PIN", .0.display())]
     Open(PathBuf),
     /// It is too short or too long.
-    #[error("a PIN of {} bytes is impossible: give {} to {}, in the first line", .0, LENGTH.start(), LENGTH.end())]
+    #[error("the PIN has {} bytes: give {} to {}, in the first line", .0, LENGTH.start(), LENGTH.end())]
     Length(usize),
-    /// Nobody can be asked.
-    #[error("its PIN is needed, and there is no terminal to ask at: give --pin-file FILE, or --pin-file - for standard input")]
+    /// There is no terminal.
+    #[error("the PIN is needed, and there is no terminal to ask for it: give --pin-file FILE, or --pin-file - for standard input")]
     NoTerminal,
-    /// The same words were not typed twice.
+    /// The two PINs differ.
     #[error("the two PINs differ, and nothing was changed: type the same one twice")]
     Differ,
     /// The derivation failed.

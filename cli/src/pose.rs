@@ -18,7 +18,7 @@ pub struct PanelArguments {
 
 impl PanelArguments {
     /// Whether any option is set.
-    pub fn is_told(&self) -> bool {
+    pub fn is_set(&self) -> bool {
         self.interval.or(self.led_diameter).is_some()
     }
 
@@ -49,9 +49,9 @@ pub fn whereabouts_text(whereabouts: &Whereabouts, is_asked: bool) -> String {
     }
     let mut text = format!("; {}", as_text(whereabouts.measured()));
     if let Some(speed) = whereabouts.speed_m_s() {
-        text += &format!("; coming nearer at {} m/s", with_sigma(speed));
+        text += &format!("; approaching at {} m/s", with_sigma(speed));
         if let Some(time) = whereabouts.time_to_collision_s() {
-            text += &format!(", here in {} s", with_sigma(time));
+            text += &format!(", arriving in {} s", with_sigma(time));
         }
     }
     text
@@ -102,7 +102,7 @@ pub fn as_text(measured: &PoseResult) -> String {
     } else {
         String::new()
     };
-    format!("{metres} m off, azimuth {azimuth}°, elevation {elevation}°, roll {roll}°, yaw {yaw}°, pitch {pitch}°{mirrored}")
+    format!("{metres} m away, azimuth {azimuth}°, elevation {elevation}°, roll {roll}°, yaw {yaw}°, pitch {pitch}°{mirrored}")
 }
 
 fn in_degrees(known: Known) -> Known {

@@ -51,21 +51,21 @@ const START_MAX_S: f64 = i32::MAX as f64;
 /// How a recording is made.
 #[derive(Clone, Debug, clap::Args)]
 pub struct RecordingArguments {
-    /// The frame of reference that the recording's images and poses are in.
+    /// The frame of reference of the recording's images and poses.
     #[arg(long, default_value = "camera", value_name = "NAME", requires = "recordings")]
     frame_id: String,
-    /// When a film's first frame was taken, in seconds since 1970, so that the recording merges with others; without it, 0. Live sources
-    /// tell their own times.
+    /// Time of a film's first frame in seconds since 1970, so that the recording merges with others. Default: 0. Live sources
+    /// have their own times.
     #[arg(long, value_name = "UNIX_S", requires = "recordings", value_parser = start)]
     start: Option<Duration>,
-    /// Maximum size of a recording's file in bytes, or with k, M or G for thousands, millions or billions, such as 200M: FILE.mcap, then
-    /// FILE-0001.mcap and so on, each complete. A larger frame has a file of its own.
+    /// Maximum size of a recording's file in bytes, with suffix k, M or G for thousands, millions or billions, such as 200M: FILE.mcap,
+    /// then FILE-0001.mcap and so on, each complete. A larger frame has a file of its own.
     #[arg(long, value_name = "BYTES", requires = "mcap", value_parser = files::max_size)]
     max_size: Option<u64>,
 }
 
 impl RecordingArguments {
-    /// When a film's first frame was taken, if given.
+    /// Time of a film's first frame, if given.
     pub fn start(&self) -> Option<Duration> {
         self.start
     }
@@ -79,7 +79,7 @@ impl RecordingArguments {
 /// Parses seconds since 1970: decimals to the nanosecond, which an `f64` does not hold.
 fn start(text: &str) -> Result<Duration, String> {
     let start_s = text.parse().ok().filter(|start_s| (0.0..=START_MAX_S).contains(start_s));
-    let start_s = start_s.ok_or_else(|| format!("give 0 to {START_MAX_S} seconds, such as `date +%s.%N` tells"))?;
+    let start_s = start_s.ok_or_else(|| format!("give 0 to {START_MAX_S} seconds, as printed by `date +%s.%N`"))?;
     let (seconds, decimals) = text.split_once('.').unwrap_or((text, ""));
     Ok(match (seconds.parse(), format!("{decimals:0<9.9}").parse()) {
         (Ok(seconds), Ok(nanoseconds)) => Duration::new(seconds, nanoseconds),
@@ -157,7 +157,7 @@ impl Recording {
         Ok(Some(recording))
     }
 
-    /// Adds a channel for messages of one type. Files and server number their channels alike.
+    /// Adds a channel for messages of one type. Files and server use the same channel numbers.
     fn channel_of<Message: Ros>(&mut self, topic: &str) -> u16 {
         let schema = Schema {
             name: Message::NAME,
@@ -168,7 +168,7 @@ impl Recording {
         written.or(served).unwrap_or_default()
     }
 
-    /// Whether messages of a channel are of use.
+    /// Whether messages of a channel are needed.
     fn is_wanted(&self, channel: u16) -> bool {
         self.files.is_some() || self.server.as_ref().is_some_and(|server| server.is_wanted(channel))
     }
@@ -293,7 +293,7 @@ impl Recording {
         }
     }
 
-    /// Goes on without files; whether anything is left to do.
+    /// Continues without files; returns whether anything is left to do.
     pub fn drop_files(&mut self) -> bool {
         self.kept = None;
         self.files.take().is_some() && self.server.is_some()

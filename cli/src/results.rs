@@ -9,9 +9,9 @@ use std::time::SystemTime;
 use anyhow::{Context, ensure};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use sim::input;
-use studies::sweep::{News, Results, Run};
+use studies::sweep::{Results, Run, SweepProgress};
 
-use crate::checkpoint::NowAndThen;
+use crate::checkpoint::Periodic;
 use crate::files;
 use crate::outputs;
 
@@ -19,7 +19,7 @@ use crate::outputs;
 pub fn out_file(own: &'static str) -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(move |path| match path.extension().and_then(OsStr::to_str) {
         Some(beside @ ("csv" | "svg" | "png")) => Err(format!(
-            ".{beside} is what goes beside this file, which is .{own}: give {}",
+            ".{beside} is for files beside this one, which is .{own}: give {}",
             path.with_extension(own).display()
         )),
         _ => Ok(path),
@@ -85,7 +85,7 @@ impl Place {
         let now = stamp(&self.path);
         ensure!(
             now.is_none() || now == self.seen.get(),
-            "another run has written {} meanwhile, and its results stay: name another file for this one",
+            "another run has written {} meanwhile, and its results are kept: give this run another file",
             self.path.display()
         );
         let written = write(&self.path);
@@ -132,9 +132,9 @@ pub fn advance(
     run: &Run,
     results: &mut Results,
     keep: impl Fn(&Results) -> anyhow::Result<()>,
-    mut tell: impl FnMut(&News) -> anyhow::Result<bool>,
+    mut tell: impl FnMut(&SweepProgress) -> anyhow::Result<bool>,
 ) -> anyhow::Result<bool> {
-    let mut now_and_then = NowAndThen::begin();
+    let mut now_and_then = Periodic::begin();
     let mut trouble = None;
     let done = run.advance(results, |news| {
         now_and_then.write(|| keep(news.results));

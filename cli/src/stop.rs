@@ -103,8 +103,8 @@ fn last_words() {
 
 fn overdue(has_written: bool) -> &'static str {
     match has_written {
-        true => "vocc: interrupted in the middle; the files that were written before stay",
-        false => "vocc: interrupted in the middle",
+        true => "vocc: interrupted; the files that were complete are kept",
+        false => "vocc: interrupted",
     }
 }
 
@@ -127,7 +127,7 @@ pub fn stop() -> Stop {
 /// Prints where an interrupted command has saved its work, and that only `--resume` draws it.
 pub fn interrupted(kept: &Path) -> Verdict {
     output::tell(format_args!(
-        "interrupted: {} keeps what is finished; go on with --resume, which draws it",
+        "interrupted: {} keeps the finished part; continue with --resume, which draws it",
         kept.display()
     ));
     Verdict::No

@@ -75,10 +75,10 @@ fn numbers_out_of_range_are_refused_with_the_range() {
 fn pictures_that_cannot_be_are_refused_by_name() {
     for (index, (file, wanted)) in [
         ("IMG_1.png", "duty-0.05.png"),
-        ("duty-0.png", "above 0 to 1"),
-        ("duty-5.png", "above 0 to 1"),
-        ("duty-1e-3.png", "above 0 to 1"),
-        ("duty-5%.png", "above 0 to 1"),
+        ("duty-0.png", "above 0, at most 1"),
+        ("duty-5.png", "above 0, at most 1"),
+        ("duty-1e-3.png", "above 0, at most 1"),
+        ("duty-5%.png", "above 0, at most 1"),
     ]
     .into_iter()
     .enumerate()
@@ -93,7 +93,7 @@ fn pictures_that_cannot_be_are_refused_by_name() {
         &["camera.width_px=320", "camera.height_px=240", "pose.distance_m=10"],
     );
     refused(&calibrate(&frames, &[&PLACES, &GAMMA]), &["duty-1.png", "320 × 240"]);
-    refused(&calibrate(&frames.join("none"), &[&PLACES, &GAMMA]), &["no folder", "none"]);
+    refused(&calibrate(&frames.join("none"), &[&PLACES, &GAMMA]), &["does not exist", "none"]);
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn what_is_there_stays() {
     let out = frames.join("panel.toml");
     std::fs::write(&out, "mine").expect("written");
     let into = ["--illuminance-lx", "10000", "--out", name(&out)];
-    refused(&calibrate(&frames, &[&PLACES, &GAMMA, &into]), &["there already"]);
+    refused(&calibrate(&frames, &[&PLACES, &GAMMA, &into]), &["exists"]);
     assert_eq!(std::fs::read_to_string(&out).expect("there"), "mine");
 }
 

@@ -294,10 +294,7 @@ fn bad_images_are_refused() {
     std::fs::write(path("truncated.png"), &whole[..whole.len() / 2]).expect("a file");
     std::fs::write(path("empty.png"), b"").expect("a file");
     std::fs::write(path("none.pgm"), b"P5\n0 0\n255\n").expect("a file");
-    refused(
-        &["decode", &path("colour.png"), "--bayer", "RGGB"],
-        &["colour.png", "leave --bayer out"],
-    );
+    refused(&["decode", &path("colour.png"), "--bayer", "RGGB"], &["colour.png", "omit --bayer"]);
     refused(&["decode", &path("odd.png"), "--bayer", "rggb"], &["odd.png", "63 × 64", "even"]);
     refused(&["decode", &path("odd.png"), "--bayer", "RGBG"], &["GRBG"]);
     refused(&["decode", &path("truncated.jpg")], &["truncated.jpg", "ends too soon"]);

@@ -275,8 +275,8 @@ fn a_calibration_is_read_written_and_refused() {
 
     for (wrong, words) in [
         (text.replace("12000.5", "0.5"), ["full luminance 0.5", "1 to 1000000"]),
-        (text.replace("= 0.4", "= -0.4"), ["reflectance", "no number"]),
-        (text.replace("reflectance", "reflection"), ["reflection", "no calibration"]),
+        (text.replace("= 0.4", "= -0.4"), ["reflectance", "not a number"]),
+        (text.replace("reflectance", "reflection"), ["reflection", "not a calibration"]),
     ] {
         let wrong = file("wrong.toml", &wrong);
         let refused = board.vocc(&["device", "calibration", wrong.to_str().unwrap()]);
@@ -767,7 +767,7 @@ fn another_protocol_is_told_and_which_side_is_older() {
             }
             changed(&answer, |frame| frame[0] = version)
         });
-        let speaks = format!("speaks protocol {version}, this program 1");
+        let speaks = format!("uses protocol {version}, this program 1");
         ends(&board.vocc(&["device", "status"]), 2, &[&speaks, older]);
     }
 }

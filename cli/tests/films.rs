@@ -41,7 +41,7 @@ fn what_hinders_is_said() {
     says(&absent.received(&["film.mp4"]), 2, &words);
     says(&absent.received(&["other.mp4"]), 2, &["cannot read other.mp4"]);
     let two = absent.received(&["film.mp4", "film.mp4"]);
-    says(&two, 2, &["with nothing beside it"]);
+    says(&two, 2, &["if it is the only source"]);
     let broken = Place::new("broken", "echo 'moov atom not found' >&2; exit 1");
     let words = ["cannot decode film.mp4", "moov atom not found"];
     says(&broken.received(&["film.mp4"]), 2, &words);
@@ -75,7 +75,7 @@ fn what_is_wrong_with_frames_is_said_and_not_that_the_pipe_was_closed() {
         assert!(!text(&refused.stderr).contains("Broken pipe"), "{refused:?}");
     }
     let none = Place::new("no-pictures", "echo \"[error] Stream map '0:V:0' matches no streams.\" >&2; exit 1");
-    says(&none.received(&["film.mp4"]), 2, &["film.mp4 has no moving pictures"]);
+    says(&none.received(&["film.mp4"]), 2, &["film.mp4 has no video"]);
 }
 
 #[test]

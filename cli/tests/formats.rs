@@ -115,7 +115,7 @@ fn a_jpeg_without_its_end_marker_is_read_with_a_word() {
     std::fs::remove_file(&last).expect("the frame");
     let path = last.with_extension("jpg");
     std::fs::write(&path, &jpeg[..jpeg.len() - 2]).expect("a file");
-    let word = ["lacks the marker of its end"];
+    let word = ["has no end marker"];
     let received = receive(&film, &[]);
     says(&received, 0, &word);
     delivers(&received);
@@ -151,7 +151,7 @@ fn progressive_films_that_are_flagged_as_interlaced_are_let_in() {
     // Too few frames to tell.
     flagged(&path, &frames[..6]);
     for received in [receive(&path, &[]), piped(&[])] {
-        says(&received, 2, &["too little moves in its first frames", "--progressive"]);
+        says(&received, 2, &["its first frames have too little motion", "--progressive"]);
     }
     for received in [receive(&path, &["--progressive", "--bits"]), piped(&["--progressive", "--bits"])] {
         assert!(text(&received.stdout).contains("frame 5:"), "{}", text(&received.stderr));
@@ -181,11 +181,11 @@ fn time_stamps_that_are_there_are_not_passed_over() {
     says(&receive(&film, &[]), 2, &["all 4 frames have the same time, 17.5 s"]);
     std::fs::remove_file(&stamps).expect("the file");
     std::fs::create_dir(&stamps).expect("a folder");
-    says(&receive(&film, &[]), 2, &["cannot read the time stamps", "no ordinary file"]);
+    says(&receive(&film, &[]), 2, &["cannot read the time stamps", "not an ordinary file"]);
     std::fs::remove_dir(&stamps).expect("the folder");
     if cfg!(unix) {
         common::bounded::pipe(&stamps);
-        says(&receive(&film, &[]), 2, &["cannot read the time stamps", "no ordinary file"]);
+        says(&receive(&film, &[]), 2, &["cannot read the time stamps", "not an ordinary file"]);
         std::fs::remove_file(&stamps).expect("the pipe");
         let linked = std::process::Command::new("ln").args(["-s", "nowhere"]).arg(&stamps).status();
         assert!(linked.expect("ln runs").success());

@@ -256,7 +256,7 @@ fn a_port_that_is_taken_is_named() {
         &[&format!("127.0.0.1:{port}"), "give a free port"],
     );
     refused(&["receive", name(&frame), "--foxglove=65536"], &["65536"]);
-    // A port is no source.
+    // A port is not a source.
     refused(&["receive", "--foxglove", "0"], &["cannot use 0 as a frame"]);
     refused(&["receive", name(&frame), "--frame-id", "front"], &["--mcap"]);
 }

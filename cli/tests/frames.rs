@@ -161,7 +161,7 @@ fn frames_are_the_same_in_an_archive_from_any_number_on_and_by_any_threads() {
     let again = place.join("again.npz");
     says(&run(&begun, &[name(&again), "--count", "300"]), 0, &[]);
     assert!(std::fs::read(&again).expect("an archive") == bytes);
-    says(&run(&begun, &[name(&again), "--count", "1"]), 2, &["again.npz is there already"]);
+    says(&run(&begun, &[name(&again), "--count", "1"]), 2, &["again.npz exists"]);
     assert!(std::fs::read(&again).expect("an archive") == bytes);
     #[cfg(unix)]
     {
@@ -170,7 +170,7 @@ fn frames_are_the_same_in_an_archive_from_any_number_on_and_by_any_threads() {
         says(
             &run(&begun, &[name(&link)]),
             2,
-            &["cannot write", "a device or a pipe", "name a file"],
+            &["cannot write", "a device or a pipe", "give a file"],
         );
     }
 }
@@ -228,17 +228,17 @@ fn what_cannot_be_written_is_refused() {
     let cases: [(&[&str], &[&str]); 13] = [
         (
             &["--out", name(&there)],
-            &["holds frames already, such as frames.npy", "name a new folder"],
+            &["already holds frames, such as frames.npy", "give a new folder"],
         ),
         (
             &["--out", name(&there), "--format", "png"],
-            &["holds frames already, such as frames.npy"],
+            &["already holds frames, such as frames.npy"],
         ),
-        (&["--out", name(&stale)], &["holds frames already, such as read.npy"]),
-        (&["--out", name(&file)], &["is no folder: name a folder, or FILE.npz"]),
-        (&["--out", "frames.npy"], &["name a folder for several files, or FILE.npz for one"]),
+        (&["--out", name(&stale)], &["already holds frames, such as read.npy"]),
+        (&["--out", name(&file)], &["is not a folder: give a folder, or FILE.npz"]),
+        (&["--out", "frames.npy"], &["give a folder for several files, or FILE.npz for one"]),
         (&["--out", &archive, "--format", "png"], &["--format png needs a folder"]),
-        (&["--out", &new, "--format", "png", "--features"], &["leave one of the two out"]),
+        (&["--out", &new, "--format", "png", "--features"], &["omit one of the two"]),
         (&["--out", &new, "--count", "0"], &["0 is not in 1..=10000000"]),
         (&["--out", &new, "--count", "10000001"], &["is not in 1..=10000000"]),
         (
@@ -247,7 +247,7 @@ fn what_cannot_be_written_is_refused() {
         ),
         (
             &["--out", &archive, "--count", "10000000"],
-            &["may have 4294967295: give at most", "or name a folder"],
+            &["more than 4294967295: give at most", "or a folder"],
         ),
         (&["--out", &new, "--detector", "guess"], &["no detector \"guess\""]),
         (&["--out", &new, "--level", "reference"], &["choose fine or fast"]),

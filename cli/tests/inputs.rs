@@ -41,7 +41,7 @@ fn what_may_have_no_end_is_not_read() {
     common::bounded::pipe(&place.join("pipe"));
     let pipe = place.join("pipe");
     let pipe = common::name(&pipe);
-    let ordinary = &["no ordinary file"][..];
+    let ordinary = &["not an ordinary file"][..];
     for endless in ["/dev/zero", pipe] {
         for arguments in [
             &["plan", endless][..],

@@ -67,9 +67,9 @@ fn an_option_that_the_source_has_no_use_for_is_refused() {
         (
             &["--live", "film.mp4"],
             &recorded,
-            "live source film.mp4 has a time of its own: leave --start out",
+            "live source film.mp4 has a time of its own: omit --start",
         ),
-        (&["camera.y4m"], &recorded, "leave --start out"),
+        (&["camera.y4m"], &recorded, "omit --start"),
         (
             &["film.mp4"],
             &raw,
@@ -125,11 +125,7 @@ fn an_address_is_read_by_ffmpeg() {
         &["ffmpeg, which reads rtsp://me:***@localhost/live, is not on the PATH"],
     );
     let broken = Place::new("live-broken", "echo \"[error] $0: Connection refused\" >&2; exit 1");
-    says(
-        &broken.received(&[address, "--live"]),
-        2,
-        &["Connection refused", "check whether it is there"],
-    );
+    says(&broken.received(&[address, "--live"]), 2, &["Connection refused", "check it with"]);
 }
 
 #[test]
@@ -549,7 +545,7 @@ fn a_disk_that_fills_leaves_the_files_that_were_finished() {
     };
     let process = Pid::from_raw(receive.id() as i32);
     rustix::process::prlimit(process, Resource::Fsize, limit).expect("limited");
-    film(&after, &|| said(&path).contains("going on without a recording"));
+    film(&after, &|| said(&path).contains("continuing without a recording"));
     // Twice the film.
     let rest = Cell::new(200);
     film(&after, &|| rest.replace(rest.get() - 1) == 0);
@@ -559,7 +555,7 @@ fn a_disk_that_fills_leaves_the_files_that_were_finished() {
     says(
         &received,
         2,
-        &["cannot write drive-0", "File too large", "going on without a recording"],
+        &["cannot write drive-0", "File too large", "continuing without a recording"],
     );
     assert!(
         json_lines(&received).iter().any(|line| line["message"] == "ice ahead"),
@@ -652,7 +648,7 @@ fn a_silent_source_is_an_error_in_the_recording() {
     let silence = wait_for(|| {
         let messages = recorded(&active);
         let last_image = messages.iter().rev().find(|(topic, ..)| topic == "/camera/image")?.1;
-        let text = b"no frame has come for ";
+        let text = b"no frame for ";
         let report = messages
             .iter()
             .find(|(topic, _, report)| topic == "/diagnostics" && report.windows(text.len()).any(|part| part == text))?;

@@ -210,11 +210,14 @@ fn parts_of_a_table_are_one_table_byte_for_byte() {
         says(&done, 0, &[]);
         let read = |path: &str| std::fs::read_to_string(path).expect("a table");
         assert_eq!(read(&merged), read(&whole));
-        refused(&["merge", &first, &first, "--out", &merged], &["once more", "each part once"]);
+        refused(
+            &["merge", &first, &first, "--out", &merged],
+            &["repeats the entry", "each part once"],
+        );
         let other = file("other");
         lines(&vocc(&[search, &[&other, "--seed", "2"]].concat()));
         refused(&["merge", &first, &other, "--out", &merged], &["another search"]);
-        refused(&["merge", &first, &second, "--out", &other], &["no table of these parts"]);
+        refused(&["merge", &first, &second, "--out", &other], &["not a table of these parts"]);
         refused(&["merge", &first, &second, "--out", &first], &["0.toml"]);
         refused(&["merge", &first, &second], &["--out"]);
         assert_eq!(read(&merged), read(&whole));
@@ -288,7 +291,7 @@ fn what_a_transmitter_does_not_know_has_its_price() {
     std::fs::copy(&table, &searched).expect("room");
     refused(
         &["table", "regret", &table, "--in", &brighter, "-o", &searched],
-        &["searched.toml", "what a search has found"],
+        &["searched.toml", "the results of a search"],
     );
     refused(&["table", "regret", &table, "--in", &brighter, "-o", &brighter], &["brighter.toml"]);
     let shown = vocc(&["table", "regret", &table, "--in", &brighter]);
@@ -297,7 +300,7 @@ fn what_a_transmitter_does_not_know_has_its_price() {
     let plain = path("plain.toml");
     let only = "format = 1\nilluminance_lx = [50]\ninterval = [1]\nl2a = [[2]]\n";
     std::fs::write(&plain, only).expect("a file");
-    refused(&["table", "regret", &plain], &["nothing of the reach", "--criterion reach"]);
+    refused(&["table", "regret", &plain], &["has no reaches", "--criterion reach"]);
 }
 
 #[test]

@@ -66,7 +66,7 @@ fn frames_and_panels_that_have_no_room_are_not_half_there() {
     );
     says(&film, 0, &[]);
     let seen = vocc_on_full_disk(&place, 1, "receive film --symbol-rate 90 --show seen");
-    says(&seen, 2, &["cannot write seen/frame-", "going on without pictures"]);
+    says(&seen, 2, &["cannot write seen/frame-", "continuing without pictures"]);
     assert!(text(&seen.stdout).contains("hi"), "{seen:?}");
     assert!(names(&place.join("seen")).is_empty());
     let panels = vocc_on_full_disk(&place, 4, "transmit --message A --count 1000 --symbols panels.txt");
@@ -145,30 +145,30 @@ fn nothing_that_is_read_is_overwritten() {
     says(&made, 0, &[]);
     let before = bash(&place, "find . -type f | sort | xargs md5sum").stdout;
     for (arguments, words) in [
-        ("render scene.toml --crop --out scene.toml", "scene.toml is read"),
-        ("render scene.toml --crop --out x.png --linear ./scene.toml", "is read"),
+        ("render scene.toml --crop --out scene.toml", "scene.toml is an input"),
+        ("render scene.toml --crop --out x.png --linear ./scene.toml", "is an input"),
         ("render --crop --out x.png --linear x.png", "written twice"),
         ("render --crop --out dangling.png", "nowhere"),
         ("render --crop --out protected.png", "write-protected"),
         ("render --crop --out film", "folder"),
         ("render --crop --out none/x.png", "none/x.png"),
-        ("transmit --message-file message --symbols message", "is read"),
-        ("evaluate scene.toml --out scene.toml --resume", "is read"),
+        ("transmit --message-file message --symbols message", "is an input"),
+        ("evaluate scene.toml --out scene.toml --resume", "is an input"),
         ("evaluate --out user.json --frames 1000000000", "user.csv"),
         ("evaluate --out none/x.json --frames 1000000000", "none/x.json"),
         ("evaluate --out old.toml --frames 1000000000", "exists"),
         ("optimize --out user.toml", "user.svg"),
-        ("merge S/a.json S/b.json --out S/a.json", "is read"),
-        ("merge S/a.json S/b.json --out old.toml", "no sum of these"),
+        ("merge S/a.json S/b.json --out S/a.json", "is an input"),
+        ("merge S/a.json S/b.json --out old.toml", "does not hold the sum of these"),
         ("merge S/a.json S/b.json --out user.json", "user.csv"),
-        ("receive film --camera camera.toml --save-camera camera.toml", "is read"),
-        ("receive film --save-camera film/frame-000001.png", "is read"),
+        ("receive film --camera camera.toml --save-camera camera.toml", "is an input"),
+        ("receive film --save-camera film/frame-000001.png", "is an input"),
         ("receive film --save-camera none/camera.toml", "none/camera.toml"),
         ("receive film --show ./film", "holds frames"),
         ("receive film/frame-000000.png --show ./film", "holds frames"),
         ("receive protected.png --show .", "holds frames"),
         ("receive scene.toml --show .", "neither a picture"),
-        ("link --frames 2 --save film", "holds frames already"),
+        ("link --frames 2 --save film", "already holds frames"),
         ("link --frames 2 --save photographs", "such as mine.JPG"),
         ("table pull old.toml --port /dev/none", "holds more"),
         ("sweep --slurm old.toml plan.toml", "plan.toml"),
@@ -207,7 +207,7 @@ fn two_runs_do_not_share_a_folder() {
     let place = folder("two-figures");
     let arguments = ["figures", "--quick", "--threads", "1", "--out", common::name(&place)];
     let mut first = begun(&arguments, &place.join("findings.json"));
-    refused(&arguments, &["another run is at work"]);
+    refused(&arguments, &["another run uses"]);
     first.kill().expect("it runs");
     first.wait().expect("it ends");
 }

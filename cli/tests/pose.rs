@@ -48,7 +48,7 @@ fn a_panel_is_where_the_scene_has_it_through_a_distorting_lens() {
     assert!(pose["range_sigma_m"].as_f64().unwrap() < 0.1);
     assert_eq!(pose["covariance"].as_array().unwrap().len(), 6);
     let printed = text(&vocc(&told).stdout);
-    assert!(printed.contains(" m off, azimuth 3.5"), "{printed}");
+    assert!(printed.contains(" m away, azimuth 3.5"), "{printed}");
 
     // Missing input is named.
     let unknown = |arguments: &[&str]| {
@@ -74,7 +74,7 @@ fn a_camera_that_cannot_be_is_refused() {
         ("zero.toml", "focal_px = 0\n".to_owned(), "focal length of 0 px"),
         ("nan.toml", "focal_px = nan\n".into(), "focal length of NaN px"),
         ("less.toml", "focal_px = [900, -900]\n".into(), "focal length of -900 px"),
-        ("half.toml", "focal_length_mm = 25\n".into(), "half of a focal length"),
+        ("half.toml", "focal_length_mm = 25\n".into(), "focal length is incomplete"),
         (
             "pitch.toml",
             "focal_length_mm = 25\npixel_pitch_um = 0\n".into(),
@@ -163,7 +163,7 @@ fn a_panel_that_says_how_large_it_is_need_not_be_told() {
         .collect();
     let (first, last) = (&frames[0]["pose"], &frames[frames.len() - 1]["pose"]);
     assert_eq!(first["known"], false);
-    assert!(first["why"].as_str().unwrap().contains("wait for the panel to tell"));
+    assert!(first["why"].as_str().unwrap().contains("wait until the panel announces"));
     assert_is(last, "range_m", 30.0);
 }
 

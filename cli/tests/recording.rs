@@ -124,7 +124,7 @@ fn a_recording_goes_nowhere_else() {
     says(&vocc(&["render", "day", "--out", name(&frame)]), 0, &[]);
     let before = std::fs::read(&frame).expect("a frame");
     for (to, why) in [
-        (name(&frame), "is read, and would be overwritten"),
+        (name(&frame), "is an input, and would be overwritten"),
         (name(&folder), "it is a folder"),
         ("/nowhere/film.mcap", "cannot write"),
     ] {
@@ -200,7 +200,7 @@ fn a_recording_is_divided_without_a_loss() {
     assert!(divided_contents == contents("whole.mcap"));
 
     // No file of a recording is overwritten, finished or not.
-    let refused = |taken: &str| says(&vocc(&divided), 2, &[taken, "is there already, and stays as it is"]);
+    let refused = |taken: &str| says(&vocc(&divided), 2, &[taken, "exists and is not overwritten"]);
     refused("drive-0001.mcap");
     for file in &parts[..parts.len() - 1] {
         std::fs::remove_file(folder.join(file)).expect("a file");
@@ -257,7 +257,7 @@ fn a_full_disk_ends_the_recording_and_not_the_reception() {
         let names = entries.map(|entry| entry.expect("an entry").file_name().into_string().expect("a name"));
         names.filter(|name| name.starts_with(start)).count()
     };
-    let words = ["cannot write drive.mcap: File too large", "going on without a recording"];
+    let words = ["cannot write drive.mcap: File too large", "continuing without a recording"];
     // Of a film, nothing is left.
     let received = limited("film.y4m --mcap drive.mcap");
     says(&received, 2, &words);

@@ -172,7 +172,7 @@ fn signed_panels_begin_with_those_of_the_message() {
     for option in ["--raw", "--flicker"] {
         refused(
             &["transmit", "--message", "hi", "--sign", &key, option],
-            &["--sign goes with neither"],
+            &["--sign cannot be used with"],
         );
     }
 }
@@ -187,7 +187,7 @@ fn a_private_key_is_its_owners_alone_and_never_overwritten() {
     let mode = |path: &str| std::fs::metadata(path).expect("there").permissions().mode() & 0o777;
     assert_eq!(mode(&key), 0o600);
     let before = std::fs::read_to_string(&key).expect("a key");
-    refused(&["keys", "new", &key], &["is there already"]);
+    refused(&["keys", "new", &key], &["exists"]);
     assert_eq!(std::fs::read_to_string(&key).expect("a key"), before);
     let secret = before.lines().find_map(|line| line.strip_prefix("secret = ")).expect("a secret");
     let shown = vocc(&["keys", "show", &key]);
@@ -221,10 +221,10 @@ fn files_that_hold_no_keys_are_refused_with_a_way_out_and_no_secret() {
     write(&format!("[[key]]\nname = \"a\"\npublic = \"{}\"\n", "02".repeat(32)));
     receive(&bad, &["none of Ed25519"]);
     write(&text_of(&trusted).repeat(2));
-    receive(&bad, &["have one name"]);
+    receive(&bad, &["have the same id"]);
     let named = |name: &str| text_of(&trusted).replace("truck 12", name);
     write(&named("a\\nb"));
-    receive(&bad, &["is no name"]);
+    receive(&bad, &["is not a name"]);
     write("[[key]]\nnane = 3\n");
     receive(&bad, &["holds no public keys"]);
     // A truncated file has lost the stored counters.
@@ -268,6 +268,6 @@ fn files_that_hold_no_keys_are_refused_with_a_way_out_and_no_secret() {
     };
     write(&text_of(&key).replace(&public(&key), &public(&other)));
     sign(&["is not that of the private one"]);
-    refused(&["keys", "new", &path("new.toml"), "--name", "a\nb"], &["is no name"]);
+    refused(&["keys", "new", &path("new.toml"), "--name", "a\nb"], &["is not a name"]);
     assert!(!Path::new(&path("new.toml")).exists());
 }

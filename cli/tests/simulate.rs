@@ -170,7 +170,7 @@ fn a_calibration_to_fill_in_is_refused_until_its_luminance_is_there() {
 
     let own = text_of(&file).replace("26000.0", "12345.0");
     std::fs::write(&file, &own).expect("written");
-    refused(&[&template[..], &[name(&file)]].concat(), &["there already"]);
+    refused(&[&template[..], &[name(&file)]].concat(), &["exists"]);
     assert_eq!(text_of(&file), own);
     refused(&["device", "calibration"], &["--port <P>"]);
 }
@@ -201,7 +201,7 @@ fn light_is_turned_up_and_down_and_the_sensor_taken_away() {
     }
     board.tell("dim");
     let (_, said) = board.end();
-    assert!(said.contains("\"dim\" says nothing here"), "{said}");
+    assert!(said.contains("\"dim\" is not a command"), "{said}");
 }
 
 #[test]
@@ -213,7 +213,10 @@ fn the_flash_survives_and_is_one_boards_at_a_time() {
     let mut board = Simulator::start(&["--flash", flash]);
     says(&board.vocc(&["table", "push", name(&table)]), 0, &[]);
     says(&board.vocc(&["device", "rate", "27"]), 0, &[]);
-    refused(&["device", "simulate", "--flash", flash], &["another board", "name another file"]);
+    refused(
+        &["device", "simulate", "--flash", flash],
+        &["another simulated board", "give another file"],
+    );
     board.tell("restart");
     let faults = serde_json::json!(["no_calibration"]);
     board.wait_for("a restart", |status| status["frames"].as_u64() < Some(5));
@@ -232,7 +235,10 @@ fn the_flash_survives_and_is_one_boards_at_a_time() {
     let rate_hz = symbols(&status) / (uptime_s(&status) + 0.5);
     assert!((15.0..40.0).contains(&rate_hz), "{rate_hz} symbols a second");
     board.end();
-    refused(&["device", "simulate", "--flash", name(&table)], &["no flash memory", "65536"]);
+    refused(
+        &["device", "simulate", "--flash", name(&table)],
+        &["not a board's flash memory", "65536"],
+    );
     assert_eq!(std::fs::read_to_string(&table).expect("there"), TABLE);
 }
 
@@ -275,7 +281,7 @@ fn the_port_has_a_name_of_ones_own_for_as_long_as_it_is_there() {
     );
     board.port = name(&link).into();
     assert_eq!(board.status()["board"], "simulated");
-    refused(&["device", "simulate", "--link", name(&link)], &["there already", "another name"]);
+    refused(&["device", "simulate", "--link", name(&link)], &["exists", "another name"]);
     assert!(link.exists());
     common::bounded::signal("-TERM", board.child.id());
     assert!(board.child.wait().expect("it ends").success());
@@ -283,7 +289,7 @@ fn the_port_has_a_name_of_ones_own_for_as_long_as_it_is_there() {
 
     let mine = place.join("mine");
     std::fs::write(&mine, "mine").expect("written");
-    refused(&["device", "simulate", "--link", name(&mine)], &["there already"]);
+    refused(&["device", "simulate", "--link", name(&mine)], &["exists"]);
     assert_eq!(std::fs::read_to_string(&mine).expect("there"), "mine");
 }
 
@@ -351,7 +357,7 @@ fn what_is_sent_is_filmed_and_received() {
     let received = vocc(&["receive", name(&frames)]);
     says(&received, 0, &[]);
     assert!(text(&received.stdout).contains("ice ahead"), "{}", text(&received.stdout));
-    refused(&[&["device", "simulate"], &film[..]].concat(), &["holds frames already"]);
+    refused(&[&["device", "simulate"], &film[..]].concat(), &["already holds frames"]);
 
     // The same film through a pipe, while it is shown.
     let pipe = place.join("pipe");
@@ -532,7 +538,7 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     let board = Simulator::start(&[]);
     says(&board.vocc(&["device", "calibration", name(&out)]), 0, &[]);
     board.end();
-    refused(&wanted.concat(), &["there already"]);
+    refused(&wanted.concat(), &["exists"]);
 }
 
 /// A file of a PIN that nobody else can read.
@@ -573,10 +579,10 @@ fn a_locked_board_changes_nothing_without_its_pin() {
         &["device", "unlock"],
     ];
     for change in changes {
-        refused(&[change, &["--port", &board.port]].concat(), &["its PIN is needed", "--pin-file"]);
+        refused(&[change, &["--port", &board.port]].concat(), &["the PIN is needed", "--pin-file"]);
     }
     let wrong = ["device", "rate", "27", "--pin-file", &second, "--port", &board.port];
-    refused(&wrong, &["the PIN is not that of its lock"]);
+    refused(&wrong, &["the PIN is wrong"]);
     prints(&board.vocc(&["device", "rate"]), "90");
     let opened = |words: &[&str]| board.vocc(&[words, &["--pin-file", &first]].concat());
     for change in &changes[..5] {
@@ -592,7 +598,7 @@ fn a_locked_board_changes_nothing_without_its_pin() {
     assert_eq!(board.status()["locked"], true);
     refused(
         &["device", "unlock", "--pin-file", &first, "--port", &board.port],
-        &["the PIN is not that of its lock"],
+        &["the PIN is wrong"],
     );
     prints(&board.vocc(&["device", "unlock", "--pin-file", &second]), "not locked");
     prints(&board.vocc(&["device", "rate", "30"]), "30");
@@ -618,7 +624,7 @@ fn a_pin_comes_from_standard_input_or_a_file_that_is_ones_own() {
     says(
         &piped(&["device", "rate", "27", "--pin-file", "-"], "12345"),
         2,
-        &["a PIN of 5 bytes", "6 to 128"],
+        &["the PIN has 5 bytes", "6 to 128"],
     );
 
     let open = pin_file(&place, "123456");

@@ -74,7 +74,7 @@ fn what_is_no_time_is_refused() {
     refused(&|stamps| stamps.truncate(3), &["f003.png has no time stamp", "add a line for it"]);
     refused(
         &|stamps| stamps[5].1 = f64::NAN,
-        &["line 7: \"f005.png,NaN\" is no frame and the seconds"],
+        &["line 7: \"f005.png,NaN\" is not a frame and its time"],
     );
     refused(
         &|stamps| stamps.push(("f999.png".to_owned(), 99.0)),

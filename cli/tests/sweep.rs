@@ -146,10 +146,10 @@ fn status_says_what_is_there_and_what_is_not() {
     let states = common::json_lines(&status);
     let states: Vec<&Value> = states.iter().map(|shard| &shard["state"]).collect();
     assert_eq!(states, ["done", "missing", "failed"]);
-    place.refused(&["merge", "out"], &["shard-000002", "no whole results"]);
+    place.refused(&["merge", "out"], &["shard-000002", "not whole results"]);
     // A damaged shard is not resumed; after its removal, it is computed again.
     let again = ["sweep", "plan.toml", "--out", "out", "--shard", "2/3", "--resume"];
-    place.refused(&again, &["no whole results"]);
+    place.refused(&again, &["not whole results"]);
     let words = place.vocc(&["sweep", "--status", "out"]);
     assert!(text(&words.stdout).contains("--array=1,2"), "{words:?}");
     std::fs::remove_file(&third).expect("a shard");

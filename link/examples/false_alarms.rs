@@ -1,4 +1,4 @@
-//! Counts the events of a receiver over random panels, which are no transmission.
+//! Counts the events of a receiver over random panels, which are not a transmission.
 //!
 //! `cargo run --release -p vocc-link --example false_alarms [PANELS [SEED]]` (default: 10 000 000 and 1)
 

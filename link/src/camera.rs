@@ -130,7 +130,7 @@ impl Camera {
 pub enum CameraError {
     /// The encoding's exponent.
     #[error(
-        "a gamma of {gamma} is not {} to {}: give the camera's, 1 where it is linear; 2.2 is a start where it is not known",
+        "a gamma of {gamma} is not {} to {}: give the camera's value, 1 if it is linear; if it is unknown, start with 2.2",
         Encoding::GAMMA.start(),
         Encoding::GAMMA.end()
     )]
@@ -150,7 +150,7 @@ pub enum CameraError {
     },
     /// The blur along x over that along y.
     #[error(
-        "a blur {blur_aspect} times as wide as high is not {} to {}: 1 is a start where it is not known",
+        "a blur {blur_aspect} times as wide as high is not {} to {}: if it is unknown, start with 1",
         Camera::BLUR_ASPECT.start(),
         Camera::BLUR_ASPECT.end()
     )]
@@ -160,7 +160,7 @@ pub enum CameraError {
     },
     /// The lens blur.
     #[error(
-        "a blur of {blur_sigma_px} px is not {} to {} px: focus, or shrink the frames; 1.5 is a start where it is not known",
+        "a blur of {blur_sigma_px} px is not {} to {} px: focus, or shrink the frames; if it is unknown, start with 1.5",
         Camera::BLUR_SIGMA_PX.start(),
         Camera::BLUR_SIGMA_PX.end()
     )]
@@ -170,7 +170,7 @@ pub enum CameraError {
     },
     /// The read noise.
     #[error(
-        "a read noise of {read_noise_e} electrons is not {} to {:e}: a data sheet has it; 3 is a start where it is not known",
+        "a read noise of {read_noise_e} electrons is not {} to {:e}: take it from a data sheet; if it is unknown, start with 3",
         Camera::READ_NOISE_E.start(),
         Camera::READ_NOISE_E.end()
     )]

@@ -189,7 +189,7 @@ impl Block {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Undecodable {
     /// Too many panels were lost.
-    #[error("{known} of the block's bits are known, at least {needed} are needed: more of its panels must arrive")]
+    #[error("only {known} of the block's bits are known, and at least {needed} are needed: too many panels were lost")]
     TooFewBits {
         /// Bits that were received or are known to be zero.
         known: usize,

@@ -9,7 +9,7 @@ use crate::l2a_table::Interval;
 /// Bits of the diameter in a header.
 const DIAMETER_BITS: u32 = 20;
 
-/// The size of a panel: the width of an LED's shining disc, and the gap between two of them.
+/// The size of a panel: the diameter of an LED's bright disc, and the gap between two discs.
 ///
 /// ```
 /// use link::geometry::Geometry;
@@ -30,7 +30,7 @@ pub struct Geometry {
 /// A panel size out of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 #[error(
-    "a panel of LEDs {} m wide is outside 0.0001 to 1 m: give the width of one LED's shining disc",
+    "a panel of LEDs {} m wide is outside 0.0001 to 1 m: give the diameter of one LED's bright disc",
     f64::from(*.led_diameter_um) / 1e6
 )]
 pub struct GeometryError {

@@ -52,21 +52,21 @@ pub fn mean_cd(luminance_cd_m2: f64, led_diameter_m: f64) -> f64 {
 pub enum IntensityLimitError {
     /// The intensity, in thousandths of a candela, is outside [`IntensityLimit::MOST_MCD`].
     #[error(
-        "an intensity limit of {} cd is outside 0.001 to 1000000 cd: leave it out for none",
+        "an intensity limit of {} cd is outside 0.001 to 1000000 cd: omit it for no limit",
         f64::from(*.0) / 1e3
     )]
     Intensity(u32),
     /// The diameter, in millionths of a metre, is outside [`Geometry::LED_DIAMETER_UM`].
     #[error(
-        "an LED diameter of {} m is outside 0.0001 to 1 m: give the width of one LED's shining disc",
+        "an LED diameter of {} m is outside 0.0001 to 1 m: give the diameter of one LED's bright disc",
         f64::from(*.0) / 1e6
     )]
     LedDiameter(u32),
 }
 
 impl IntensityLimit {
-    /// The range of limits, 1/1000 cd: up to 1000 of the brightest head lamps. The greatest value means no limit: on the wire and in flash
-    /// memory it stands for a diameter alone.
+    /// The range of limits, 1/1000 cd: up to 1000 of the brightest headlamps. The greatest value means no limit: on the wire and in
+    /// flash memory it encodes a diameter alone.
     pub const MOST_MCD: RangeInclusive<u32> = 1..=1_000_000_000;
 
     /// A limit in 1/1000 cd, or none, for LEDs of a diameter in µm.

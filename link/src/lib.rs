@@ -77,7 +77,7 @@
 //! # Choosing
 //!
 //! * **To send messages**: [`framing::Framer`] with [`Code::for_length`](fec::Code::for_length), and
-//!   [`framing::Deframer`] at the other end. Text below 9 bytes is 5 panels; 1024 bytes are 216.
+//!   [`framing::Deframer`] at the other end. A text of up to 8 bytes takes 5 panels, 1024 bytes take 216.
 //! * **To choose another code**, if you know the channel: [`fec::Code::Tm1280`] at error rates well below 1 % (1024 bytes in 184 panels),
 //!   [`fec::Code::Tc512`] if one repeat must suffice at 4 % and more. `cargo run --release -p vocc-link --example code_choice` compares all
 //!   codes at all lengths.

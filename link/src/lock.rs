@@ -1,16 +1,16 @@
 //! The lock of a transmitter's serial ports: permits, each for one request. Feature `signing`.
 //!
-//! A locked transmitter has a public key. For each request that [changes something](crate::serial::Request::changes) it wants a permit,
-//! which is an Ed25519 signature over these bytes:
+//! A locked transmitter has a public key. Each request that [changes something](crate::serial::Request::changes) needs a permit,
+//! an Ed25519 signature over these bytes:
 //!
 //! ```text
 //!  "vocc permit 1" │ salt, 8 bytes │ challenge, 4 bytes │ sequence number, 4 bytes │ body of the request      numbers little-endian
 //! ```
 //!
-//! The transmitter counts the challenges, also over restarts, and takes each of them once. So a recorded permit is of no use later, and one
-//! that is intercepted fits no other request. The salt is a new random number with each lock, so that a permit fits one lock only.
+//! The transmitter counts the challenges, also across restarts, and accepts each once. So a recorded permit is useless later, and an
+//! intercepted one fits no other request. Each lock has a new random salt, so that a permit fits one lock only.
 //!
-//! `vocc` derives the private key from a PIN and the salt, with a function that is slow on purpose. The transmitter never knows the PIN.
+//! `vocc` derives the private key from a PIN and the salt, with a deliberately slow function. The transmitter never learns the PIN.
 //!
 //! ```
 //! use link::{lock::Challenge, serial::Request, signing::SecretKey};
@@ -34,12 +34,12 @@ use crate::signing::{PublicKey, SecretKey};
 const CONTEXT: &[u8; 13] = b"vocc permit 1";
 const PREFIX_BYTES: usize = CONTEXT.len() + 8 + 4 + 4;
 
-/// What a permit answers.
+/// The challenge that a permit answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Challenge {
     /// The lock's salt.
     pub salt: u64,
-    /// The number that is used once.
+    /// The number, which is used once.
     pub number: u32,
 }
 
@@ -127,7 +127,7 @@ mod tests {
         assert!(key.permit(CHALLENGE, 5, &longer).is_none());
     }
 
-    /// A message's signature is no permit, and a permit signs no message.
+    /// A message's signature is no valid permit, and a permit signs no message.
     #[test]
     fn signatures_for_messages_are_no_permits() {
         let key = SecretKey::from_seed([1; 32]).unwrap();

@@ -1,6 +1,6 @@
 //! The fixed pseudo-random words that make every panel of a segment look different.
 //!
-//! Panel n of a segment is shown as its coded bits XOR [`word`]`(n)`. Two reasons:
+//! Panel n of a segment is shown as its coded bits XOR [`word`]`(n)`. There are two reasons:
 //!
 //! * **A new panel is recognisably new.** Camera and panel share no clock, so a receiver often photographs one panel twice and must
 //!   distinguish "the same panel again" from "the next one". Text with runs of equal bytes, zero padding and the like would give equal

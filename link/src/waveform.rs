@@ -30,12 +30,12 @@ use crate::symbol_rate::SymbolRate;
 /// // Its cycles are 1/16 of a symbol long: a 1 is On for the first 1/64.
 /// assert!(carrier.is_on(true, 0.01) && !carrier.is_on(false, 0.01));
 /// assert!(!carrier.is_on(true, 0.02) && carrier.is_on(false, 0.02));
-/// // 1440 Hz at 90 symbols a second. Half a cycle says all, more than that ever less, a whole one nothing.
+/// // 1440 Hz at 90 symbols a second. Half a cycle has full contrast, longer exposures less, a whole cycle none.
 /// assert_eq!(carrier.carrier_hz(90.0)?, 1440.0);
 /// assert_eq!(carrier.contrast(0.25 / 16.0, 0.75 / 16.0), -1.0);
 /// assert!((carrier.contrast(0.0, 0.25 / 16.0 + 1.0 / 16.0) - 0.2).abs() < 1e-12);
 /// assert!(carrier.contrast(0.3, 0.3 + 1.0 / 16.0).abs() < 1e-12);
-/// // A panel that stands still says all of it always.
+/// // A still panel always has full contrast.
 /// assert_eq!(Waveform::STILL.contrast(0.3, 0.7), 1.0);
 /// # Ok::<(), link::waveform::WaveformError>(())
 /// ```
@@ -81,9 +81,9 @@ impl Waveform {
     pub const MIN_CYCLES: u16 = 2;
     /// The most cycles a symbol: [`MAX_HZ`](Self::MAX_HZ) at the slowest of symbol rates.
     pub const MAX_CYCLES: u16 = 333;
-    /// The slowest carrier, Hz: its cycle is 5 ms, the longest period of a light that does not seem to flicker by IEEE Std 802.15.7.
+    /// The slowest carrier, Hz: its cycle is 5 ms, the longest period without visible flicker by IEEE Std 802.15.7.
     pub const MIN_HZ: f64 = 200.0;
-    /// The fastest carrier, Hz: above it IEEE Std 1789 limits no light, and exposures only see less contrast. The next state of the LEDs is
+    /// The fastest carrier, Hz: IEEE Std 1789 has no limits above it, and exposures only have less contrast. The next state of the LEDs is
     /// shifted within a quarter of a cycle, 83 µs: five times what eight shift registers take at 4 MHz.
     pub const MAX_HZ: f64 = 3000.0;
 

@@ -10,7 +10,7 @@ use crate::compare;
 use crate::count::Count;
 use crate::curve::{self, Curve, Measure};
 use crate::decode;
-use crate::explore::{Explore, Sight};
+use crate::explore::{Explore, FrameReadings};
 use crate::fault::Fault;
 use crate::receive::{self, Film, Format};
 use crate::scene_text::SceneText;
@@ -152,8 +152,8 @@ impl Page {
     }
 
     /// The readings of the last frame.
-    pub fn sight(&self) -> &Sight {
-        static NOTHING: Sight = Sight::NOTHING;
+    pub fn sight(&self) -> &FrameReadings {
+        static NOTHING: FrameReadings = FrameReadings::NOTHING;
         self.explore.as_ref().map_or(&NOTHING, |explore| &explore.sight)
     }
 
@@ -199,7 +199,7 @@ impl Page {
                 let count = self.count.as_mut().ok_or(Fault::NotBegun("count"))?;
                 let began = crate::clock();
                 count.add(few(frames)?)?;
-                let mut told = count.told();
+                let mut told = count.as_json();
                 told["ms"] = json!((crate::clock() - began).as_secs_f64() * 1e3);
                 Ok(told)
             }
@@ -217,7 +217,7 @@ impl Page {
             Request::CurveOn { frames } => {
                 let curve = self.curve.as_mut().ok_or(Fault::NotBegun("begin a curve"))?;
                 curve.add(few(frames)?)?;
-                Ok(curve.told())
+                Ok(curve.as_json())
             }
             Request::Optimum {
                 scene,

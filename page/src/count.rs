@@ -44,8 +44,8 @@ impl Count {
         &self.sum
     }
 
-    /// The result so far, for the page.
-    pub fn told(&self) -> Value {
+    /// The result so far, as JSON for the page.
+    pub fn as_json(&self) -> Value {
         let (errors, apart) = (&self.sum.errors, self.sum.distinguishability());
         json!({
             "frames": errors.frames(), "bits": errors.bits(), "bit_errors": errors.errors(), "ber": errors.rate(),
@@ -75,7 +75,7 @@ mod tests {
         }
         assert_eq!(whole.sum().errors, pieces.sum().errors);
         assert!(whole.sum().errors.errors() > 0);
-        let b2w = |count: &Count| count.told()["b2w"].as_f64().unwrap();
+        let b2w = |count: &Count| count.as_json()["b2w"].as_f64().unwrap();
         assert!((b2w(&whole) / b2w(&pieces) - 1.0).abs() < 1e-9);
     }
 }

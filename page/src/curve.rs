@@ -56,7 +56,7 @@ impl Curve {
     }
 
     /// The curve for the page.
-    pub fn told(&self) -> Value {
+    pub fn as_json(&self) -> Value {
         let values: Vec<_> = self.points.iter().map(|(l2a, count)| (*l2a, self.value(count))).collect();
         let better = |a: f64, b: f64| match self.measure {
             Measure::B2w => a > b,
@@ -118,7 +118,7 @@ mod tests {
         let scene = Scene::load("paper", &far.map(String::from)).unwrap();
         let mut curve = Curve::new(&scene, Measure::B2w, DetectorChoice::KMeans, Level::Fast, 1, 9).unwrap();
         curve.add(256).unwrap();
-        let on_the_curve = curve.told()["best"]["l2a"].as_f64().unwrap();
+        let on_the_curve = curve.as_json()["best"]["l2a"].as_f64().unwrap();
         let found = best(&scene, DetectorChoice::KMeans, Measure::B2w, 512, 1).unwrap();
         let found = found["l2a"].as_f64().unwrap();
         assert!((on_the_curve / found).ln().abs() < 0.6, "{on_the_curve} {found}");

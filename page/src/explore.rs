@@ -22,7 +22,7 @@ use crate::scene_text::Settings;
 
 /// The readings of a frame.
 #[derive(Clone, Debug)]
-pub struct Sight {
+pub struct FrameReadings {
     /// The bits of the panel in the middle of the exposure.
     pub sent: PanelFrame,
     /// The bits that k-means reads; all Off if it reads none.
@@ -45,7 +45,7 @@ pub struct Sight {
     pub why: String,
 }
 
-impl Sight {
+impl FrameReadings {
     /// The readings before the first frame.
     pub const NOTHING: Self = Self {
         sent: PanelFrame::from_bits(0),
@@ -72,7 +72,7 @@ pub struct Explore {
     pub(crate) grey: Vec<u8>,
     map: Box<CellMap<PANEL_PIXELS>>,
     likelihood: Box<MaximumLikelihood<LIKELIHOOD_PIXELS>>,
-    pub(crate) sight: Sight,
+    pub(crate) sight: FrameReadings,
 }
 
 /// A scene's properties, sent to the page once.
@@ -121,7 +121,7 @@ impl Explore {
             grey: vec![0; region.width * region.height],
             map: Box::new(CellMap::empty()),
             likelihood: Box::new(MaximumLikelihood::new(camera_of(scene))),
-            sight: Sight::NOTHING,
+            sight: FrameReadings::NOTHING,
             image: renderer.linear_image(region),
             renderer,
             seed,
@@ -155,10 +155,10 @@ impl Explore {
         // The reason of the frame before is cleared; its memory is reused.
         let mut why = std::mem::take(&mut self.sight.why);
         why.clear();
-        self.sight = Sight {
+        self.sight = FrameReadings {
             sent: self.renderer.seen(0, &moment, &self.shown[0]),
             why,
-            ..Sight::NOTHING
+            ..FrameReadings::NOTHING
         };
         if let Err(why) = self.read(&moment)
             && !self.sight.why.contains(&why)
@@ -249,7 +249,7 @@ mod tests {
         for metres in [2.0, 3.0, 10.0, 70.0, 140.0] {
             let mut explore = explore(&[&format!("pose.distance_m={metres}")]);
             explore.frame(0);
-            let Sight { is_read, why, .. } = &explore.sight;
+            let FrameReadings { is_read, why, .. } = &explore.sight;
             assert!(*is_read == [true; 2] || !why.is_empty(), "{metres} m");
         }
     }

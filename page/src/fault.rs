@@ -6,10 +6,10 @@ use reception::stream::StreamError;
 #[derive(Debug, thiserror::Error)]
 pub enum Fault {
     /// The page has requested something that does not exist, which is a bug of the page.
-    #[error("the page asked for something that there is not ({0}): load it again")]
+    #[error("the page made an unknown request ({0}): load it again")]
     Request(#[from] serde_json::Error),
     /// A request continues something that was not begun.
-    #[error("nothing was begun that could go on: {0} first")]
+    #[error("nothing to continue: {0} first")]
     NotBegun(&'static str),
     /// The requested contents cannot be written as a file.
     #[error("it cannot be written as a file: {0}")]
@@ -18,7 +18,7 @@ pub enum Fault {
     #[error(transparent)]
     Library(Box<dyn std::error::Error + Send + Sync>),
     /// A film has another format.
-    #[error("it is no y4m film: it does not begin as one does; other films are read where this browser plays them")]
+    #[error("it is not a y4m film: it does not begin as one does; other films are read where this browser plays them")]
     NoY4m,
     /// A film has no frames left.
     #[error("the film has no frame here: it is empty, or cut off")]

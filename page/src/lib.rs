@@ -42,7 +42,7 @@ mod send;
 use std::time::Duration;
 
 pub use ask::Page;
-pub use explore::Sight;
+pub use explore::FrameReadings;
 pub use fault::Fault;
 
 /// The time since an arbitrary time: the browser's clock or, outside a browser, the system's.

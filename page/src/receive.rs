@@ -101,18 +101,18 @@ impl Film {
         self.signers.trust()
     }
 
-    /// Processes frame `number`, which was taken `late` frame periods late.
+    /// Processes frame `number`, taken `late` frame periods after its time.
     pub fn take(&mut self, number: u64, late: f64, format: Format, bytes: &[u8]) -> Result<Value, Fault> {
         if number < self.next {
             return Err(Fault::Range {
                 what: "the frame's number",
                 value: number as f64,
-                allowed: "numbers rise from frame to frame: begin anew",
+                allowed: "numbers rise from frame to frame: start again",
             });
         }
         if !late.is_finite() {
             return Err(Fault::Range {
-                what: "by how many frames it is late",
+                what: "its delay in frames",
                 value: late,
                 allowed: "give a number",
             });
@@ -157,7 +157,7 @@ impl Film {
         }))
     }
 
-    /// Adds a message to the list, or the verdict on one that came before to `proofs`.
+    /// Adds a message to the list, or the verdict on an earlier one to `proofs`.
     fn event(&mut self, event: &PanelEvent, proofs: &mut Vec<Value>) {
         match self.signers.news(0, event) {
             Some(News::Message(message, verdict)) => {
@@ -386,7 +386,7 @@ mod tests {
 
         for (keys, words) in [
             ("x", "the field of public keys holds no public keys"),
-            (&keys.repeat(2), "have one name"),
+            (&keys.repeat(2), "have the same id"),
         ] {
             let refused = trust(keys, None).err().unwrap().to_string();
             assert!(refused.contains(words), "{refused}");

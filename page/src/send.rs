@@ -41,7 +41,7 @@ pub struct Sending {
     unread: u64,
     /// Frames whose exposure contains two symbols.
     straddled: u64,
-    /// Why there are no more frames, if there are none.
+    /// Why there are no more frames, if the film has ended.
     ended: Option<String>,
     /// The reason of the last frame that could not be read.
     last_loss: Option<String>,
@@ -178,10 +178,10 @@ impl Sending {
         }
         // Frames that are read before the carrier is known may show complements.
         if !self.waveform.is_still() {
-            advice.push("the carrier was not found: expose for half a cycle of it or less, or leave it out".into());
+            advice.push("the carrier was not found: expose for at most half a cycle of it, or switch it off".into());
         } else if self.errors.errors() > 0 {
             advice.push(format!(
-                "{} of {} bits were wrong: come nearer, take a longer lens, a wider interval of LEDs or another L2A",
+                "{} of {} bits were wrong: reduce the distance, or use a longer lens, a wider interval of LEDs or another L2A",
                 self.errors.errors(),
                 self.errors.bits()
             ));

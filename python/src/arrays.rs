@@ -48,7 +48,7 @@ enum Samples<'a> {
     Light(&'a [f32]),
 }
 
-/// The way out in errors about objects that are no images.
+/// The way out in errors about objects that are not images.
 const WANTED: &str = "give a NumPy array of shape (height, width) and type uint8, uint16 or float32 (linear light), or (height, width, 3) \
     and uint8 as OpenCV has colours";
 
@@ -196,7 +196,7 @@ fn on_bytes<'py>(object: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArrayDyn<'py,
 fn check_unmasked(object: &Bound<'_, PyAny>, what: &str) -> PyResult<()> {
     match object.hasattr("mask")? {
         true => Err(PyTypeError::new_err(format!(
-            "{what} an array with a mask, which says nothing of the LEDs below it: give its filled(False), or filled(0.0) for soft values"
+            "{what} a masked array, which has no values for masked LEDs: give its filled(False), or filled(0.0) for soft values"
         ))),
         false => Ok(()),
     }
@@ -234,7 +234,7 @@ pub fn panels_read(object: &Bound<'_, PyAny>, first: u64, count: usize) -> PyRes
             let soft = soft.as_array();
             if let Some(place) = soft.iter().position(|value| value.is_nan()) {
                 return Err(refused(format!(
-                    "the detector returned NaN for LED {} of frame {}: return a number for each LED, 0 where nothing is known",
+                    "the detector returned NaN for LED {} of frame {}: return a number for each LED, 0 if it is unknown",
                     place % LEDS,
                     first + (place / LEDS) as u64
                 )));

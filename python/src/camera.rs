@@ -28,7 +28,7 @@ use crate::record::{self, record};
 /// >>> vocc.Camera(encoding=9)
 /// Traceback (most recent call last):
 ///     ...
-/// vocc.VoccError: a gamma of 9 is not 1 to 4: give the camera's, 1 where it is linear; 2.2 is a start where it is not known
+/// vocc.VoccError: a gamma of 9 is not 1 to 4: give the camera's value, 1 if it is linear; if it is unknown, start with 2.2
 #[pyclass(frozen, skip_from_py_object, module = "vocc")]
 #[derive(Clone, Copy, Default)]
 pub struct Camera {
@@ -307,7 +307,7 @@ fn encoding_of(argument: &Bound<'_, PyAny>) -> PyResult<Encoding> {
         Ok(name) if name == "srgb" => Ok(Encoding::Srgb),
         Ok(name) if name == "rec709" => Ok(Encoding::Rec709),
         _ => Err(refused(format!(
-            "{} is no encoding: give linear, srgb, rec709, or a gamma of 1 to 4",
+            "{} is not an encoding: give linear, srgb, rec709, or a gamma of 1 to 4",
             argument.repr()?
         ))),
     }

@@ -34,7 +34,7 @@ record! {
         place: Option<&'static str>,
         /// The corner LEDs of the panel that the image shows instead, of shape (4, 2), where the place is "elsewhere".
         elsewhere_px: Option<Py<PyArray2<f32>>>,
-        /// How far given corners turn the panel clockwise, in degrees: 0, 90, 180 or 270.
+        /// The clockwise rotation of the panel by the given corners, in degrees: 0, 90, 180 or 270.
         turned_deg: Option<u32>,
         /// The corner LEDs, top left, top right, bottom right and bottom left: x and y in pixels, of shape (4, 2).
         corners_px: Option<Py<PyArray2<f32>>>,
@@ -83,7 +83,7 @@ fn wrong_corners(argument: &Bound<'_, PyAny>) -> PyErr {
     ))
 }
 
-/// Reads the bits of a single image as `vocc decode` does: at `corners`, or wherever it finds a panel.
+/// Reads the bits of a single image as `vocc decode` does: at `corners`, or at the place that a search finds.
 ///
 /// `image` is a uint8, uint16 or float32 array of shape (height, width), or (height, width, 3) with colours in OpenCV's order, of which
 /// `channel` is read: brightest, red, green, blue or grey. `detector` is best, ml, kmeans, kmeans-raw or otsu. With the panel's `interval`

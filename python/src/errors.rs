@@ -11,7 +11,7 @@ create_exception!(
     vocc,
     VoccError,
     PyValueError,
-    "What was asked for cannot be: says what is wrong, with the value, the range and the way out, as the command line does."
+    "An invalid request: the message has the cause, the value, the allowed range and the way out, as on the command line."
 );
 
 /// The exception for an error of a library.
@@ -30,5 +30,5 @@ pub fn guarded<T>(work: impl FnOnce() -> PyResult<T>) -> PyResult<T> {
 }
 
 fn own_fault() -> PyErr {
-    PyRuntimeError::new_err("vocc has met a fault of its own: please report it with what was asked for and what standard error says")
+    PyRuntimeError::new_err("vocc has an internal error: please report it with the call and the text on standard error")
 }

@@ -20,7 +20,7 @@ use crate::errors::{check, guarded, refused};
 use crate::frames::{all_corners, all_features, check_batch, draw, pictures};
 use crate::record::record;
 use crate::scene::{Decision, decisions, scene_of};
-use crate::work::{Ears, Work};
+use crate::work::{Work, WorkControl};
 
 record! {
     /// The result of an evaluation: the keys of `vocc evaluate --json`.
@@ -196,16 +196,16 @@ pub fn evaluate<'py>(
             read_by_function(py, &source, function, batch, &work, progress, counts)?.finish("")?
         }
         Detector::Named(choice) if by_frame => work
-            .run(py, progress, |ears| read_by_name(&scene, settings, counts, ears))?
+            .run(py, progress, |control| read_by_name(&scene, settings, counts, control))?
             .finish(choice.name())?,
         Detector::Named(_) => {
             let mut sweep = Sweep::single(scene.clone(), &settings);
             sweep.rare_events = rare_events;
-            let found = work.run(py, progress, |mut ears| {
+            let found = work.run(py, progress, |mut control| {
                 let mut results = Results::new(sweep.clone());
-                let run = Run::new(&sweep, Shard::WHOLE, None)?.until(ears.stop);
+                let run = Run::new(&sweep, Shard::WHOLE, None)?.until(control.stop);
                 run.advance(&mut results, |news| {
-                    ears.done(news.frames);
+                    control.done(news.frames);
                     true
                 })?;
                 Ok::<_, SweepError>(results.summary(0))
@@ -348,8 +348,8 @@ fn read_by_function(
 }
 
 /// Reads all frames with the configured detector.
-fn read_by_name(scene: &Scene, settings: Settings, mut counts: Counts, mut ears: Ears) -> Result<Counts, EvaluateError> {
-    let stop = ears.stop;
+fn read_by_name(scene: &Scene, settings: Settings, mut counts: Counts, mut control: WorkControl) -> Result<Counts, EvaluateError> {
+    let stop = control.stop;
     let labels = Labels {
         features: true,
         reading: true,
@@ -362,7 +362,7 @@ fn read_by_name(scene: &Scene, settings: Settings, mut counts: Counts, mut ears:
         for frame in source.draw_many(first, &mut images, stop)? {
             counts.add(&frame, frame.read.unwrap_or_default())?;
         }
-        ears.done(first + count);
+        control.done(first + count);
     }
     Ok(counts)
 }

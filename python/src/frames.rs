@@ -220,9 +220,9 @@ impl Frames {
 
 /// Draws `count` frames, with their pictures concatenated.
 pub fn draw(py: Python<'_>, source: &FrameSource, work: &Work, first: u64, count: usize) -> PyResult<(Vec<u8>, Vec<LabelledFrame>)> {
-    work.run(py, None, |ears| {
+    work.run(py, None, |control| {
         let mut images = vec![0; count * source.pixels()];
-        let frames = source.draw_many(first, &mut images, ears.stop)?;
+        let frames = source.draw_many(first, &mut images, control.stop)?;
         Ok::<_, studies::monte_carlo::EvaluateError>((images, frames))
     })
 }

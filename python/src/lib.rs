@@ -1,6 +1,6 @@
 //! `import vocc`: the simulator and the receiver for Python.
 //!
-//! A skin over the same libraries as the command line, without physics or signal processing of its own. Each file has the name of the
+//! A thin layer over the same libraries as the command line, without physics or signal processing of its own. Each file has the name of the
 //! command that does the same. Classes and functions are documented in Python, where their examples run as tests.
 //!
 //! Long calls release the GIL, respond to Ctrl-C, and start only the threads that the caller asks for: see `work`. Arrays are borrowed on

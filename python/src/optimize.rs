@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use studies::detectors::DetectorChoice;
 use studies::optimum::{Criterion, RANGE, Search};
-use studies::table::{Cell, CriterionSurvey, Entry, News, Rule, TableFile};
+use studies::table::{Cell, CriterionSurvey, Entry, Rule, SurveyEvent, TableFile};
 
 use crate::errors::{check, refused};
 use crate::evaluate::single_precision;
@@ -175,13 +175,13 @@ pub fn optimize<'py>(
         yaw_deg: yaws.unwrap_or(usual.yaw_deg),
     };
     check(survey.check(&scene))?;
-    let file = Work::on(threads)?.run(py, progress, |mut ears| {
-        survey.search.stop = ears.stop;
+    let file = Work::on(threads)?.run(py, progress, |mut control| {
+        survey.search.stop = control.stop;
         let mut done = 0;
         TableFile::searched(&survey, &scene, |news| {
-            if let News::Piece { work, .. } = news {
+            if let SurveyEvent::Piece { work, .. } = news {
                 done += work;
-                ears.done(done);
+                control.done(done);
             }
         })
     })?;

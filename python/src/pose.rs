@@ -48,7 +48,7 @@ record! {
         closing_speed_m_s: Option<f64>,
         /// Its standard deviation.
         closing_speed_sigma_m_s: Option<f64>,
-        /// Time to collision, in seconds, if the panel comes nearer.
+        /// Time to collision, in seconds, if the panel approaches.
         time_to_collision_s: Option<f64>,
         /// Its standard deviation.
         time_to_collision_sigma_s: Option<f64>,

@@ -152,7 +152,7 @@ record! {
     Status {
         /// 0: as it should be; 1: worse; 2: it does not work.
         level: u8,
-        /// Of what: "vocc: camera" or "vocc: panel 0".
+        /// The subject: "vocc: camera" or "vocc: panel 0".
         name: String,
         /// Why it has this level.
         message: String,
@@ -257,26 +257,28 @@ impl Receiver {
         })
     }
 
-    /// Takes in an image and tells what it has brought.
+    /// Processes an image and returns its results.
     ///
-    /// `image` is as for decode: what `cv2.VideoCapture.read` gives goes straight in. All are of one size and of one kind of
+    /// `image` is as for decode, such as the result of `cv2.VideoCapture.read`. All images must have one size and one kind of
     /// samples: uint8, uint16 or float32. `frame` is its number, one more
-    /// than that of the image before without it; numbers that are left out are lost frames. `late` says how many frame periods later than
+    /// than that of the image before without it; skipped numbers are lost frames. `late` says how many frame periods later than
     /// its number says it was taken.
     ///
-    /// Raises VoccError or TypeError of an image that is none or of another size, and of a receiver that is closed.
+    /// Raises VoccError or TypeError if the image is invalid or of another size, or if the receiver is closed.
     #[pyo3(signature = (image, *, frame=None, late=0.0))]
     fn feed(&mut self, py: Python<'_>, image: &Bound<'_, PyAny>, frame: Option<u64>, late: f64) -> PyResult<Received> {
         self.check_open()?;
         let number = frame.unwrap_or(self.next);
         if number < self.next {
             return Err(refused(format!(
-                "frame = {number} comes after frame {}: numbers rise, and those of lost frames are left out",
+                "frame = {number} comes after frame {}: numbers rise, and lost frames are skipped",
                 self.next - 1
             )));
         }
         if number == u64::MAX {
-            return Err(refused(format!("frame = {number}: give a number below it, none could follow")));
+            return Err(refused(format!(
+                "frame = {number}: give a smaller number, because none could follow"
+            )));
         }
         if !late.is_finite() {
             return Err(refused(format!("late = {late}: give a number of frame periods")));
@@ -305,8 +307,8 @@ impl Receiver {
         Ok(messages)
     }
 
-    /// The status of the camera and of each panel, if a report is due: with the first image, once a second of `time_s`, when a panel is found
-    /// or given up, and after a silence; else None.
+    /// The status of the camera and of each panel, if a report is due: with the first image, once a second of `time_s`, when a panel is
+    /// found or given up, and after a silence; else None.
     ///
     /// `time_s` is the time of the last image, from any origin at or before the first one's; `latency_s` how long after it the messages of
     /// that image were there; `dropped` the images that were left out before it, and `unusable` those that could not be fed.
@@ -339,8 +341,8 @@ impl Receiver {
         report.map(|report| statuses(py, report)).transpose()
     }
 
-    /// The status of a camera from which no image has come for `since_s` seconds, if a report is due: after 3 s, and then once a second; else
-    /// None.
+    /// The status of a camera from which no image has come for `since_s` seconds, if a report is due: after 3 s, and then once a second;
+    /// else None.
     ///
     /// Raises VoccError of a time that is not 0 to 1e10 s.
     ///
@@ -393,7 +395,7 @@ impl Receiver {
         self.next
     }
 
-    /// Whether it is closed.
+    /// Whether the receiver is closed.
     #[getter]
     fn closed(&self) -> bool {
         self.is_closed
@@ -501,7 +503,7 @@ impl Receiver {
         }
     }
 
-    /// Replaces the file of counters after a proof. What was received matters more than this file.
+    /// Replaces the file of counters after a proof. The received message matters more than this file.
     fn keep_counters(&mut self, py: Python<'_>) -> PyResult<()> {
         let kept = match self.signers.trust_mut().take_counters() {
             Ok(None) => return Ok(()),
@@ -579,7 +581,7 @@ fn statuses(py: Python<'_>, report: Vec<diagnostics::Status>) -> PyResult<Vec<Py
     report.into_iter().map(record).collect()
 }
 
-/// What a verdict says, as attributes.
+/// A verdict's values, as attributes.
 struct Claim {
     verdict: &'static str,
     signer: Option<String>,

@@ -51,7 +51,7 @@ record! {
 /// >>> vocc.Scene("night", distance_cm=7000)
 /// Traceback (most recent call last):
 ///     ...
-/// vocc.VoccError: scene key "distance_cm": there is none; the nearest is pose.distance_m
+/// vocc.VoccError: scene key "distance_cm": there is no such key; the nearest is pose.distance_m
 #[pyclass(frozen, eq, skip_from_py_object, module = "vocc")]
 #[derive(Clone, PartialEq)]
 pub struct Scene(pub scene::Scene);
@@ -302,7 +302,7 @@ impl Values {
         self.count += 1;
         if self.count > VALUES_MAX {
             return Err(refused(format!(
-                "{name} is one of more than {VALUES_MAX} values: no scene has so many"
+                "{name} is one of more than {VALUES_MAX} values: the limit for a scene"
             )));
         }
         if object.is_instance_of::<PyBool>() {
@@ -323,7 +323,7 @@ impl Values {
         }
         if self.depth == DEPTH_MAX {
             return Err(refused(format!(
-                "{name} has lists or dicts more than {DEPTH_MAX} deep: no scene has; does one hold itself?"
+                "{name} has lists or dicts more than {DEPTH_MAX} deep, the limit for a scene: check whether one contains itself"
             )));
         }
         self.depth += 1;

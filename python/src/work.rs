@@ -45,20 +45,20 @@ pub struct Work {
 }
 
 /// The connection between long work and its caller: progress, and the request to stop.
-pub struct Ears {
+pub struct WorkControl {
     done: Sender<u64>,
-    told: u64,
+    reported: u64,
     /// Whether the caller has requested the end.
     pub stop: Stop,
 }
 
-impl Ears {
+impl WorkControl {
     /// Reports the total that is done.
     pub fn done(&mut self, total: u64) {
-        if total > self.told {
+        if total > self.reported {
             // The caller may have stopped listening.
-            let _ = self.done.send(total - self.told);
-            self.told = total;
+            let _ = self.done.send(total - self.reported);
+            self.reported = total;
         }
     }
 }
@@ -92,14 +92,14 @@ impl Work {
         &self,
         py: Python<'_>,
         progress: Option<&Bound<'_, PyAny>>,
-        work: impl FnOnce(Ears) -> Result<T, E> + Send,
+        work: impl FnOnce(WorkControl) -> Result<T, E> + Send,
     ) -> PyResult<T> {
         let pool = self.pool()?;
         let flag = Flag::take();
         let (done, news) = channel();
-        let ears = Ears {
+        let control = WorkControl {
             done,
-            told: 0,
+            reported: 0,
             stop: Stop::at(flag.0),
         };
         let progress = progress.map(|progress| progress.clone().unbind());
@@ -110,7 +110,7 @@ impl Work {
                 let mut outcome = None;
                 let slot = &mut outcome;
                 let heard = pool.in_place_scope(|scope| {
-                    scope.spawn(move |_| *slot = Some(work(ears)));
+                    scope.spawn(move |_| *slot = Some(work(control)));
                     let heard = listen(&news, progress);
                     if heard.is_err() {
                         stop.store(true, Ordering::Relaxed);
@@ -122,7 +122,7 @@ impl Work {
             heard?;
             match outcome {
                 Some(outcome) => outcome.map_err(refused),
-                None => Err(refused("the work was not begun: try again")),
+                None => Err(refused("the work was not started: try again")),
             }
         })
     }

@@ -112,7 +112,7 @@ def test_bits_and_soft_values_of_any_kind_and_layout_say_the_same(answer: Any) -
         (np.zeros((10, 63), bool), vocc.VoccError, "of shape [10, 63]"),
         (np.zeros((10, 8, 8, 1), bool), vocc.VoccError, "of shape [10, 8, 8, 1]"),
         (np.zeros(640), vocc.VoccError, "of shape [640] and type float64"),
-        (np.ma.masked_array(np.zeros((10, 64), bool), True), TypeError, "an array with a mask"),
+        (np.ma.masked_array(np.zeros((10, 64), bool), True), TypeError, "a masked array"),
         (np.ma.masked_array(np.zeros((10, 64))), TypeError, "give its filled(False), or filled(0.0) for soft values"),
         (np.array(True), vocc.VoccError, "of shape [] and type bool"),
         (np.where(np.arange(640) == 135, np.nan, 1).reshape(10, 64), vocc.VoccError, "NaN for LED 7 of frame 2: return a number"),

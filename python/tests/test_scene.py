@@ -51,7 +51,7 @@ def test_values_are_read_back_under_their_names() -> None:
 @pytest.mark.parametrize(
     ("overrides", "words"),
     [
-        ({"distance_cm": 3}, 'scene key "distance_cm": there is none; the nearest is pose.distance_m'),
+        ({"distance_cm": 3}, 'scene key "distance_cm": there is no such key; the nearest is pose.distance_m'),
         ({"pose.distance": 3}, "the nearest is pose.distance_m"),
         ({"seed": 3}, "write camera.seed or panel.seed"),
         ({"distance_m": 0}, "pose.distance_m = 0: must be a number from 0.5 to 2000"),

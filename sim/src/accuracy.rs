@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | `reference` | f64, error function | 1e-9 of an LED's light, linear | tests, other levels |
 //! | `fine` | f32, table | 0.01 unrounded grey levels from the reference | figures, pictures |
-//! | `fast` | f32, table | 0.25 unrounded grey levels from the reference: half of what rounding does | Monte Carlo |
+//! | `fast` | f32, table | 0.25 unrounded grey levels from the reference: half of the rounding error | Monte Carlo |
 //!
 //! The test of `reference` uses values of thirty digits: `cargo test -p vocc-tests --test numerics disc_integral`. The test of the others
 //! uses the reference: `cargo test -p vocc-tests --test levels`.
@@ -81,7 +81,7 @@ const F32_STEP: f64 = 1e-7;
 pub struct Accuracy {
     /// Largest error of the integral over a disc; sets the number of chords.
     pub quadrature: f64,
-    /// Most light of a plane full of LEDs that may be cut off; sets how far the blur reaches.
+    /// Maximum light cut off from a plane full of LEDs; it sets the reach of the blur.
     pub truncation: f64,
     /// Table entries a pixel, 0 for none; bounds the interpolation (of whole LEDs, and see [`crate::disc::kernel::KernelTables`]).
     pub phases: usize,

@@ -65,7 +65,7 @@ pub fn whole_name(name: &str) -> Result<String, SceneError> {
     match alike[..] {
         [only] => Ok(only.clone()),
         [] => Err(fault(format!(
-            "there is none; the nearest is {of_panel}{}",
+            "there is no such key; the nearest is {of_panel}{}",
             nearest(&looked_up, &keys)
         ))),
         _ => {
@@ -88,10 +88,7 @@ pub fn check(scene: &Table) -> Result<(), SceneError> {
         Value::Table(keys) => check_table(table, keys),
         _ => Err(SceneError::Key {
             key: table.clone(),
-            why: format!(
-                "a scene is made of tables, and keys stand in one of them; the nearest is {}",
-                nearest(table, &all())
-            ),
+            why: format!("keys of a scene are in tables; the nearest is {}", nearest(table, &all())),
         }),
     })
 }

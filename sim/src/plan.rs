@@ -117,10 +117,10 @@ fn decide(effect: &dyn Effect, view: &View, range: &LinearRange) -> Decision {
     let About { name, model, keys, cost } = effect.about();
     let mode = view.scene.effects.mode(name);
     let (included, why) = match mode {
-        Mode::On => (true, "the scene says on".to_string()),
-        Mode::Off => (false, "the scene says off".to_string()),
+        Mode::On => (true, "the scene sets it on".to_string()),
+        Mode::Off => (false, "the scene sets it off".to_string()),
         Mode::Auto if bound_grey > tolerance_grey => (true, format!("could change a pixel by {bound_grey:.3} > {tolerance_grey}")),
-        Mode::Auto if bound_grey == 0.0 => (false, "nothing in the scene calls for it".to_string()),
+        Mode::Auto if bound_grey == 0.0 => (false, "nothing in the scene requires it".to_string()),
         Mode::Auto => (false, format!("changes no pixel by more than {bound_grey:.3} <= {tolerance_grey}")),
     };
     Decision {

@@ -381,7 +381,7 @@ pub fn moved(scene: &Scene, frame: u64) -> Option<Scene> {
 /// The scene's camera as a data sheet describes it to a receiver.
 pub fn camera_of(scene: &Scene) -> Camera {
     Camera {
-        encoding: Curve::of(&scene.camera).told(),
+        encoding: Curve::of(&scene.camera).standard(),
         black_grey: scene.camera.black_grey as f32,
         read_noise_e: scene.camera.read_noise_e as f32,
         ..Camera::default()

@@ -240,7 +240,7 @@ fn settings_of_panel(random: &mut impl Rng) -> Vec<String> {
 
 /// The result of a film.
 #[derive(Debug, Default)]
-pub struct Fate {
+pub struct FilmResult {
     /// The frame in which the panel was first found, and the error of the worst corner LED there, in pixels.
     pub found: Option<(u64, f64)>,
     /// Whether a panel was ever seen at a wrong place.
@@ -263,14 +263,14 @@ pub struct Fate {
 ///
 /// # Panics
 /// If a film has no pixels.
-pub fn receive(film: &mut RandomFilm, size: [usize; 2], camera: Camera) -> Fate {
+pub fn receive(film: &mut RandomFilm, size: [usize; 2], camera: Camera) -> FilmResult {
     let settings = ReceiverSettings {
         camera,
         symbols_per_frame: (SYMBOL_RATE_HZ / 100.0) as f32,
         ..ReceiverSettings::default()
     };
     let mut receiver = receiver(settings, size);
-    let mut fate = Fate::default();
+    let mut fate = FilmResult::default();
     let (corners, pitch_px) = (film.corners, film.pitch_px);
     for number in 0..FRAMES {
         let (pixels, bits) = film.frame(number);

@@ -7,7 +7,7 @@
 
 use link::camera::Camera;
 use rayon::prelude::*;
-use studies::random_cameras::{Fate, IN_TIME, RandomFilm, receive, receive_without_panel};
+use studies::random_cameras::{FilmResult, IN_TIME, RandomFilm, receive, receive_without_panel};
 use vocc_tests::arguments::Arguments;
 
 fn main() {
@@ -19,7 +19,7 @@ fn main() {
     } = Arguments::read();
     let is_told = rest.first().is_some_and(|word| word == "told");
     let films = seeds.end - seeds.start;
-    let fates: Vec<Fate> = seeds
+    let fates: Vec<FilmResult> = seeds
         .clone()
         .into_par_iter()
         .map(|seed| {
@@ -30,8 +30,8 @@ fn main() {
             fate
         })
         .collect();
-    let count = |is: fn(&Fate) -> bool| fates.iter().filter(|fate| is(fate)).count();
-    let sum = |of: fn(&Fate) -> u64| fates.iter().map(of).sum::<u64>();
+    let count = |is: fn(&FilmResult) -> bool| fates.iter().filter(|fate| is(fate)).count();
+    let sum = |of: fn(&FilmResult) -> u64| fates.iter().map(of).sum::<u64>();
     println!(
         "of {films} films {} found within {IN_TIME} frames, {} later, {} misplaced; {} messages delivered; {} of {} bits wrong",
         count(is_found_in_time),
@@ -54,12 +54,12 @@ fn main() {
     println!("{seen} of {films} photographs without a panel show one");
 }
 
-fn is_found_in_time(fate: &Fate) -> bool {
+fn is_found_in_time(fate: &FilmResult) -> bool {
     matches!(fate.found, Some((frame, _)) if frame < IN_TIME) && !fate.misplaced
 }
 
 /// Prints a film that failed.
-fn tell(film: &RandomFilm, fate: &Fate) {
+fn tell(film: &RandomFilm, fate: &FilmResult) {
     let mut faults = Vec::new();
     if fate.misplaced {
         faults.push("misplaced".into());

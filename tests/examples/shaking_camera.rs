@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 use std::ops::Add;
-use vocc_tests::shake::{Fate, Film, Shake, receive};
+use vocc_tests::shake::{Film, FilmResult, Shake, receive};
 
 const FRAMES: usize = 90;
 const PITCHES_PX: [f64; 6] = [4.0, 5.5, 8.0, 11.0, 20.0, 40.0];
@@ -39,7 +39,7 @@ fn main() {
                     frames: FRAMES,
                 };
                 let is_one = pitch.is_some() && step.is_some();
-                let fates: Vec<Fate> = (first..first + films)
+                let fates: Vec<FilmResult> = (first..first + films)
                     .into_par_iter()
                     .map(|seed| receive(film(seed), is_one && films == 1))
                     .collect();
@@ -49,14 +49,14 @@ fn main() {
                         .enumerate()
                         .for_each(|(i, fate)| println!("  seed {}: {fate:?}", first + i as u64));
                 }
-                let Fate {
+                let FilmResult {
                     delivered,
                     frames,
                     read,
                     line_off,
                     surely,
                     wrong_bits,
-                } = fates.into_iter().fold(Fate::default(), Add::add);
+                } = fates.into_iter().fold(FilmResult::default(), Add::add);
                 let share = 100.0 * read as f64 / frames as f64;
                 println!(
                     "pitch {pitch_px:4} px, step {by:4} {unit}: {delivered:3} / {share:5.1} / {line_off:4} / {surely:4} / {wrong_bits}"

@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 use reception::PanelReport;
 use rx_pipeline::detect::Detection;
-use vocc_tests::undersampled::{Fate, Film, receive};
+use vocc_tests::undersampled::{Film, FilmResult, receive};
 
 const MESSAGE: &[u8] = b"Lane closed ahead";
 
@@ -34,7 +34,7 @@ fn main() {
         }
         _ => Film::of_rolling_camera(seed),
     };
-    let fates: Vec<Fate> = (first..first + films)
+    let fates: Vec<FilmResult> = (first..first + films)
         .into_par_iter()
         .map(|seed| {
             let film = of_camera(seed);

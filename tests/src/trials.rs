@@ -67,7 +67,7 @@ pub fn faults<I: Send>(
 /// The number in an environment variable, if it is set.
 pub fn number(name: &str) -> Option<u64> {
     let told = std::env::var(name).ok()?;
-    Some(told.parse().unwrap_or_else(|_| panic!("{name}={told} is no number")))
+    Some(told.parse().unwrap_or_else(|_| panic!("{name}={told} is not a number")))
 }
 
 /// A function's name without its module path.

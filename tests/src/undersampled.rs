@@ -184,7 +184,7 @@ impl Film {
 
 /// The result of a film.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Fate {
+pub struct FilmResult {
     /// The frame that completed the message.
     pub delivered: Option<usize>,
     /// Number of wrong messages.
@@ -361,14 +361,14 @@ fn positive_cosine(x: f64) -> f64 {
 }
 
 /// Receives a film with only the frame rate configured; `tell` is called for each frame.
-pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, u64, &reception::PanelReport)) -> Fate {
+pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, u64, &reception::PanelReport)) -> FilmResult {
     let mut drawn = FilmDrawing::new(film, message);
     let centre_px = drawn.centre_px;
     receive_taken(film, message, centre_px, |number| drawn.take(number), tell)
 }
 
 /// Receives a film of LEDs whose shares of each exposure, from a time on (s), the caller provides instead of the film's transmitter.
-pub fn receive_light(film: Film, message: &[u8], shares_from: impl Fn(f64) -> [f32; LEDS]) -> Fate {
+pub fn receive_light(film: Film, message: &[u8], shares_from: impl Fn(f64) -> [f32; LEDS]) -> FilmResult {
     let mut drawn = FilmDrawing::new(film, message);
     let drawn_at = drawn.centre_px;
     let take = |number| {
@@ -384,7 +384,7 @@ fn receive_taken(
     centre_px: [f64; 2],
     mut take: impl FnMut(usize) -> (Stamp, Vec<u8>, u64),
     mut tell: impl FnMut(usize, u64, &reception::PanelReport),
-) -> Fate {
+) -> FilmResult {
     let settings = ReceptionSettings {
         fps: film.fps as f32,
         ..ReceptionSettings::default()
@@ -392,8 +392,8 @@ fn receive_taken(
     let mut reception = Reception::new(settings).expect("settings");
     let no_lens = Err(String::from("no lens"));
     let side = side_px(film.pitch_px);
-    let mut fate = Fate::default();
-    let count = |fate: &mut Fate, number, event: &PanelEvent| {
+    let mut fate = FilmResult::default();
+    let count = |fate: &mut FilmResult, number, event: &PanelEvent| {
         if let PanelEvent::Message(came) = event {
             if came.data == message {
                 fate.delivered.get_or_insert(number);

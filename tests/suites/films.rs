@@ -116,7 +116,7 @@ fn films_of_all_kinds_are_received(ready: &Ready) {
         assert_eq!(ready.delivers(&film, &["--fps", "100"]), FRAMES, "{ending}");
         let untold = ready.receive(&film, &[]);
         assert!(
-            text(&untold.stderr).contains("does not tell its frames a second: --fps does"),
+            text(&untold.stderr).contains("does not state its frame rate: give it with --fps"),
             "{ending}"
         );
     }
@@ -152,11 +152,7 @@ fn a_cover_is_no_film(ready: &Ready) {
     );
     let refused = ready.receive(&sound, &[]);
     assert_eq!(refused.status.code(), Some(2));
-    assert!(
-        text(&refused.stderr).contains("has no moving pictures"),
-        "{}",
-        text(&refused.stderr)
-    );
+    assert!(text(&refused.stderr).contains("has no video"), "{}", text(&refused.stderr));
 }
 
 fn interlaced_films_are_named_or_let_in(ready: &Ready) {

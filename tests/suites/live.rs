@@ -171,7 +171,7 @@ fn serve(listener: &TcpListener, film: &mut impl Read) -> std::io::Result<()> {
             "DESCRIBE" => format!("Content-Type: application/sdp\r\nContent-Length: {}\r\n\r\n{sdp}", sdp.len()),
             "SETUP" => "Transport: RTP/AVP/TCP;unicast;interleaved=0-1\r\nSession: 1\r\n\r\n".to_owned(),
             "PLAY" => "Session: 1\r\n\r\n".to_owned(),
-            other => return Err(std::io::Error::other(format!("{other:?} is no request of a player"))),
+            other => return Err(std::io::Error::other(format!("{other:?} is not a request of a player"))),
         };
         write!(client, "RTSP/1.0 200 OK\r\nCSeq: {}\r\n{answer}", header("CSeq: "))?;
         plays = method == "PLAY";

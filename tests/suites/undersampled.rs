@@ -1,7 +1,7 @@
 //! A panel that shows bits as the phase of a carrier, in films drawn without the simulator.
 
 use vocc_tests::sensor::Sensor;
-use vocc_tests::undersampled::{Change, Fate, Film, PITCH_PX, receive};
+use vocc_tests::undersampled::{Change, Film, FilmResult, PITCH_PX, receive};
 
 const MESSAGE: &[u8] = b"Lane closed ahead";
 
@@ -30,7 +30,7 @@ const CHANGED_FRAMES: usize = 100;
 /// Cameras of 24 to 150 frames a second, and panels with LEDs 6 to 30 px apart, over which the phase turns by 0.6 to 6.4 cycles.
 const ROLLING_SEEDS: [u64; 8] = [8, 11, 13, 15, 17, 20, 21, 26];
 
-fn received(film: Film) -> Fate {
+fn received(film: Film) -> FilmResult {
     let fate = receive(film, MESSAGE, |_, _, _| ());
     println!("{film:?}: {fate:?}");
     fate
@@ -39,7 +39,7 @@ fn received(film: Film) -> Fate {
 /// At least 28 of 30 random cameras receive the message without any settings except the frame rate, and none receives a wrong one.
 #[test]
 fn messages_arrive_by_a_carrier() {
-    let fates: Vec<Fate> = (1..=30).map(|seed| received(Film::of_camera(seed))).collect();
+    let fates: Vec<FilmResult> = (1..=30).map(|seed| received(Film::of_camera(seed))).collect();
     let delivered = fates.iter().filter(|fate| fate.delivered.is_some()).count();
     assert!(delivered >= 28, "{delivered} of 30");
     assert_eq!(fates.iter().map(|fate| fate.wrong).sum::<usize>(), 0);

@@ -1,6 +1,6 @@
 //! A camera's geometry, from the user or from a calibration.
 //!
-//! Besides our own keys this reads OpenCV calibrations: the output of its `calibration` sample (`%YAML:1.0`, `!!opencv-matrix`,
+//! Besides this tool's own keys, it reads OpenCV calibrations: the output of its `calibration` sample (`%YAML:1.0`, `!!opencv-matrix`,
 //! `distortion_coefficients`), of ROS's `camera_calibration` (`image_width`, `camera_name`), and of `ros2 topic echo` for a topic
 //! `camera_info`. Errors name other formats.
 
@@ -67,8 +67,8 @@ impl Keys {
                 Some([focal_length_mm * 1e3 / pitch_um; 2])
             }
             (None, None, None) => None,
-            (Some(_), ..) => bail!("the focal length is given twice: give focal_px, or focal_length_mm and pixel_pitch_um"),
-            _ => bail!("half of a focal length is given: give both focal_length_mm and pixel_pitch_um"),
+            (Some(_), ..) => bail!("the focal length is given twice: give either focal_px or focal_length_mm and pixel_pitch_um"),
+            _ => bail!("the focal length is incomplete: give both focal_length_mm and pixel_pitch_um"),
         };
         Calibration {
             focal_px,
@@ -94,7 +94,7 @@ fn coefficients(told: &[f64]) -> anyhow::Result<[f64; 8]> {
     ] {
         ensure!(
             numbers.unwrap_or_default().iter().all(|&number| number == 0.0),
-            "the distortion is that of {what}, which is not read: calibrate without {flag}"
+            "the distortion has {what}, which is not supported: calibrate without {flag}"
         );
     }
     let mut all = [0.0; 8];
@@ -127,7 +127,7 @@ impl Calibration {
     }
 
     /// Whether any value is known.
-    pub fn is_told(&self) -> bool {
+    pub fn is_set(&self) -> bool {
         *self != Self::default()
     }
 
@@ -139,7 +139,7 @@ impl Calibration {
         if let Some(calibrated) = self.size.filter(|&calibrated| calibrated != size) {
             let [[a, b], [c, d]] = [calibrated, size];
             return Err(format!(
-                "the camera was calibrated with frames of {a} × {b} and these are {c} × {d}: calibrate it with such frames"
+                "the camera was calibrated with frames of {a} × {b}, and these are {c} × {d}: calibrate it at that size"
             ));
         }
         let usual = Lens::pinhole(1.0, size);
@@ -184,7 +184,7 @@ impl OpenCv {
         if let Some(model) = &file.distortion_model {
             ensure!(
                 matches!(model.as_str(), "plumb_bob" | "rational_polynomial"),
-                "the distortion model {model:?} is none that is read: give plumb_bob or rational_polynomial"
+                "the distortion model {model:?} is not supported: give plumb_bob or rational_polynomial"
             );
         }
         let [fx, skew, cx, below, fy, cy, g, h, one] = file.camera_matrix[..] else {
@@ -356,13 +356,13 @@ mod tests {
             ("0., 0., 1. ]", "0., 1., 1. ]", "not [fx 0 cx"),
             ("-2e-4, 0. ]", "0., 0., 0. ]", "6 distortion coefficients"),
             ("rows: 3", "rows: [", "cannot be read"),
-            ("data: [ 3.6", "data: [ wide, 3.6", "camera_matrix: \"wide\" is no number"),
+            ("data: [ 3.6", "data: [ wide, 3.6", "camera_matrix: \"wide\" is not a number"),
             ("   data: [ 3.6", "   date: [ 3.6", "camera_matrix: it has no data"),
             ("camera_matrix:", "camera_matrix_0:", "camera_matrix is missing"),
             (
                 "image_width: 1920",
                 "image_width: -1920",
-                "image_width: \"-1920\" is no whole number",
+                "image_width: \"-1920\" is not a whole number",
             ),
             ("flags: 0", "image_height: 1080", "image_height is given twice"),
         ] {
@@ -392,7 +392,7 @@ mod tests {
             pixel_pitch_um: None,
             ..keys
         };
-        assert!(half.calibration().unwrap_err().to_string().contains("half of a focal length"));
+        assert!(half.calibration().unwrap_err().to_string().contains("focal length is incomplete"));
         let unknown = Keys::default().calibration().unwrap().lens([640, 480]).unwrap_err();
         assert!(unknown.contains("give focal_px in --camera"));
     }

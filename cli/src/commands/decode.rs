@@ -32,11 +32,11 @@ pub struct Arguments {
     /// best, ml, kmeans, kmeans-raw or otsu.
     #[arg(long, default_value = "best")]
     detector: DetectorChoice,
-    /// Centres of the corner LEDs in pixels: top left, top right, bottom right, bottom left. Without them the panel is looked for.
+    /// Centres of the corner LEDs in pixels: top left, top right, bottom right, bottom left. Without them, the tool searches for the panel.
     #[arg(long, value_parser = corners, allow_hyphen_values = true, value_name = "x,y,x,y,x,y,x,y")]
     corners: Option<Corners>,
-    /// The number of busiest places that are searched for any panel, after a search for isolated spots, 1 to 24. More: panels beside busier
-    /// things are found, and pictures without a panel take longer.
+    /// After a search for isolated spots, search this many of the busiest places for a panel, 1 to 24. Higher: panels beside busier
+    /// objects are found, and pictures without a panel take longer.
     #[arg(long, value_name = "N", default_value_t = SearchSettings::DEFAULT.full_places, conflicts_with = "corners")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=BUSY_PEAKS as i64))]
     places: u16,
@@ -101,7 +101,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         hints,
         meter: PoseMeter::new(arguments.panel.size()?),
     };
-    let with_pose = arguments.panel.is_told() || hints.calibration.is_told();
+    let with_pose = arguments.panel.is_set() || hints.calibration.is_set();
     let mut answer = Verdict::Yes;
     let mut bad = 0;
     for path in &arguments.images {
@@ -132,7 +132,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
 pub fn corners(text: &str) -> Result<Corners, String> {
     let numbers: Vec<f32> = text
         .split(',')
-        .map(|number| number.trim().parse().map_err(|_| format!("{number:?} is no number")))
+        .map(|number| number.trim().parse().map_err(|_| format!("{number:?} is not a number")))
         .collect::<Result<_, _>>()?;
     let [a, b, c, d, e, f, g, h] = numbers[..] else {
         return Err(format!(
@@ -188,7 +188,7 @@ impl Decoder {
     }
 }
 
-/// Says on standard error why the bits may be another panel's, or none.
+/// Warns on standard error if the bits may be of another panel, or of none.
 fn doubt(path: &Path, corners: &Corners, place: &Place) {
     let name = output::name(path);
     match place {

@@ -58,7 +58,7 @@ impl Watch {
 
 #[derive(Subcommand)]
 enum Action {
-    /// The serial ports and the cameras of this computer.
+    /// List the serial ports and the cameras of this computer.
     List,
     /// Name a board: its kind, its firmware's version and the hash of its program, which --image compares with a file's. See
     /// docs/releasing.md.
@@ -78,39 +78,39 @@ enum Action {
         port: Option<Port>,
         /// A TOML file as this command prints it; its values are checked, stored and used.
         file: Option<PathBuf>,
-        /// Print such a file to fill in, with units and ranges, or write it to FILE; no transmitter is asked.
+        /// Print a template of such a file, with units and ranges, or write it to FILE; this needs no transmitter.
         #[arg(long, value_name = "FILE", num_args = 0..=1, conflicts_with_all = ["file", "port"])]
         template: Option<Option<PathBuf>>,
     },
-    /// Compute a panel's calibration from pictures beside a grey card: see docs/calibration.md.
+    /// Compute a panel's calibration from pictures of the panel and a grey card: see docs/calibration.md.
     Calibrate(calibrate::Arguments),
-    /// Test a board that was just built: its light sensor, its store, and its LEDs by eye or by a camera. See docs/hardware/bring-up.md.
+    /// Test a new board: its light sensor, its flash memory, and its LEDs by eye or by a camera. See docs/hardware/bring-up.md.
     Test(bring_up::Arguments),
-    /// Simulate a transmitter: a serial port with the real firmware behind it, to try all other commands.
+    /// Simulate a transmitter: a serial port with the real firmware behind it, to try the other commands.
     Simulate(simulate::Arguments),
-    /// Print or set the symbol rate, and a transmitter's carrier. A receiver forgets its rate at a restart.
+    /// Print or set the symbol rate, and a transmitter's carrier.
     Rate {
         #[command(flatten)]
         port: Port,
         #[command(flatten)]
         wanted: rate::Wanted,
     },
-    /// The key with which a transmitter signs its messages: name it, give it one, or erase it.
+    /// The key with which a transmitter signs its messages: show, set or erase it.
     Key(key::Arguments),
     /// Lock a transmitter's serial ports, or change the PIN: each command that changes something then needs it. See docs/serial.md.
     Lock(lock::Lock),
     /// Remove the lock of a transmitter's serial ports.
     Unlock(lock::Unlock),
-    /// Give a transmitter a message to show.
+    /// Send a transmitter a message to show.
     Send {
         #[command(flatten)]
         port: Port,
         #[command(flatten)]
         message: Message,
-        /// How often the message is shown; without it, until another one comes.
+        /// Number of times to show the message. Default: until the next message.
         #[arg(long, value_name = "N")]
         repeats: Option<u32>,
-        /// Show no message any more, only beacons.
+        /// Stop the message, and show only beacons.
         #[arg(long, conflicts_with_all = ["message", "message_file", "repeats"])]
         stop: bool,
     },
@@ -134,7 +134,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         Action::Snapshot(arguments) => receiver::snapshot(arguments, shared),
         Action::Calibration { template: Some(file), .. } => calibration::template(file.as_deref(), shared),
         Action::Calibration { port, file, .. } => {
-            let port = port.as_ref().context("name the port with --port")?;
+            let port = port.as_ref().context("give the port with --port")?;
             calibration::run(port, file.as_deref(), shared)
         }
         Action::Calibrate(arguments) => calibrate::run(arguments, shared),
@@ -154,7 +154,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
             let length = message.len();
             ensure!(
                 (1..=MESSAGE_MAX).contains(&length),
-                "the message has {length} bytes: 1 to {MESSAGE_MAX} are possible"
+                "the message has {length} bytes: give 1 to {MESSAGE_MAX}"
             );
             let (repeats, message) = (*repeats, &message[..]);
             done(port, &Request::Send { repeats, message }, shared)
@@ -200,7 +200,7 @@ fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Verdict> {
     }
     ensure!(
         !readings,
-        "{}: a transmitter is there, which reads nothing: --readings is for receivers",
+        "{}: this is a transmitter, and --readings is for receivers: omit it",
         port.name()
     );
     let mut client = client.transmitter().with_context(|| port.name())?;

@@ -31,24 +31,24 @@ pub struct Arguments {
     /// Draw each frame's reflectance from 0.3 to 0.5.
     #[arg(long)]
     random_reflectance: bool,
-    /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu, or genie (knows everything but the bits: a bound on wrong panels). The
-    /// default is the paper's; `best` takes longer.
+    /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu, or genie (knows everything but the bits: a lower bound on wrong panels). The
+    /// default is the paper's detector; `best` takes longer.
     #[arg(long, default_value = "kmeans")]
     detector: DetectorChoice,
-    /// Estimate the bit error rate by splitting instead of counting: for rates below about 1e-6. --frames then counts the frames that the
-    /// swarms of 256 start with.
+    /// Estimate the bit error rate by splitting instead of counting: for rates below about 1e-6. --frames is then the number of frames that
+    /// the swarms of 256 start from.
     #[arg(long)]
     rare_events: bool,
-    /// How exactly frames are drawn: fine or fast.
+    /// Rendering level: fine or fast.
     #[arg(long, default_value = "fast", value_parser = single_precision)]
     level: Level,
-    /// Do only the i-th of n parts of the frames, i from 0; needs --out, and `vocc merge` to add the parts up.
+    /// Evaluate only part i of n of the frames, i from 0. Needs --out; `vocc merge` adds the parts up.
     #[arg(long, value_name = "i/n", requires = "out")]
     shard: Option<Shard>,
-    /// Save the finished part in this file, and a table (.csv) beside it.
+    /// Save the results in this file during the run, and a table (.csv) beside it.
     #[arg(long, value_name = "FILE.json", value_parser = results::out_file("json"))]
     out: Option<PathBuf>,
-    /// Continue from the part in --out.
+    /// Continue from the results in --out.
     #[arg(long, requires = "out")]
     resume: bool,
     #[command(flatten)]
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     if let Some(path) = arguments.out.as_ref().filter(|path| path.exists()) {
         ensure!(
             arguments.resume,
-            "{} exists: go on from it with --resume, or name another file",
+            "{} exists: continue from it with --resume, or give another file",
             path.display()
         );
         results::merge(&mut results, path)?;
@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         None => Ok(()),
     };
     if let Some(place) = &place {
-        // Another run finds the place taken, and what cannot be kept is not worked on first.
+        // Reserve the file before the work, so that another run cannot take it and an unwritable file fails first.
         place.keep(|path| results::write(&results, path))?;
     }
     let done = results::advance(&run, &mut results, keep, |news| {

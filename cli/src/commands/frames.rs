@@ -1,4 +1,4 @@
-//! `vocc frames`: frames with the truth, for detectors that are not ours.
+//! `vocc frames`: labelled frames, for other detectors.
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -23,15 +23,15 @@ use crate::pictures;
 use crate::progress::Progress;
 use crate::stop::stop;
 
-/// The most frames at a time: 20 GB of pictures at 50 m.
+/// Maximum number of frames: 20 GB of pictures at 50 m.
 const MOST_FRAMES: u64 = 10_000_000;
-/// The largest number of a first frame: JSON's readers know whole numbers up to it.
+/// Maximum number of the first frame: JSON readers represent integers exactly up to it.
 const FIRST_MAX: u64 = 1 << 53;
-/// Frames that each thread draws before they are written.
+/// Frames that each thread renders before they are written.
 const FRAMES_A_THREAD: usize = 128;
-/// The file that is written last: a folder that has it has all.
+/// The file that is written last: a folder with this file is complete.
 const ABOUT: &str = "frames.json";
-/// The truth beside pictures.
+/// The labels beside pictures.
 const TRUTH: &str = "truth.csv";
 
 const LAYOUT: &str = "\
@@ -56,7 +56,7 @@ pub struct Arguments {
     /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
     scene: OsString,
-    /// A new folder, or a new FILE.npz of up to 4 GB.
+    /// The output: a new folder, or a new FILE.npz of up to 4 GB.
     #[arg(long, value_name = "DIR|FILE.npz")]
     out: PathBuf,
     /// Frames, each with random bits and a random sub-pixel phase.
@@ -65,24 +65,24 @@ pub struct Arguments {
     /// The number of the first frame.
     #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=FIRST_MAX))]
     first: u64,
-    /// The files in a folder: npy (arrays) or png (pictures, and the truth as CSV).
+    /// The format of files in a folder: npy (arrays) or png (pictures, and labels as CSV).
     #[arg(long, default_value = "npy")]
     format: Format,
     /// Also write the features AGR, GRI and NGR of each LED's cell; not with png.
     #[arg(long)]
     features: bool,
-    /// Also write the bits that this detector reads, to compare frame by frame: a name as for `vocc evaluate`.
+    /// Also write the bits that this detector reads, to compare frame by frame; detectors as in `vocc evaluate`.
     #[arg(long)]
     detector: Option<DetectorChoice>,
     /// Draw each frame's reflectance from 0.3 to 0.5.
     #[arg(long)]
     random_reflectance: bool,
-    /// How exactly frames are drawn: fine or fast.
+    /// Rendering level: fine or fast.
     #[arg(long, default_value = "fast", value_parser = super::evaluate::single_precision)]
     level: Level,
 }
 
-/// How frames are written into a folder.
+/// The format of frames in a folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
     Npy,
@@ -97,7 +97,7 @@ struct Report<'a> {
     facts: &'a Facts,
 }
 
-/// The facts of the frames written.
+/// A description of the frames.
 #[derive(Serialize)]
 struct Facts {
     frames: u64,
@@ -114,7 +114,7 @@ struct Facts {
     bit_errors: Option<u64>,
 }
 
-/// [`ABOUT`]: the facts of the frames, and their scene.
+/// The contents of [`ABOUT`]: a description of the frames, and their scene.
 #[derive(Serialize)]
 struct About<'a> {
     version: &'static str,
@@ -124,7 +124,7 @@ struct About<'a> {
 }
 
 impl About<'_> {
-    /// Its file, written and not kept yet.
+    /// Its file, written but not yet renamed into place.
     fn file(&self, path: PathBuf) -> anyhow::Result<(PathBuf, Growing)> {
         let mut file = Growing::create(&path)?;
         let written = writeln!(file, "{}", serde_json::to_string_pretty(self)?);
@@ -133,7 +133,7 @@ impl About<'_> {
     }
 }
 
-/// Draws, writes and reports.
+/// Renders, writes and reports.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let scene = shared.scene(&arguments.scene)?;
     let end = arguments.first + arguments.count;
@@ -248,27 +248,27 @@ fn print(report: &Report, shared: &Shared) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Whether the place named is that of an archive, and not of a folder.
+/// Whether `--out` names an archive rather than a folder.
 fn check_out(arguments: &Arguments) -> anyhow::Result<bool> {
     let out = &arguments.out;
     let ending = out.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
     let is_archive = ending.as_deref() == Some("npz");
     if let Some("npy" | "png" | "csv" | "zip") = ending.as_deref() {
-        anyhow::bail!("--out {}: name a folder for several files, or FILE.npz for one", out.display());
+        anyhow::bail!("--out {}: give a folder for several files, or FILE.npz for one", out.display());
     }
     ensure!(
         is_archive || !out.exists() || out.is_dir(),
-        "--out {} is no folder: name a folder, or FILE.npz",
+        "--out {} is not a folder: give a folder, or FILE.npz",
         out.display()
     );
     ensure!(
         !is_archive || arguments.format == Format::Npy,
-        "--format png needs a folder, and {} is one file: name a folder",
+        "--format png needs a folder, and {} is one file: give a folder",
         out.display()
     );
     ensure!(
         !arguments.features || arguments.format == Format::Npy,
-        "--features are arrays, which --format png has none of: leave one of the two out"
+        "--features are arrays, and --format png writes no arrays: omit one of the two"
     );
     Ok(is_archive)
 }
@@ -278,7 +278,7 @@ fn check_archive(path: &Path, arrays: &[Array]) -> anyhow::Result<()> {
     let each = archive_size(arrays) / count;
     ensure!(
         archive_size(arrays) <= ARCHIVE_MAX,
-        "--count {count}: {} would have {} bytes, and may have {ARCHIVE_MAX}: give at most {}, or name a folder",
+        "--count {count}: {} would have {} bytes, more than {ARCHIVE_MAX}: give at most {}, or a folder",
         path.display(),
         archive_size(arrays),
         ARCHIVE_MAX / (each + 1)
@@ -286,12 +286,12 @@ fn check_archive(path: &Path, arrays: &[Array]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Creates the folder, which must have no other frames, and locks it.
+/// Creates the folder, which must not contain other frames, and locks it.
 fn prepare_folder(folder: &Path) -> anyhow::Result<Option<std::fs::File>> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let held = outputs::hold(folder)?;
     outputs::check_recording(folder)?;
-    // Files of other options count, too: a detector's bits from an earlier run do not belong to these frames.
+    // Also check for files of other options: a detector's bits from an earlier run do not belong to these frames.
     let names = NAMES
         .map(|name| format!("{name}.npy"))
         .into_iter()
@@ -300,7 +300,7 @@ fn prepare_folder(folder: &Path) -> anyhow::Result<Option<std::fs::File>> {
         let path = folder.join(&name);
         ensure!(
             !path.exists(),
-            "{} holds frames already, such as {name}: name a new folder, or remove these files yourself",
+            "{} already holds frames, such as {name}: give a new folder, or remove these files",
             folder.display()
         );
         files::check(&path)?;
@@ -311,7 +311,7 @@ fn prepare_folder(folder: &Path) -> anyhow::Result<Option<std::fs::File>> {
 /// The names of all [`arrays`].
 const NAMES: [&str; 6] = ["frames", "truth", "corners", "across", "features", "read"];
 
-/// The arrays of `count` frames; the order is that of [`bytes_of`].
+/// The arrays of `count` frames, in the order of [`bytes_of`].
 fn arrays(source: &FrameSource, count: u64) -> Vec<Array> {
     let Region { width, height, .. } = source.region();
     let leds = LEDS as u64;
@@ -370,7 +370,7 @@ struct Counted {
     bit_errors: u64,
 }
 
-/// Draws frames and writes them, until they are all there or the program is asked to end.
+/// Renders frames and writes them, until all are written or a stop is requested.
 fn write_all(source: &FrameSource, frames: std::ops::Range<u64>, target: &mut Target, stop: Stop) -> anyhow::Result<Counted> {
     let mut progress = Progress::new(frames.end - frames.start, "frames");
     let batch = FRAMES_A_THREAD * rayon::current_num_threads();
@@ -396,20 +396,20 @@ fn write_all(source: &FrameSource, frames: std::ops::Range<u64>, target: &mut Ta
     Ok(counted)
 }
 
-/// Where frames go.
+/// The destination of frames.
 enum Target {
     Arrays(Arrays),
     Pictures(Pictures),
 }
 
-/// A picture a frame, and a table.
+/// One picture per frame, and a table.
 struct Pictures {
     folder: PathBuf,
     table: Growing,
     rows: Vec<u8>,
 }
 
-/// Bytes of a table that are written at a time.
+/// Bytes of a table per write.
 const ROWS: usize = 1 << 16;
 
 impl Target {
@@ -424,12 +424,12 @@ impl Target {
         }))
     }
 
-    /// Whether an interrupted run leaves what is finished.
+    /// Whether an interrupted run keeps its finished frames.
     fn keeps_part(&self) -> bool {
         matches!(self, Self::Pictures(_))
     }
 
-    /// Writes frames from `first` on; returns how many, fewer where the program is asked to end.
+    /// Writes frames from `first` on; returns how many, which is fewer if a stop was requested.
     fn write(&mut self, source: &FrameSource, first: u64, images: &[u8], frames: &[LabelledFrame], stop: Stop) -> anyhow::Result<usize> {
         match self {
             Self::Arrays(arrays) => {
@@ -457,7 +457,7 @@ impl Target {
         }
     }
 
-    /// The files that are not in their places yet.
+    /// The files that are not yet renamed into place.
     fn close(self) -> anyhow::Result<Vec<(PathBuf, Growing)>> {
         match self {
             Self::Arrays(arrays) => arrays.close(),

@@ -17,12 +17,12 @@ pub struct Arguments {
 
 #[derive(clap::Subcommand)]
 enum Action {
-    /// Make a private key, in a new file that only you can read.
+    /// Create a private key in a new file that other users cannot read.
     New {
         /// The file.
         #[arg(value_name = "KEY.toml")]
         file: PathBuf,
-        /// The name of the key's owner. Default: the file's name.
+        /// Name of the key's owner. Default: the name of the file.
         #[arg(long)]
         name: Option<String>,
     },

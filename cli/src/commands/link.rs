@@ -35,7 +35,7 @@ pub struct Arguments {
     scene: OsString,
     #[command(flatten)]
     message: Message,
-    /// Frames to film; two repeats of the message without it.
+    /// Number of frames. Default: enough for two repeats of the message.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
     frames: Option<u64>,
     /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr or otsu.
@@ -44,7 +44,7 @@ pub struct Arguments {
     /// Save every frame in this folder, for `vocc receive`.
     #[arg(long, value_name = "DIR")]
     save: Option<PathBuf>,
-    /// How exactly frames are drawn: fine or fast.
+    /// Rendering level: fine or fast.
     #[arg(long, default_value = "fine", value_parser = super::evaluate::single_precision)]
     level: Level,
     #[command(flatten)]
@@ -130,7 +130,7 @@ pub fn demonstrate(shared: &Shared) -> anyhow::Result<Verdict> {
     send(&scene, &settings, &Sending::default(), shared)
 }
 
-/// Sends, films, receives and reports.
+/// Transmits, films, receives and reports.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let message = arguments.message.bytes()?.unwrap_or_else(|| MESSAGE.into());
     let scene = shared.scene(&arguments.scene)?;
@@ -200,7 +200,7 @@ fn send(scene: &Scene, settings: &LinkSettings, sending: &Sending, shared: &Shar
             unsaved = written.err();
             if let Some(error) = &unsaved {
                 progress.aside(|| {
-                    output::tell(format_args!("vocc: {error:#}; going on without frames"));
+                    output::tell(format_args!("vocc: {error:#}; continuing without frames"));
                 });
             } else {
                 saved.get_or_insert(path);
@@ -312,7 +312,7 @@ fn report(
             received.last_frame,
             received.corrected_bits
         ))?,
-        None => line("received      nothing: film longer (--frames), come nearer, or change the L2A")?,
+        None => line("received      nothing: film longer (--frames), reduce the distance, or change the L2A")?,
     }
     if let Some(verdict) = verdict {
         line(&format!("signature     {verdict}"))?;

@@ -19,7 +19,7 @@ pub struct Arguments {
     /// (.toml) of `vocc optimize --shard`.
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Save the sums in this file, with a table and a plot beside it; for tables, the whole table.
+    /// Save the merged results in this file, with a table and a plot beside it; for tables, the whole table.
     #[arg(short, long, value_name = "FILE.json", value_parser = results::out_file("json"))]
     out: Option<PathBuf>,
 }
@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     }
     let (first, others) = files
         .split_first()
-        .context("there are no shards: give the result files of all shards, or the folder")?;
+        .context("there are no shards: give the result files of all shards, or their folder")?;
     if let Some(path) = &arguments.out {
         results::check(path, "json", &["csv", "svg", "png"], files.iter().cloned())?;
     }
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         let same_sweep = |there: Results| there.sweep() == results.sweep();
         ensure!(
             !path.exists() || results::read(path).is_ok_and(same_sweep),
-            "{} exists and holds no sum of these shards: name another file",
+            "{} exists and does not hold the sum of these shards: give another file",
             path.display()
         );
         sweep::keep(&results, path)?;
@@ -68,7 +68,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
 
 /// Merges the parts of a table, and reports missing ones.
 fn merge_tables(parts: &[PathBuf], out: Option<&Path>) -> anyhow::Result<Verdict> {
-    let out = out.context("name the table that they make with --out")?;
+    let out = out.context("give the file of the merged table with --out")?;
     results::check(out, "toml", &[], parts.iter().cloned())?;
     let mut whole: Option<TableFile> = None;
     for path in parts {
@@ -82,7 +82,7 @@ fn merge_tables(parts: &[PathBuf], out: Option<&Path>) -> anyhow::Result<Verdict
     let whole = whole.context("there are no parts: give the tables of all shards")?;
     ensure!(
         !out.exists() || TableFile::read(out).is_ok_and(|there| there.is_of_same_survey(&whole)),
-        "{} exists and is no table of these parts: name another file",
+        "{} exists and is not a table of these parts: give another file",
         out.display()
     );
     files::write(out, whole.to_toml()?)?;

@@ -25,25 +25,25 @@ pub struct Arguments {
     /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
     scene: OsString,
-    /// The picture to write, a PNG file.
+    /// The PNG file to write.
     #[arg(long)]
     out: PathBuf,
-    /// The panel's bits, 16 hexadecimal digits, bit 8·row + column; random by seed and frame without it.
+    /// The panel's bits, 16 hexadecimal digits, bit 8·row + column; default: random, by seed and frame.
     #[arg(long, value_parser = hexadecimal)]
     bits: Option<u64>,
-    /// Also write the linear image, a NumPy file.
+    /// Also write the linear image to this NumPy file.
     #[arg(long, value_name = "F.npy")]
     linear: Option<PathBuf>,
-    /// reference, fine or fast.
+    /// Rendering level: reference, fine or fast.
     #[arg(long, default_value = "fine")]
     level: Level,
-    /// The number of the frame: its time, and its random numbers.
+    /// The frame's number, which sets its time and its random numbers.
     #[arg(long, default_value_t = 0)]
     frame: u64,
-    /// The first panel's surroundings instead of the whole sensor.
+    /// Write the first panel's surroundings instead of the whole sensor.
     #[arg(long)]
     crop: bool,
-    /// The first panel's surroundings, enlarged N times for viewing. Printed positions are in pixels of the camera.
+    /// Write the first panel's surroundings, enlarged N times for viewing. Printed positions are in pixels of the camera.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=64))]
     zoom: Option<u8>,
 }
@@ -92,7 +92,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let longest = region.width.max(region.height);
     ensure!(
         longest * zoom <= SIDE_MAX,
-        "{} × {} pixels, each {zoom} times as wide, are more than a picture of {SIDE_MAX}: give --zoom up to {}",
+        "{} × {} pixels, enlarged {zoom} times, exceed {SIDE_MAX} pixels: give --zoom up to {}",
         region.width,
         region.height,
         SIDE_MAX / longest
@@ -136,7 +136,7 @@ fn report(arguments: &Arguments, shared: &Shared, renderer: &Renderer, region: R
     output::plan(&report.plan)?;
     line(&format!("bits     {}", report.bits))?;
     if let 0 | LEDS = shown.symbols[0].bits().count_ones() {
-        line("         all LEDs are alike: without another frame nobody can tell On from Off, nor where the panel is")?;
+        line("         all LEDs are in one state: a single frame shows neither which one nor where the panel is")?;
     }
     line(&format!(
         "panel    centre ({:.3}, {:.3}) px, LEDs {:.3} px apart",
@@ -152,7 +152,7 @@ fn report(arguments: &Arguments, shared: &Shared, renderer: &Renderer, region: R
     ))?;
     let enlarged = match report.zoom {
         1 => String::new(),
-        zoom => format!(", each drawn as {zoom} × {zoom}, which is for the eye and not for `vocc decode`"),
+        zoom => format!(", each drawn as {zoom} × {zoom}, for viewing and not for `vocc decode`"),
     };
     line(&format!(
         "written  {} ({} × {} pixels from ({}, {}) of the sensor on{enlarged})",

@@ -20,7 +20,7 @@ use crate::options::{Message, Shared};
 use crate::output::{self, Verdict, line};
 use crate::outputs;
 
-/// The most panels at a time; more would fill a disk unnoticed.
+/// Maximum number of panels, so that a typing error does not fill the disk.
 const COUNT_MAX: i64 = 1 << 24;
 
 /// Arguments of `vocc transmit`.
@@ -31,19 +31,19 @@ pub struct Arguments {
     /// Write the panels to this file instead of standard output.
     #[arg(long, value_name = "F")]
     symbols: Option<PathBuf>,
-    /// The number of panels, up to 16777216: 285 MB of text, or 46 hours at 100 symbols a second. Default: the message once.
+    /// Number of panels, up to 16777216: 285 MB of text, or 46 hours at 100 symbols a second. Default: one repeat of the message.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(..=COUNT_MAX))]
     count: Option<u32>,
-    /// 64 payload bits a panel, without framing or error correction, as the paper sends them.
+    /// Send 64 payload bits per panel, without framing or error correction, as the paper does.
     #[arg(long)]
     raw: bool,
-    /// Width of the panel's LEDs in metres. With --interval, panels after the first of every 16 repeats transmit the panel's size.
+    /// Diameter of the panel's LEDs in metres. With --interval, the panel transmits its size after the first of every 16 repeats.
     #[arg(long, value_name = "M", requires = "interval", conflicts_with_all = ["raw", "flicker"])]
     led_diameter: Option<f64>,
     /// The gap between LEDs in LED diameters.
     #[arg(long, value_name = "I", requires = "led_diameter")]
     interval: Option<f64>,
-    /// Cycles of a carrier that bears each symbol, as link.carrier_cycles in a scene; 0: panels stand still.
+    /// Cycles of the carrier per symbol, as link.carrier_cycles in a scene; 0: still panels.
     #[arg(long, value_name = "N")]
     carrier_cycles: Option<u32>,
     #[command(flatten)]
@@ -73,7 +73,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let is_framed = !arguments.raw && !arguments.flickering.flicker;
     anyhow::ensure!(
         is_framed || arguments.signing.file().is_none(),
-        "--sign goes with neither --raw, which has no room for a signature, nor --flicker, which is of unsigned panels"
+        "--sign cannot be used with --raw, which has no room for a signature, nor with --flicker, which is for unsigned panels"
     );
     if arguments.flickering.flicker {
         let file = arguments.message.file();

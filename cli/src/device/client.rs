@@ -196,7 +196,7 @@ impl<P: Read + Write> Client<P> {
             _ => None,
         })?;
         let (Some(salt), number, wait_s) = lock else {
-            // It was opened since.
+            // It was unlocked in the meantime.
             return Ok(());
         };
         if wait_s > 0 {

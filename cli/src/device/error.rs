@@ -10,13 +10,13 @@ use crate::pin::PinError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DeviceError {
     /// There is no such port.
-    #[error("there is no port {port}: plug the transmitter in; `vocc device list` shows the ports there are")]
+    #[error("there is no port {port}: plug the transmitter in; `vocc device list` shows all ports")]
     NoSuchPort {
         /// Its name.
         port: String,
     },
     /// Another program uses it.
-    #[error("port {port} is busy: end the other program that has it open")]
+    #[error("port {port} is busy: close the other program that uses it")]
     Busy {
         /// Its name.
         port: String,
@@ -31,7 +31,7 @@ pub enum DeviceError {
         port: String,
     },
     /// Not a usable port.
-    #[error("{port} cannot be opened as a serial port ({why}): `vocc device list` shows the ports there are")]
+    #[error("{port} cannot be opened as a serial port ({why}): `vocc device list` shows all ports")]
     NoPort {
         /// Its name.
         port: String,
@@ -53,7 +53,7 @@ pub enum DeviceError {
         tries: u32,
     },
     /// Bytes arrive, but no answer.
-    #[error("what answers is not a transmitter, or not at this --baud: {bytes} bytes came in {tries} tries, and no frame among them")]
+    #[error("the device is not a transmitter, or uses another --baud: {bytes} bytes came in {tries} tries, without a valid frame")]
     NoTransmitter {
         /// Bytes received.
         bytes: usize,
@@ -62,7 +62,7 @@ pub enum DeviceError {
     },
     /// The protocol version differs.
     #[error(
-        "the transmitter speaks protocol {theirs}, this program {VERSION}: update the {}",
+        "the transmitter uses protocol {theirs}, this program {VERSION}: update the {}",
         if *.theirs < VERSION { "transmitter's firmware" } else { "program" }
     )]
     Version {
@@ -91,7 +91,7 @@ pub enum DeviceError {
         board: String,
     },
     /// The board is a transmitter, and the command is for receivers.
-    #[error("{board} is a transmitter, and this is for receivers: is this the port?")]
+    #[error("{board} is a transmitter, and this command is for receivers: check the port")]
     IsTransmitter {
         /// Board name.
         board: String,
@@ -100,25 +100,25 @@ pub enum DeviceError {
     #[error("the receiver refuses: {0}")]
     ReceiverRefused(#[from] rx_pipeline::standalone::Refusal),
     /// The answer does not match the request.
-    #[error("the board answers something else than was asked for: update the older side")]
+    #[error("the board's answer does not match the request: update the older side")]
     Unexpected,
     /// The firmware predates the request.
     #[error(
-        "its firmware is too old to be asked for its symbol rate, and shows {} a second: flash the present one (docs/hardware.md)",
+        "its firmware is too old to report its symbol rate, which is {} a second: flash the current one (docs/hardware.md)",
         SymbolRate::DEFAULT
     )]
     NoSymbolRate,
     /// The firmware predates carriers.
     #[error(
-        "its firmware is too old to show a carrier, and nothing was changed: flash the present one (docs/hardware.md), or leave \
+        "its firmware is too old to show a carrier, and nothing was changed: flash the current one (docs/hardware.md), or leave \
          --carrier-cycles out"
     )]
     NoCarrier,
     /// The firmware predates keys.
-    #[error("its firmware is too old to sign messages, and nothing was changed: flash the present one (docs/hardware.md)")]
+    #[error("its firmware is too old to sign messages, and nothing was changed: flash the current one (docs/hardware.md)")]
     NoKey,
     /// The firmware predates locks.
-    #[error("its firmware is too old to be locked, and nothing was changed: flash the present one (docs/hardware.md)")]
+    #[error("its firmware is too old to be locked, and nothing was changed: flash the current one (docs/hardware.md)")]
     NoLock,
     /// The firmware predates the hash of its program, or cannot read it.
     #[error("it does not report the hash of its program: flash the present firmware of a transmitter (docs/hardware.md)")]
@@ -127,7 +127,7 @@ pub enum DeviceError {
     #[error(transparent)]
     Pin(#[from] PinError),
     /// The firmware predates test panels.
-    #[error("its firmware is too old to show test panels, and nothing was changed: flash the present one (docs/hardware.md)")]
+    #[error("its firmware is too old to show test panels, and nothing was changed: flash the current one (docs/hardware.md)")]
     NoTest,
     /// A test panel's time is too short for the symbol rate.
     #[error(
@@ -144,7 +144,7 @@ pub enum DeviceError {
     },
     /// The firmware predates the intensity limit.
     #[error(
-        "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the present one (docs/hardware.md), or leave \
+        "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the current one (docs/hardware.md), or leave \
          both out"
     )]
     NoIntensityLimit,
@@ -152,7 +152,7 @@ pub enum DeviceError {
     #[error("the transmitter refuses: {0}")]
     Refused(#[from] Refusal),
     /// A table transfer never completed.
-    #[error("the table did not come through in {attempts} attempts, at last because {last}: check the cable")]
+    #[error("the table was not transferred in {attempts} attempts, the last time because {last}: check the cable")]
     Table {
         /// Attempts.
         attempts: u32,

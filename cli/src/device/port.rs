@@ -34,7 +34,7 @@ pub fn open(name: &str, baud: u32, patience: Duration) -> Result<Box<dyn SerialP
 
 /// An available port.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Listed {
+pub struct PortInfo {
     /// Its name, for --port.
     pub port: String,
     /// `usb`, `pci`, `bluetooth` or `unknown`.
@@ -46,8 +46,8 @@ pub struct Listed {
 }
 
 /// This computer's serial ports, USB ones first.
-pub fn list() -> Result<Vec<Listed>, serialport::Error> {
-    let mut ports: Vec<Listed> = serialport::available_ports()?
+pub fn list() -> Result<Vec<PortInfo>, serialport::Error> {
+    let mut ports: Vec<PortInfo> = serialport::available_ports()?
         .into_iter()
         .map(|found| {
             let (bus, product, serial_number) = match found.port_type {
@@ -56,7 +56,7 @@ pub fn list() -> Result<Vec<Listed>, serialport::Error> {
                 SerialPortType::BluetoothPort => ("bluetooth", None, None),
                 SerialPortType::Unknown => ("unknown", None, None),
             };
-            Listed {
+            PortInfo {
                 port: found.port_name,
                 bus,
                 product,

@@ -8,7 +8,7 @@ use link::serial::{Answer, Refusal, Request};
 
 use super::{Client, DeviceError};
 
-/// Maximum number of transfers begun.
+/// Maximum number of attempts.
 const ATTEMPTS: u32 = 5;
 
 /// Writes a table: the transmitter stores it, uses it, and returns the same bytes. Calls `progress` with the bytes written so far.

@@ -10,7 +10,7 @@ use link::serial::{Answer, Faults, Request};
 use super::fake::Fake;
 use super::{Client, DeviceError, table};
 
-/// Faults of a line: one byte in this many; 0 disables.
+/// Faults of a line: one byte in this many; 0: none.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     dropped: u64,
@@ -18,7 +18,7 @@ struct Line {
     changed: u64,
     /// Maximum reads without data before an answer arrives.
     late: u64,
-    /// Number of writes before the transmitter restarts; 0 disables.
+    /// Number of writes before the transmitter restarts; 0: never.
     restarts: u64,
     /// Whether the line echoes writes.
     echo: bool,

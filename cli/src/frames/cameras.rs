@@ -43,7 +43,7 @@ pub fn advice(cameras: &[Camera]) -> String {
         .map(|Camera { camera, name }| format!("{} ({name})", camera.display()));
     match &each.collect::<Vec<_>>()[..] {
         [] => "this computer has none; plug one in, or name an address such as rtsp://HOST/PATH".into(),
-        names => format!("name one of {}", names.join(", ")),
+        names => format!("give one of {}", names.join(", ")),
     }
 }
 
@@ -67,7 +67,7 @@ mod tests {
         let told = advice(&cameras);
         assert_eq!(
             told,
-            "name one of /dev/video2 (Webcam: front), /dev/video3 (), /dev/video10 (Dashcam)"
+            "give one of /dev/video2 (Webcam: front), /dev/video3 (), /dev/video10 (Dashcam)"
         );
         assert!(list_in(&folder.path().join("none")).is_empty());
         assert!(advice(&[]).starts_with("this computer has none; plug one in"));

@@ -32,7 +32,7 @@ pub fn of(sources: &[PathBuf]) -> anyhow::Result<Vec<FrameFile>> {
         let mut inside = pictures_in(source).with_context(|| format!("cannot read the folder {}", source.display()))?;
         ensure!(
             !inside.is_empty(),
-            "the folder {} has no PNG, JPEG or PGM files; a film is received by its own name",
+            "the folder {} has no PNG, JPEG or PGM files; give a film by its own name",
             source.display()
         );
         inside.sort_by(|a, b| natural_order(a, b));

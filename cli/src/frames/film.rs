@@ -98,7 +98,7 @@ pub fn pipe(options: &str, input: &str) -> String {
 /// Advice for a film where pictures are read.
 pub fn alone(film: &Path) -> String {
     format!(
-        "{0} is a film: `vocc receive {0}`, with nothing beside it, reads its messages; `ffmpeg -i {0} frame-%06d.png` makes frames of it",
+        "{0} is a film: `vocc receive {0}` reads its messages if it is the only source; `ffmpeg -i {0} frame-%06d.png` makes frames of it",
         film.display()
     )
 }
@@ -191,7 +191,7 @@ impl Film {
         let name = &self.name;
         ensure!(
             !said.contains("matches no streams"),
-            "{name} has no moving pictures: it is sound alone, or a cover with it"
+            "{name} has no video: it has only sound, or a cover picture"
         );
         let said = self.secrets.hide(&said);
         ensure!(status.success(), "ffmpeg cannot decode {name} ({status}): {said}");
@@ -210,7 +210,7 @@ impl Drop for Film {
 
 /// ffmpeg's options for a local file, which restrict it to local files whatever the film refers to.
 pub fn local(path: &Path) -> Vec<OsString> {
-    // ffmpeg takes a name with a colon for a protocol.
+    // ffmpeg parses a name with a colon as a protocol.
     let mut name = OsString::from("file:");
     name.push(path);
     vec!["-protocol_whitelist".into(), "file".into(), "-i".into(), name]
@@ -221,7 +221,7 @@ fn decoder(input: &[OsString]) -> Command {
     let mut ffmpeg = Command::new("ffmpeg");
     ffmpeg.args(["-nostdin", "-hide_banner", "-nostats", "-loglevel", "repeat+level+info"]);
     ffmpeg.args(input);
-    // The first video stream that is no cover picture.
+    // The first video stream that is not a cover picture.
     ffmpeg.args(["-map", "0:V:0", "-vf", &[TELL_TIMES, ONE_BY_ONE, PIXELS].join(",")]);
     ffmpeg.args(["-flush_packets", "1", "-f", "yuv4mpegpipe", "-"]);
     ffmpeg.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());

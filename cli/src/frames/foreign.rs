@@ -53,7 +53,7 @@ pub fn many_frames(source: &Path) -> Option<String> {
     };
     let name = secrets::masked(&source.to_string_lossy());
     Some(format!(
-        "{name} is {what}, and pictures are read here: `vocc receive {name}` reads its messages"
+        "{name} is {what}, and this command reads pictures: `vocc receive {name}` reads its messages"
     ))
 }
 

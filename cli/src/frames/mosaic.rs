@@ -19,7 +19,7 @@ impl std::str::FromStr for Mosaic {
             "GRBG" => Ok(Self([[1, 0], [2, 1]])),
             "GBRG" => Ok(Self([[1, 2], [0, 1]])),
             _ => Err(format!(
-                "{text:?} is no order of colour filters: give RGGB, BGGR, GRBG or GBRG, as they begin at the top-left pixel"
+                "{text:?} is not an order of colour filters: give RGGB, BGGR, GRBG or GBRG, as they begin at the top-left pixel"
             )),
         }
     }

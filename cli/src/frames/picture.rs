@@ -73,12 +73,12 @@ impl PictureReader {
         let (width, height) = (image.width(), image.height());
         let grey = self.grey(image).with_context(unusable)?;
         let remark = match lacks_end {
-            true => Some(format!("{} lacks the marker of its end, and is read all the same", path.display())),
+            true => Some(format!("{} has no end marker, and is read nevertheless", path.display())),
             false => self.clipped(path),
         };
         let image = GrayImage::from_raw(width, height, grey);
         Ok(GreyPicture {
-            image: image.with_context(|| format!("{} has other pixels than its size says", path.display()))?,
+            image: image.with_context(|| format!("the pixels of {} do not match its size", path.display()))?,
             samples,
             remark,
         })
@@ -119,7 +119,7 @@ impl PictureReader {
                     Ok(self.deep.grey(&deep))
                 }
                 other => bail!(
-                    "it is {:?}, and a mosaic is grey: leave --bayer out where a picture has its colours",
+                    "it is {:?}, and a mosaic is grey: omit --bayer for pictures in colour",
                     other.color()
                 ),
             };

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// In place of a password.
+/// The replacement of a password.
 pub const HIDDEN: &str = "***";
 /// Ends of the names of parameters and options that hold a password or a key.
 const NAMES: [&str; 7] = ["password", "passwd", "pass", "pwd", "passphrase", "token", "key"];
@@ -111,7 +111,7 @@ impl Secrets {
     }
 }
 
-/// The text with its percent escapes replaced by what they stand for.
+/// The text with its percent escapes decoded.
 fn unescaped(text: &str) -> String {
     let mut bytes = Vec::with_capacity(text.len());
     let mut rest = text.as_bytes();

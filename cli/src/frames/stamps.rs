@@ -104,13 +104,13 @@ impl Stamps {
                     let twice = seconds.insert(Key::of(frame), time_s).is_some();
                     ensure!(
                         !twice,
-                        "{}, line {at}: {frame} has a time stamp already: remove one of the two lines",
+                        "{}, line {at}: {frame} has two time stamps: remove one of the lines",
                         path.display()
                     );
                 }
                 None if index == 0 => {}
                 None => bail!(
-                    "{}, line {at}: {:?} is no frame and the seconds at which it was taken, such as 00012.png,0.4004",
+                    "{}, line {at}: {:?} is not a frame and its time in seconds, such as 00012.png,0.4004",
                     path.display(),
                     line.iter().collect::<Vec<_>>().join(",")
                 ),
@@ -163,7 +163,7 @@ impl Stamps {
         );
         ensure!(
             doubled == 0 || taken.len() > 1,
-            "{}: all {count} frames have the same time, {} s: give the time at which each was taken, or remove the file",
+            "{}: all {count} frames have the same time, {} s: give each frame's own time, or remove the file",
             self.path.display(),
             taken[0].1
         );
@@ -278,9 +278,9 @@ mod tests {
         for (csv, why) in [
             ("1,0\n2,0.1\n3,0.05", "run backwards: "),
             ("1,0\n2,0.1", "3.png has no time stamp"),
-            ("1,0\n2,soon\n3,0.2", "line 2: \"2,soon\" is no frame"),
-            ("1,0\n2,nan\n3,0.2", "is no frame and the seconds"),
-            ("1,0\n1,0.1\n2,0.2", "1 has a time stamp already"),
+            ("1,0\n2,soon\n3,0.2", "line 2: \"2,soon\" is not a frame"),
+            ("1,0\n2,nan\n3,0.2", "is not a frame and its time"),
+            ("1,0\n1,0.1\n2,0.2", "1 has two time stamps"),
             (
                 "1,0\n2,0.1\n3,0.2\n4,0.3",
                 "has a time for frame 4, and the folder has no such frame",
@@ -292,7 +292,7 @@ mod tests {
             ("1,0\n2,1e-300\n3,2e-300", "give the times in seconds"),
             ("1,7.5\n2,7.5\n3,7.5", "all 3 frames have the same time, 7.5 s"),
             ("frame,time\n1,7,500\n2,7,533\n3,7,566", "decimal commas seem to have split"),
-            ("\u{0}\u{1}garbage\n\u{7}", "is no frame and the seconds"),
+            ("\u{0}\u{1}garbage\n\u{7}", "is not a frame and its time"),
         ] {
             let error = ordered(csv, &["1.png", "2.png", "3.png"]).err().expect(csv);
             assert!(format!("{error:#}").contains(why), "{error:#}");

@@ -1,4 +1,4 @@
-//! A short queue of frames that have arrived but are not read yet.
+//! A short queue of frames that have arrived but have not been read.
 
 use std::collections::VecDeque;
 use std::io::BufRead;
@@ -19,7 +19,7 @@ const SAME_CLOCK_S: f64 = 60.0;
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
     pub at: Instant,
-    /// By the wall clock, since 1970.
+    /// By the wall clock, seconds since 1970.
     pub unix: Duration,
 }
 

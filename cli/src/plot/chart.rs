@@ -6,7 +6,7 @@ use super::labels::{LABEL_PX, Labels};
 use super::legend::{self, Entry};
 use super::mark::{ARROW_PX, Mark, arrow, ring};
 use super::palette::{EDGE, GRID};
-use super::paper::{Stand, Surface, coloured, words};
+use super::paper::{Anchor, Surface, coloured, words};
 use super::series::{Line, Point, Series};
 use super::{Axis, Box};
 
@@ -97,19 +97,19 @@ impl<'a, 'b> Plane<'a, 'b> {
         for (tick, label) in chart.x.ticks() {
             let x = self.x(tick);
             self.path(vec![(x, top), (x, bottom)], &GRID, 1)?;
-            words(surface, &label, (x, bottom + 5), TICK_PX, Stand::Below)?;
+            words(surface, &label, (x, bottom + 5), TICK_PX, Anchor::Below)?;
         }
         for (tick, label) in chart.y.ticks() {
             let y = self.y(tick);
             self.path(vec![(left, y), (right, y)], &GRID, 1)?;
-            words(surface, &label, (left - 6, y), TICK_PX, Stand::Left)?;
+            words(surface, &label, (left - 6, y), TICK_PX, Anchor::Left)?;
         }
         let corners = [(left, top), (right, bottom)];
         surface.draw(&Rectangle::new(corners, EDGE.stroke_width(1)))?;
         let middle = ((left + right) / 2, (top + bottom) / 2);
-        words(surface, &chart.title, (middle.0, 10), TITLE_PX, Stand::Below)?;
-        words(surface, &chart.x.label, (middle.0, bottom + 26), TEXT_PX, Stand::Below)?;
-        words(surface, &chart.y.label, (8, middle.1), TEXT_PX, Stand::Upright)
+        words(surface, &chart.title, (middle.0, 10), TITLE_PX, Anchor::Below)?;
+        words(surface, &chart.x.label, (middle.0, bottom + 26), TEXT_PX, Anchor::Below)?;
+        words(surface, &chart.y.label, (8, middle.1), TEXT_PX, Anchor::Upright)
     }
 
     fn line(&self, series: &Series) -> anyhow::Result<()> {
@@ -121,7 +121,7 @@ impl<'a, 'b> Plane<'a, 'b> {
             Line::None => Ok(()),
             Line::Thin => self.path(pixels(&series.points), &series.colour.mix(0.6), width_px),
             Line::Steps => self.path(steps(pixels(&series.points)), &series.colour, width_px),
-            // Line and band stop before a bound, as it is no value.
+            // Line and band stop before a bound, as it is not a value.
             Line::Band => {
                 let runs = series.points.split(|point| point.mark == Mark::AtMost);
                 for run in runs.filter(|run| run.len() > 1) {
@@ -241,7 +241,7 @@ impl<'a, 'b> Plane<'a, 'b> {
                 self.path(vec![at, end], &series.colour.mix(0.5), 1)?;
             }
             let corner = placed.corner;
-            coloured(self.surface, name, corner, LABEL_PX, Stand::Corner, series.colour)?;
+            coloured(self.surface, name, corner, LABEL_PX, Anchor::Corner, series.colour)?;
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use plotters::prelude::{Color, PathElement, RGBColor, Rectangle};
 
 use super::mark::{Mark, ring};
 use super::palette::{BLACK, EDGE, WHITE};
-use super::paper::{Stand, Surface, width_px, words};
+use super::paper::{Anchor, Surface, width_px, words};
 use super::series::{Line, Series};
 use super::{Box, meet};
 
@@ -85,7 +85,7 @@ impl Entry {
             }
             name += SAMPLE_PX + RIM_PX;
         }
-        words(surface, &self.name, (name, middle), NAME_PX, Stand::Right)
+        words(surface, &self.name, (name, middle), NAME_PX, Anchor::Right)
     }
 }
 

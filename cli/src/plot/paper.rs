@@ -54,7 +54,7 @@ fn know_font() -> anyhow::Result<()> {
 
 /// Alignment of text relative to its anchor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stand {
+pub enum Anchor {
     /// To the right and below.
     Corner,
     /// Below, centred.
@@ -68,21 +68,21 @@ pub enum Stand {
 }
 
 /// Draws black text of this size.
-pub fn words(surface: &Surface, words: &str, at: (i32, i32), size_px: i32, stand: Stand) -> anyhow::Result<()> {
+pub fn words(surface: &Surface, words: &str, at: (i32, i32), size_px: i32, stand: Anchor) -> anyhow::Result<()> {
     coloured(surface, words, at, size_px, stand, BLACK)
 }
 
 /// Draws coloured text of this size.
-pub fn coloured(surface: &Surface, words: &str, at: (i32, i32), size_px: i32, stand: Stand, colour: RGBColor) -> anyhow::Result<()> {
+pub fn coloured(surface: &Surface, words: &str, at: (i32, i32), size_px: i32, stand: Anchor, colour: RGBColor) -> anyhow::Result<()> {
     let mut font = (FONT, size_px).into_font();
-    if stand == Stand::Upright {
+    if stand == Anchor::Upright {
         font = font.transform(FontTransform::Rotate270);
     }
     let anchor = match stand {
-        Stand::Corner => Pos::new(HPos::Left, VPos::Top),
-        Stand::Below | Stand::Upright => Pos::new(HPos::Center, VPos::Top),
-        Stand::Left => Pos::new(HPos::Right, VPos::Center),
-        Stand::Right => Pos::new(HPos::Left, VPos::Center),
+        Anchor::Corner => Pos::new(HPos::Left, VPos::Top),
+        Anchor::Below | Anchor::Upright => Pos::new(HPos::Center, VPos::Top),
+        Anchor::Left => Pos::new(HPos::Right, VPos::Center),
+        Anchor::Right => Pos::new(HPos::Left, VPos::Center),
     };
     let style: TextStyle = font.color(&colour).pos(anchor);
     Ok(surface.draw(&Text::new(words.to_string(), at, style))?)
@@ -127,7 +127,7 @@ mod tests {
     use super::*;
 
     fn page(text: &str) -> Drawing {
-        draw((200, 60), |surface| words(surface, text, (10, 20), 20, Stand::Corner)).expect("a drawing")
+        draw((200, 60), |surface| words(surface, text, (10, 20), 20, Anchor::Corner)).expect("a drawing")
     }
 
     fn dark_pixels(drawing: &Drawing) -> usize {

@@ -3,7 +3,7 @@
 use plotters::prelude::{Color, RGBColor, Rectangle};
 
 use super::palette::BLACK;
-use super::paper::{self, Drawing, Stand, Surface, words};
+use super::paper::{self, Anchor, Drawing, Surface, words};
 
 /// A grey picture.
 pub struct Picture<'a> {
@@ -34,7 +34,7 @@ pub fn row(pictures: &[Picture], width_px: i32) -> anyhow::Result<Drawing> {
             picture.draw(surface, (left, top), width_px)?;
             for (line, text) in (0..).zip(&picture.words) {
                 let place = (left + width_px / 2, top + tallest_px + 6 + line * LINE_PX);
-                words(surface, text, place, TEXT_PX, Stand::Below)?;
+                words(surface, text, place, TEXT_PX, Anchor::Below)?;
             }
         }
         Ok(())

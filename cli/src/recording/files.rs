@@ -133,7 +133,7 @@ impl Files {
             !is_there(&path)
         });
         let Some(number) = next else {
-            bail!("all numbers are taken");
+            bail!("all numbers are in use");
         };
         let path = numbered(&self.first, number);
         let writer = self.writer.next(BufWriter::new(grown(&path, self.is_live)?))?;
@@ -157,7 +157,7 @@ impl Ending {
         let ended = self.0.take().map(JoinHandle::join);
         ended
             .unwrap_or(Ok(Ok(())))
-            .unwrap_or_else(|_| bail!("the file before was not finished"))
+            .unwrap_or_else(|_| bail!("the previous file was not finished"))
     }
 }
 
@@ -199,7 +199,7 @@ fn is_there(path: &Path) -> bool {
 fn check_free(first: &Path) -> anyhow::Result<()> {
     if !files::check(first)? {
         bail!(
-            "{} is a device or a pipe, and --max-size is for files: leave --max-size out",
+            "{} is a device or a pipe, and --max-size is for files: omit --max-size",
             first.display()
         );
     }
@@ -212,7 +212,7 @@ fn check_free(first: &Path) -> anyhow::Result<()> {
         .filter(|path| is_part(first, path))
         .min();
     if let Some(taken) = taken {
-        bail!("{} is there already, and stays as it is: name another file", taken.display());
+        bail!("{} exists and is not overwritten: give another file", taken.display());
     }
     Ok(())
 }

@@ -4,8 +4,8 @@
 //! A thread accepts connections, and each client has a thread and a queue of its own. The receiver never waits for a client: one that is
 //! too slow misses the oldest messages.
 //!
-//! `tungstenite` without TLS adds 11 packages to the build; the crate `foxglove` (0.30) with its server adds 82, with tokio. What that crate
-//! has beyond this file, no receiver needs: message types of its own, parameters, services, assets and playback for clients, TLS, a
+//! `tungstenite` without TLS adds 11 packages to the build; the crate `foxglove` (0.30) with its server adds 82, with tokio. What that
+//! crate has beyond this file, no receiver needs: message types of its own, parameters, services, assets and playback for clients, TLS, a
 //! gateway for remote access, and a second writer of MCAP files. What this file needs, it lacks: its server accepts any page of a browser,
 //! and a client's queue is bounded by messages, 1024 of them, not by bytes.
 
@@ -38,11 +38,11 @@ const CLIENTS_MAX: usize = 8;
 const QUEUE_BYTES: usize = 64 << 20;
 /// Maximum size of a client's message: a subscription to every channel.
 const REQUEST_BYTES: usize = 1 << 16;
-/// Interval between two looks at the queue while a client is silent.
+/// Interval between checks of the queue while a client is silent.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// A client that takes nothing for this long has gone.
+/// A client that reads nothing for this long is disconnected.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// A client that takes nothing of its queue for this long at the end is left.
+/// At the end, a client that reads nothing for this long is abandoned.
 const FAREWELL: Duration = Duration::from_millis(500);
 /// The opcode of a message of a channel.
 const MESSAGE_DATA: u8 = 1;
@@ -87,7 +87,7 @@ impl Client {
 }
 
 impl Server {
-    /// A server at a port of this computer, which others cannot reach; 0 for any free one. Clients come in once it is open.
+    /// A server at a port of this computer, which others cannot reach; 0 for any free one. Clients can connect once it is open.
     pub fn at(port: u16) -> anyhow::Result<Self> {
         let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
         let listener = TcpListener::bind(address)
@@ -96,7 +96,7 @@ impl Server {
         Ok(Self { listener, state })
     }
 
-    /// Tells the address and lets clients in. They get the channels so far in one advertisement.
+    /// Prints the address and accepts clients. They get the channels so far in one advertisement.
     pub fn open(&self) -> anyhow::Result<()> {
         tell(format_args!("Foxglove connects to ws://{}", self.listener.local_addr()?));
         let (listener, state) = (self.listener.try_clone()?, Arc::clone(&self.state));
@@ -118,14 +118,14 @@ impl Server {
         id
     }
 
-    /// Whether any client wants the messages of a channel.
+    /// Whether any client is subscribed to a channel.
     pub fn is_wanted(&self, channel: u16) -> bool {
         let state = lock(&self.state);
         let mut wanted = state.clients.values().flat_map(|client| client.subscriptions.values());
         wanted.any(|&wanted| wanted == u64::from(channel))
     }
 
-    /// Sends a message to those who want it.
+    /// Sends a message to subscribed clients.
     pub fn message(&self, channel: u16, time_ns: u64, message: &[u8]) {
         for client in lock(&self.state).clients.values_mut() {
             let wanted = client.subscriptions.iter().filter(|(_, wanted)| **wanted == u64::from(channel));
@@ -290,7 +290,7 @@ fn change(id: u64, state: &Mutex<State>, change: impl FnOnce(&mut Client)) {
     }
 }
 
-/// Follows a client's request; others than subscriptions are of capabilities that are not offered.
+/// Handles a client's request; requests other than subscriptions need capabilities that are not offered.
 fn obey(client: &mut Client, request: &str) {
     let request: Value = serde_json::from_str(request).unwrap_or_default();
     let listed = |key: &str| request[key].as_array().cloned().unwrap_or_default();

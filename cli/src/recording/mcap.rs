@@ -11,11 +11,11 @@ const LIBRARY: &str = concat!("vocc ", env!("CARGO_PKG_VERSION"));
 /// A chunk ends once it exceeds this size.
 const CHUNK_BYTES: usize = 1024 * 1024;
 
-/// What a message takes beside its content: the fields before it, and its place in the index.
+/// Overhead of a message: the fields before it, and its place in the index.
 const MESSAGE_BYTES: usize = 31 + 16;
-/// What a chunk takes beside its messages: its record, and its place in the summary.
+/// Overhead of a chunk: its record, and its place in the summary.
 const CHUNK_RECORD_BYTES: usize = 49 + 73;
-/// What a chunk takes for each of its channels: an index record, and its place in the summary.
+/// Overhead of each channel in a chunk: an index record, and its place in the summary.
 const CHUNK_CHANNEL_BYTES: usize = 15 + 10;
 /// The end of the data, the statistics without their channels, the offsets of four groups, the footer, and the magic.
 const SUMMARY_BYTES: usize = 13 + 55 + 4 * 26 + 29 + 8;

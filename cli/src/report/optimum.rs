@@ -4,7 +4,9 @@ use std::path::Path;
 
 use studies::optimum::{FIRST_ROUND, GRID};
 use studies::reach::RATIOS;
-use studies::table::{AtPlace, Cell, CriterionSurvey, Entry, Findings, InFile, News, Outcome, ReachEntry, ReachPoint, ReachSurvey, Survey};
+use studies::table::{
+    AtPlace, Cell, CriterionSurvey, Entry, Findings, InFile, Outcome, ReachEntry, ReachPoint, ReachSurvey, Survey, SurveyEvent,
+};
 
 use super::table;
 use crate::numbers::two_decimals;
@@ -67,10 +69,10 @@ impl<'a, S: Presentation> Report<'a, S> {
     }
 
     /// Shows progress. The remaining settings are assumed to take as much work as the finished ones.
-    pub fn progress(&mut self, news: &News<S::Piece>) {
+    pub fn progress(&mut self, news: &SurveyEvent<S::Piece>) {
         match news {
-            News::Piece { work, .. } => self.work_done += work,
-            News::Setting => {
+            SurveyEvent::Piece { work, .. } => self.work_done += work,
+            SurveyEvent::Setting => {
                 self.settings_done += 1;
                 let each = self.work_done / self.settings_done;
                 let left = self.settings.saturating_sub(self.settings_done);
@@ -185,7 +187,7 @@ impl Presentation for ReachSurvey {
 pub fn interrupted(out: Option<&Path>) {
     match out {
         Some(path) => tell(format_args!(
-            "vocc: interrupted; {} holds what is finished, go on with --resume",
+            "vocc: interrupted; {} holds the finished part; continue with --resume",
             path.display()
         )),
         None => tell("vocc: interrupted"),

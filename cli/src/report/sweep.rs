@@ -1,7 +1,7 @@
 //! Output of `vocc sweep`: progress, and a line per finished cell.
 
 use serde_json::{Map, Value};
-use studies::sweep::{News, Results, Summary, Sweep};
+use studies::sweep::{Results, Summary, Sweep, SweepProgress};
 
 use crate::numbers::two_decimals;
 use crate::output::{json, line};
@@ -54,7 +54,7 @@ impl Report {
     }
 
     /// Shows progress, and finished cells.
-    pub fn heard(&mut self, news: &News) -> anyhow::Result<()> {
+    pub fn progress(&mut self, news: &SweepProgress) -> anyhow::Result<()> {
         self.progress.expect(news.expected.max(news.frames));
         self.progress.done(news.frames);
         news.finished.iter().try_for_each(|&cell| self.cell(news.results, cell))

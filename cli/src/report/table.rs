@@ -17,7 +17,7 @@ pub const REACH_HEAD: &str = concat!(
 
 /// Formats an entry by reach.
 pub fn reach_line(entry: &ReachEntry) -> String {
-    // The end of the lossless range tells which border it is.
+    // The end of the lossless range shows which border it is.
     let border = match entry.at_border {
         true if entry.best_l2a <= entry.loses_nothing[0] => "≤",
         true => "≥",
@@ -40,7 +40,7 @@ pub fn reach_line(entry: &ReachEntry) -> String {
     )
 }
 
-/// States what a reach leaves out, and from which distance on that matters.
+/// States the assumption behind a reach, and the distance from which it matters.
 pub fn found_line(file: &TableFile) -> String {
     let list = |numbers: &[f64], digits: usize| {
         let numbers = numbers.iter().map(|number| format!("{number:.digits$}"));
@@ -50,7 +50,7 @@ pub fn found_line(file: &TableFile) -> String {
         let intervals = file.ratios.interval.iter().map(f64::to_string).collect::<Vec<_>>();
         format!(": at {} m for intervals {}", list(&ends, 0), intervals.join(", "))
     });
-    format!("reach is that of a panel whose place is known; a receiver finds none whose LEDs are less than {LEAST_PITCH_PX} px apart{ends}")
+    format!("reach assumes a panel at a known place; a receiver finds no panel whose LEDs are less than {LEAST_PITCH_PX} px apart{ends}")
 }
 
 /// Head of [`regret_line`]s.
@@ -145,7 +145,7 @@ pub fn over_light(file: &TableFile) -> Chart {
     });
     let highest = all.chain(bands.map(|[_, high]| high)).filter(|ratio| ratio.is_finite());
     Chart {
-        title: "What the table holds".into(),
+        title: "Ratios of the table".into(),
         x: Axis::around_logarithms("ambient illuminance (lx)", lights.iter().copied()),
         y: Axis::from_zero("L2A (1/sr)", highest.collect::<Vec<_>>().into_iter()),
         series: by_interval(&file.ratios.interval, of_column),

@@ -97,7 +97,7 @@ pub enum Announcement {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HeaderError {
     /// The CRC-8 does not match.
-    #[error("the header's CRC-8 is {found:#04x} instead of {computed:#04x}: it was read wrongly, or was no header")]
+    #[error("the header's CRC-8 is {found:#04x} instead of {computed:#04x}: it was read wrongly, or was not a header")]
     Checksum {
         /// The value in the header.
         found: u8,
@@ -108,10 +108,10 @@ pub enum HeaderError {
     #[error("the header is of version {0}, this receiver reads version {VERSION}: use the same release at both ends")]
     Version(u8),
     /// A signature of a kind that this version does not define.
-    #[error("the header names signature scheme {0}, of 0 (Ed25519) alone: it was read wrongly, or the transmitter is newer")]
+    #[error("the header has signature scheme {0}, and only 0 (Ed25519) is known: it was read wrongly, or the transmitter is newer")]
     SignatureScheme(u8),
     /// A segment beyond the message's end.
-    #[error("the header names segment {segment} of a message of {segments}: it was read wrongly")]
+    #[error("the header has segment {segment} of a message of {segments}: it was read wrongly")]
     Segment {
         /// The number in the header.
         segment: u8,
@@ -122,10 +122,10 @@ pub enum HeaderError {
     #[error("the header is a beacon with fields that are not zero: it was read wrongly, or the transmitter is newer")]
     Beacon,
     /// A size that is out of range.
-    #[error("the header tells a size that cannot be: {0}")]
+    #[error("the header has an impossible size: {0}")]
     Geometry(GeometryError),
     /// A size with fields after it that are not all zero.
-    #[error("the header tells a size and more: it was read wrongly, or the transmitter is newer")]
+    #[error("the header has a size with extra fields: it was read wrongly, or the transmitter is newer")]
     MoreThanGeometry,
 }
 

@@ -126,7 +126,7 @@ pub const MESSAGE_MAX: usize = 1024;
 /// #··##··#
 /// ```
 ///
-/// It agrees with its own rotations and mirror images, and with their complements, in at most 40 LEDs of 64. So it shows a picture's
+/// It agrees with its own rotations and mirror images, and with their complements, in at most 40 LEDs of 64. So it reveals a picture's
 /// orientation, mirrored or not.
 pub const SYNC: PanelFrame = PanelFrame::from_bits(0x9936_c96c_b24d_6693);
 
@@ -137,7 +137,7 @@ pub enum FramingError {
     #[error("the message is empty: give 1 to {MESSAGE_MAX} bytes, or send a beacon")]
     Empty,
     /// Too many bytes.
-    #[error("the message has {length} bytes, the most is {MESSAGE_MAX}: split it into several messages")]
+    #[error("the message has {length} bytes, at most {MESSAGE_MAX} are allowed: split it into several messages")]
     TooLong {
         /// Its bytes.
         length: usize,

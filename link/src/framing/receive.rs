@@ -49,14 +49,14 @@ pub const SYNC_SEEN: [PanelFrame; 8] = {
 /// **Expecting.** A header determines all that follows: the next segment, its position, and every LED of its header. If that header is not
 /// readable, the three panels are compared with the expected ones, and accepted if the correlation is at least 5 standard deviations over
 /// sync and header together, and 3 over the header alone. Random readings pass with a probability of at most exp(−5²/2) = 3.7e-6. So a lost
-/// sync panel, or one lost header panel, does not cost the segment. After 8 headers missed in a row none are expected.
+/// sync panel, or one lost header panel, does not cost the segment. After 8 successive missed headers, it expects none.
 ///
 /// # How it assembles a message
 ///
 /// A segment is decoded at the end of its payload: alone and, if that fails, summed with its earlier repeats. Lost panels count as unknown.
 /// A message is delivered once all its segments have decoded **and** the CRC-32 matches; never otherwise. If it does not match, everything
-/// is forgotten. A delivered message is not delivered again until another message or a beacon has come between. If decoding errs, the
-/// CRC-32 lets one wrong message in 2³² pass.
+/// is forgotten. A delivered message is not delivered again until another message or a beacon has come between. If decoding fails
+/// unnoticed, the CRC-32 passes one wrong message in 2³².
 ///
 /// **A signature** is decoded once the message before it is whole: alone, then summed with its earlier repeats. It is reported once, and
 /// again with another counter. If it belongs to no known message, it is ignored.
@@ -150,17 +150,13 @@ pub enum Rejection {
     #[error("a sync panel was seen, but what followed it was not a valid header: {0}")]
     HeaderInvalid(HeaderError),
     /// No header at the expected place of the next one.
-    #[error(
-        "no header was seen where segment {segment} was to begin: its panels were lost, or the transmitter has turned to something else"
-    )]
+    #[error("no header was seen where segment {segment} should begin: its panels were lost, or the transmitter shows something else")]
     HeaderMissed {
         /// The expected segment.
         segment: u8,
     },
     /// No header at the expected place of a signature.
-    #[error(
-        "no header was seen where the message's signature was to begin: its panels were lost, or the transmitter does not sign any more"
-    )]
+    #[error("no header was seen where the message's signature should begin: its panels were lost, or the transmitter no longer signs")]
     SignatureMissed,
     /// A signature could not be decoded.
     #[error("the message's signature could not be decoded ({0}); waiting for it to be shown again")]

@@ -81,7 +81,7 @@ impl<'a> Parts<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ImageError {
     /// They start with the number of another format.
-    #[error("the table's image has format {found}, {FORMAT} is known: update the older side")]
+    #[error("the table's image has format {found}, and only {FORMAT} is known: update the older side")]
     Format {
         /// The number found; 0 if there are no bytes.
         found: u8,

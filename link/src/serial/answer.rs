@@ -71,7 +71,7 @@ pub enum Answer<'a> {
     },
     /// The lock of the ports.
     Lock {
-        /// The number from which and its PIN the lock's key is derived; `None`: the ports are open.
+        /// The salt from which, with the PIN, the lock's key is derived; `None`: the ports are open.
         salt: Option<u64>,
         /// The number that the next permit must contain; 0 without a lock.
         challenge: u32,
@@ -132,7 +132,7 @@ pub struct TablePart<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, thiserror::Error)]
 pub enum Refusal {
     /// The request has another version of the protocol; the answer's frame holds the transmitter's.
-    #[error("the transmitter speaks protocol {speaks}: use a program that does, or update it")]
+    #[error("the transmitter uses protocol {speaks}: use a program that does, or update it")]
     Version {
         /// The transmitter's version.
         speaks: u8,
@@ -141,7 +141,7 @@ pub enum Refusal {
     #[error("the transmitter does not know this request: update the older side")]
     Unknown,
     /// No table has that length.
-    #[error("a table of {length} bytes is impossible, the most is {most}")]
+    #[error("a table has at most {most} bytes, not {length}")]
     TableLength {
         /// The announced length.
         length: u16,
@@ -152,13 +152,13 @@ pub enum Refusal {
     #[error("no table is being written: begin again")]
     NotBegun,
     /// A part does not continue the earlier ones, or reaches beyond the table's end.
-    #[error("the transmitter expects the table from byte {expected} on: go on there")]
+    #[error("the transmitter expects the table from byte {expected} on: continue there")]
     Offset {
         /// The first missing byte.
         expected: u16,
     },
     /// Parts of the table are missing.
-    #[error("{received} of the table's {length} bytes have come: send the rest")]
+    #[error("{received} of the table's {length} bytes have arrived: send the rest")]
     Incomplete {
         /// Bytes received.
         received: u16,
@@ -174,7 +174,7 @@ pub enum Refusal {
         expected: u32,
     },
     /// The numbers do not make a table.
-    #[error("the numbers are no table of L2A: check the file")]
+    #[error("the numbers are not a table of L2A: check the file")]
     TableInvalid,
     /// Writing to flash memory failed.
     #[error("the transmitter's flash memory failed: the old values stay in use")]
@@ -189,7 +189,7 @@ pub enum Refusal {
         value: u8,
     },
     /// A message is empty or too long.
-    #[error("a message of {length} bytes is impossible, 1 to {most} are possible")]
+    #[error("the message has {length} bytes: give 1 to {most}")]
     MessageLength {
         /// Its length.
         length: u16,
@@ -226,7 +226,7 @@ pub enum Refusal {
         cycles: u16,
     },
     /// The LEDs' driver cannot show a carrier.
-    #[error("its LEDs show no carrier, for they are lit row by row and not latched all at once (MAX7219): give 0 cycles for still panels")]
+    #[error("its LEDs cannot show a carrier, because they are lit row by row (MAX7219): give 0 cycles for still panels")]
     NoLatch,
     /// This firmware cannot sign.
     #[error("its firmware signs no messages: flash one that was built with the feature `signing`")]
@@ -235,10 +235,10 @@ pub enum Refusal {
     #[error("a key's seed has 32 bytes, not all of them zero: make one with `vocc keys new`")]
     Seed,
     /// The counter of the key's signatures is exhausted.
-    #[error("its key has no counter left to sign with, and nothing was changed: give it a new key (`vocc device key`)")]
+    #[error("its key has used all its counters, and nothing was changed: give it a new key (`vocc device key`)")]
     NoCounter,
     /// A test panel would be brighter than a message.
-    #[error("a test panel with {on} LEDs On is impossible, the most is {most}: show the others in another panel")]
+    #[error("the test panel has {on} LEDs On, and at most {most} are allowed: show the others in another panel")]
     TestPanel {
         /// LEDs that are On.
         on: u8,
@@ -249,13 +249,13 @@ pub enum Refusal {
     #[error("it is locked, and nothing was changed: give its PIN with --pin-file, or at a terminal")]
     Locked,
     /// The permit's signature is not that of the lock's key.
-    #[error("the PIN is not that of its lock, and nothing was changed{}: try again, or see docs/serial.md if it is lost", After(*.wait_s))]
+    #[error("the PIN is wrong, and nothing was changed{}: try again, or see docs/serial.md if it is lost", After(*.wait_s))]
     WrongPermit {
         /// Seconds until the next permit is verified.
         wait_s: u16,
     },
     /// Too many permits were wrong.
-    #[error("too many wrong PINs were tried, and nothing was changed: try again in {wait_s} s, and leave it on until then")]
+    #[error("too many wrong PINs were tried, and nothing was changed: try again in {wait_s} s, without a restart until then")]
     Wait {
         /// Seconds until the next permit is verified.
         wait_s: u16,
@@ -263,8 +263,8 @@ pub enum Refusal {
     /// This firmware has no lock.
     #[error("its firmware has no lock: flash one that was built with the feature `signing`")]
     NoLock,
-    /// The bytes are no key of a lock.
-    #[error("a lock takes a public key of 32 bytes, which must be on the curve: lock it with `vocc device lock`")]
+    /// The bytes are not a key of a lock.
+    #[error("a lock needs a public key of 32 bytes on the curve: lock it with `vocc device lock`")]
     LockKey,
 }
 
@@ -275,7 +275,7 @@ impl fmt::Display for After {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             0 => Ok(()),
-            wait_s => write!(formatter, "; it takes the next one in {wait_s} s"),
+            wait_s => write!(formatter, "; it accepts the next one in {wait_s} s"),
         }
     }
 }

@@ -137,10 +137,10 @@ pub struct Frame<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BodyError {
     /// It has the other direction.
-    #[error("the frame goes the other way: this is an echo, or two computers are connected")]
+    #[error("the frame has the wrong direction: this is an echo, or two computers are connected")]
     OtherKind,
     /// It has another version.
-    #[error("the frame is of protocol {version}, {VERSION} is spoken here: update the older side")]
+    #[error("the frame is of protocol {version}, and this side uses {VERSION}: update the older side")]
     Version {
         /// The version of the frame.
         version: u8,

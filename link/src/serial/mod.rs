@@ -3,7 +3,7 @@
 //! # The layers
 //!
 //! ```text
-//!   Request, Answer            what is said                       request, answer, status, calibration
+//!   Request, Answer            the content                        request, answer, status, calibration
 //!      │   postcard: each field one after another, integers as varints
 //!   body
 //!      │   version, kind, sequence number before it; CRC-32C of all behind it
@@ -23,7 +23,7 @@
 //!
 //! # Choosing
 //!
-//! * A transmitter hands its bytes to `tx_firmware::service`, which does all of this.
+//! * A transmitter passes its bytes to `tx_firmware::service`, which does all of this.
 //! * A computer encodes with [`encode`], reads with a [`FrameReader`] of [`ANSWER_FRAME_MAX`] bytes and
 //!   [`Frame::answer`].
 //!

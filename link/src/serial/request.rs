@@ -109,15 +109,15 @@ pub enum Request<'a> {
     /// Erases every trace of the key: messages sent from now on are not signed. Answered by [`Answer::Key`](super::Answer::Key). Added
     /// later: an older transmitter refuses it as unknown.
     EraseKey,
-    /// Shows this panel in the place of messages, no brighter than they are; they go on after it, where they were. Meanwhile the light sensor
-    /// is read in both of its ranges by turns. Answered by [`Answer::Done`](super::Answer::Done). Added later: an older transmitter refuses
+    /// Shows this panel instead of messages, no brighter than they are; they continue after it. Meanwhile the light sensor
+    /// is read in its two ranges alternately. Answered by [`Answer::Done`](super::Answer::Done). Added later: an older transmitter refuses
     /// it as unknown.
     TestPanel {
         /// Bit 8·row + column is On; at most [`TEST_LEDS_MAX`](super::TEST_LEDS_MAX) of them, so that no test is brighter than a message.
         bits: u64,
-        /// The share of the light that a message has now, in 1/255.
+        /// Its light relative to that of a message, in 1/255.
         share: u8,
-        /// For how long, ms, unless another test panel comes before; 0 ends a test at once.
+        /// Its duration, ms, unless another test panel comes first; 0 ends a test at once.
         time_ms: u16,
     },
     /// Requests the last reading of the light sensor in each of its ranges. Answered by [`Answer::Sensor`](super::Answer::Sensor). Added
@@ -130,7 +130,7 @@ pub enum Request<'a> {
     WriteLock {
         /// 32 bytes: the public key that verifies permits.
         key: &'a [u8],
-        /// A random number, from which and a PIN the private key is derived.
+        /// A random salt from which, with the PIN, the private key is derived.
         salt: u64,
     },
     /// Removes the lock. Answered by [`Answer::Lock`](super::Answer::Lock). Added later: an older transmitter refuses it as unknown.

@@ -1,20 +1,20 @@
-//! Whether frames that are flagged as interlaced are single pictures, as 25 pictures a second in 50i are.
+//! Detects whether frames that are flagged as interlaced are single pictures, such as 25 pictures a second in 50i.
 //!
-//! What moves is at one place in all lines of a single picture; in a frame of two, every other line shows another time. So where a frame
-//! differs from the one before, a line is compared with its neighbours: those of its own frame, and those of the frame before. Of a single
-//! picture only the own ones fit. Of two pictures neither do: both are half a frame away in time.
+//! A moving object is at one place in all lines of a single picture; in a frame of two pictures, every other line shows another time. If a
+//! frame differs from the one before, a line is therefore compared with its neighbours in its own frame and in the frame before. In a
+//! single picture only those of its own frame fit. With two pictures neither fit, because both are half a frame away in time.
 
 /// Smallest change of a pixel between two frames that counts as motion, in grey levels: above noise and the errors of codecs.
 const MOTION_GREY: u8 = 24;
-/// Moving pixels from which on a frame tells.
+/// Minimum number of moving pixels in a frame that counts.
 const MOVING_MIN: u32 = 64;
-/// Minimum ratio of the other lines' misfit to the own lines' in a single picture. An LED of σ = 1.5 px that goes on has 5; two pictures
-/// have 1 on average.
+/// Minimum ratio of the other lines' misfit to the own lines' in a single picture. An LED of σ = 1.5 px that is switched on has 5; two
+/// pictures have 1 on average.
 const SINGLE_MIN: u64 = 2;
 /// Frames of which each has to be a single picture: more than a cycle of films that mix both (3:2 pulldown has 2 of 5 of two pictures).
 pub const FRAMES_MIN: u32 = 8;
 
-/// Looks at frames one after another.
+/// Compares successive frames.
 pub struct Combing {
     width: usize,
     single: u32,
@@ -22,7 +22,7 @@ pub struct Combing {
 }
 
 impl Combing {
-    /// For frames of a width.
+    /// A comparison of frames of this width.
     pub fn new(width: usize) -> Self {
         Self {
             width,
@@ -31,30 +31,30 @@ impl Combing {
         }
     }
 
-    /// Looks at a frame and the one before, both row by row.
+    /// Adds a frame and the one before, both row by row.
     pub fn look(&mut self, before: &[u8], frame: &[u8]) {
         let (moving, own, other) = misfits(before, frame, self.width);
         if moving >= MOVING_MIN {
             match other >= SINGLE_MIN * own {
                 true => self.single += 1,
-                // A ratio in between is of either kind.
+                // A ratio in between can be either.
                 false => self.is_combed |= 3 * own > 2 * other,
             }
         }
     }
 
-    /// Whether the frames are single pictures: none is of two, and enough of them would have shown it.
+    /// Whether the frames are single pictures: no frame shows two, and enough frames would have.
     pub fn are_single(&self) -> bool {
         !self.is_combed && self.single >= FRAMES_MIN
     }
 
-    /// Whether a frame is of two pictures.
+    /// Whether a frame shows two pictures.
     pub fn is_combed(&self) -> bool {
         self.is_combed
     }
 }
 
-/// The moving pixels of a frame, and by how much they differ from the lines above and below: those of their own frame, and those of the
+/// The moving pixels of a frame, and their differences from the lines above and below, in their own frame and in the
 /// frame before.
 fn misfits(before: &[u8], frame: &[u8], width: usize) -> (u32, u64, u64) {
     let rows = |frame: &[u8]| frame.len() / width.max(1);

@@ -138,16 +138,16 @@ impl Diagnosis {
                 "too few of its symbols were seen: keep the panel whole and still in the picture, or make the film longer".to_owned()
             }
             Some(blur) if confidence < SURE && self.pitch_px < APART * blur => {
-                format!("the LEDs run into each other under a blur of {blur:.1} px: focus, come nearer, or use a longer lens")
+                format!("the LEDs merge under a blur of {blur:.1} px: focus, move closer, or use a longer lens")
             }
             _ if confidence < SURE => {
-                "many bits are unsure: expose longer or brighten the panel if it is noisy, expose less if it is white".to_owned()
+                "many bits are unreliable: expose longer or brighten the panel if it is noisy, expose less if it is white".to_owned()
             }
-            _ if self.read < SHORT => format!("{} frames hold less than a message: make the film longer", self.read),
+            _ if self.read < SHORT => format!("{} frames are shorter than a message: make the film longer", self.read),
             _ if self.rejected > 0 => {
                 format!("messages began, but none was complete: {doubt}. If they are, make the film longer")
             }
-            _ => format!("the bits are sure, but no message begins in them: {doubt}"),
+            _ => format!("the bits are reliable, but no message begins in them: {doubt}"),
         }
     }
 }

@@ -28,26 +28,26 @@ const READ_MIN: f64 = 0.5;
 /// A level, by its number in `diagnostic_msgs/msg/DiagnosticStatus`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// As it should be.
+    /// Normal.
     Ok = 0,
-    /// Worse than it should be.
+    /// Degraded.
     Warn = 1,
-    /// It does not work.
+    /// Not working.
     Error = 2,
 }
 
 /// The status of the camera or of a panel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Status {
-    /// How it is.
+    /// The level.
     pub level: Level,
-    /// Of what: `vocc: camera`, `vocc: panel 0`.
+    /// The subject: `vocc: camera`, `vocc: panel 0`.
     pub name: String,
-    /// Why it has this level.
+    /// The reason for the level.
     pub message: String,
     /// The camera's name, or `panel_0`.
     pub hardware_id: String,
-    /// Counts and the like, each with its key.
+    /// Values such as counts, each with its key.
     pub values: Vec<(String, String)>,
 }
 
@@ -107,7 +107,7 @@ impl Panel {
         match loss {
             None => {
                 if !self.is_followed {
-                    // Frames before it was found do not count against it.
+                    // Frames before it was found do not count as lost.
                     self.before = self.frames();
                 }
                 self.is_followed = true;
@@ -122,7 +122,7 @@ impl Panel {
         }
     }
 
-    /// Frames in which it was read and lost.
+    /// Frames in which it was read, and in which it was lost.
     fn frames(&self) -> [u64; 2] {
         [self.read, self.lost.values().sum()]
     }
@@ -166,7 +166,7 @@ impl Panel {
 }
 
 impl Diagnostics {
-    /// Of a camera of that name; nothing is counted yet.
+    /// Diagnostics of a camera of that name, without counts.
     pub fn new(camera: impl Into<String>) -> Self {
         Self {
             camera: camera.into(),
@@ -189,7 +189,7 @@ impl Diagnostics {
         }
     }
 
-    /// Counts a message that came after the last frame; other events are not counted.
+    /// Counts a message that was completed after the last frame; other events are not counted.
     pub fn count_event(&mut self, panel: usize, event: &PanelEvent) {
         self.panel(panel).messages += u64::from(matches!(event, PanelEvent::Message(_)));
     }
@@ -254,7 +254,7 @@ impl Diagnostics {
             return None;
         }
         self.silent_s = Some(silent_s);
-        Some(vec![self.camera(Level::Error, format!("no frame has come for {silent_s} s"))])
+        Some(vec![self.camera(Level::Error, format!("no frame for {silent_s} s"))])
     }
 
     fn is_due(&self, time_ns: u64) -> bool {

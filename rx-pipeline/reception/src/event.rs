@@ -85,7 +85,7 @@ impl PanelEvent {
         })
     }
 
-    /// Whether the event tells more about the signer than `told`, the last such report since the message.
+    /// Whether the event has more information about the signer than `told`, the last such report since the message.
     pub(crate) fn is_news_after(&self, told: Option<&Self>) -> bool {
         match (told, self) {
             (Some(_), Self::Unsigned) => false,

@@ -22,22 +22,22 @@ pub enum KeyFileError {
     /// The file is unreadable.
     #[error("cannot read {}", .0.display())]
     Unreadable(PathBuf, #[source] std::io::Error),
-    /// The file is no private key.
-    #[error("{} holds no private key such as `vocc keys new` makes", .0.display())]
+    /// The file is not a private key.
+    #[error("{} holds no private key as made by `vocc keys new`", .0.display())]
     NoSecret(PathBuf, #[source] toml::de::Error),
-    /// The file is no list of public keys.
-    #[error("{} holds no public keys such as `vocc keys show KEY.toml >> keys.toml` collects", .0.display())]
+    /// The file is not a list of public keys.
+    #[error("{} holds no public keys as made by `vocc keys show KEY.toml >> keys.toml`", .0.display())]
     NoPublic(PathBuf, #[source] toml::de::Error),
     /// A private key where a public one is expected.
-    #[error("{} holds a private key, which nobody but its owner needs: `vocc keys show` prints the public one", .0.display())]
+    #[error("{} holds a private key, which only its owner needs: `vocc keys show` prints the public one", .0.display())]
     Secret(PathBuf),
     /// The file has no key.
     #[error("{} holds no key: add some with `vocc keys show KEY.toml >> keys.toml`", .0.display())]
     Empty(PathBuf),
     /// Other users of this computer can sign too.
-    #[error("{} can be read by other users, who could sign with it: `chmod 600` it, and if they may have, make a new key", .0.display())]
+    #[error("{} can be read by other users, who could sign with it: `chmod 600` it, and if they may have read it, make a new key", .0.display())]
     Open(PathBuf),
-    /// The digits are no key.
+    /// The digits are not a key.
     #[error(
         "{}: the key {name:?} is not {} hexadecimal digits: take the file from a backup, or make a new key",
         .path.display(), 2 * KEY_BYTES
@@ -58,14 +58,14 @@ pub enum KeyFileError {
         /// The reason.
         why: KeyError,
     },
-    /// The seed of a new key is none.
+    /// The seed of a new key is invalid.
     #[error(transparent)]
     Seed(#[from] KeyError),
     /// The public and the private half do not match.
     #[error("{}: the public key is not that of the private one: take the file from a backup, or make a new key", .0.display())]
     Halves(PathBuf),
     /// Two keys with the same id, so that the signer is ambiguous.
-    #[error("{}: the keys {first:?} and {second:?} have one name, {id}: leave out one of them, or make it anew", .path.display())]
+    #[error("{}: the keys {first:?} and {second:?} have the same id, {id}: remove or replace one of them", .path.display())]
     Twice {
         /// The file.
         path: PathBuf,
@@ -77,7 +77,7 @@ pub enum KeyFileError {
         id: KeyId,
     },
     /// The name is not printable on one line.
-    #[error("{0:?} is no name for a key: give 1 to {NAME_MAX} characters without control characters")]
+    #[error("{0:?} is not a name for a key: give 1 to {NAME_MAX} characters without control characters")]
     Name(String),
     /// The counters file is unreadable.
     #[error(
@@ -119,7 +119,7 @@ struct PublicEntry {
 #[derive(Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct CountersFile {
-    /// Required even if empty, which makes a damaged file detectable.
+    /// Required even if empty, so that a damaged file is detected.
     last: BTreeMap<String, u32>,
 }
 
@@ -189,7 +189,7 @@ impl OwnKey {
             public: hex(&key.to_bytes()),
             secret: hex(&seed),
         })?;
-        let text = format!("# A private key: whoever has it signs as its owner. `vocc keys show` prints the public one.\n{text}");
+        let text = format!("# A private key: anyone who has it can sign as its owner. `vocc keys show` prints the public one.\n{text}");
         let name = name.into();
         Ok((NamedKey { name, key }, text))
     }
@@ -269,7 +269,7 @@ impl Trust {
         }
     }
 
-    /// Takes over the greatest counters that `earlier` has seen of the same keys.
+    /// Takes over the greatest counters of the same keys from `earlier`.
     pub fn remember(&mut self, earlier: &Self) {
         for trusted in &mut self.keys {
             let seen = earlier.keys.iter().find(|earlier| earlier.key() == trusted.key());
@@ -283,7 +283,7 @@ impl Trust {
         !self.keys.is_empty()
     }
 
-    /// The verdict on a signature. A proven counter is seen from now on; [`Self::take_counters`] has it for the file.
+    /// The verdict on a signature. A proven counter counts as seen from now on; [`Self::take_counters`] returns it for the file.
     pub fn verdict(&mut self, signed: &SignedMessage) -> Verdict {
         let (signer, counter) = (signed.signature.key, signed.signature.counter);
         if !self.is_checking() {
@@ -324,7 +324,7 @@ impl Trust {
     /// The counters' file and its new contents after a proof. Replace the file as a whole.
     ///
     /// # Errors
-    /// If the present file holds something else.
+    /// If the current file holds something else.
     pub fn take_counters(&mut self) -> Result<Option<(&Path, String)>, KeyFileError> {
         let has_unkept = core::mem::take(&mut self.has_unkept);
         let Some(path) = self.counters.as_deref().filter(|_| has_unkept) else {
@@ -337,7 +337,7 @@ impl Trust {
             *kept = last.max(*kept);
         }
         let text = toml::to_string(&seen)?;
-        let text = format!("# The greatest counter that was seen of each key, by `vocc receive`.\n{text}");
+        let text = format!("# The greatest counter of each key that `vocc receive` has seen.\n{text}");
         Ok(Some((path, text)))
     }
 }

@@ -33,7 +33,7 @@ pub fn as_text(learnt: &Learnt) -> String {
     } = learnt.camera;
     let blur = match learnt.blur_deviation_px {
         Some(deviation) => format!("blur {blur_sigma_px:.2} ± {deviation:.2} px"),
-        None => format!("blur not seen in the larger pixels of a near panel, {blur_sigma_px:.2} px as told"),
+        None => format!("blur not visible in the larger pixels of a near panel, {blur_sigma_px:.2} px as configured"),
     };
     let encoding = match encoding {
         Encoding::Gamma(gamma) => format!("gamma {gamma:.2}"),
@@ -52,7 +52,7 @@ pub fn as_text(learnt: &Learnt) -> String {
     };
     let lines = match learnt.line_delay {
         None => String::new(),
-        Some(0.0) => ", all lines exposed at once as far as it shows".to_owned(),
+        Some(0.0) => ", no delay between lines visible".to_owned(),
         Some(delay) => format!(", each line {delay:.4} exposures after the one above"),
     };
     format!(

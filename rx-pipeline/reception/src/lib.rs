@@ -1,7 +1,7 @@
 //! The receiver on a computer: frames of any pixel format with their time stamps in; readings, poses and messages out.
 //!
-//! The command line, the Python package and the page are skins of [`Reception`]. It runs the receiver, finds a symbol rate that is not
-//! configured, measures where panels are, and diagnoses why no message came. It depends neither on the simulator nor on the studies.
+//! The command line, the Python package and the page are thin layers over [`Reception`]. It runs the receiver, finds a symbol rate that is
+//! not configured, measures where panels are, and diagnoses why no message came. It depends neither on the simulator nor on the studies.
 //!
 //! ```
 //! use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
@@ -26,12 +26,12 @@
 //! | [`whereabouts`] | where panels are, in metres |
 //! | [`learnt`] | the learnt camera, in words |
 //! | [`diagnostics`] | reports on frames and panels in the terms of ROS diagnostics |
-//! | [`loss`] | why frames gave no reading, a word for each kind |
+//! | [`loss`] | why frames gave no reading, as one word per kind |
 //! | [`still`] | single frames |
 //! | [`bring_up`] | test panels, and the diagnosis of a panel from their pictures |
 //! | [`picture`], [`colour`], [`deep`] | 8-bit grey from pictures, from colours, and from 9 to 16 bits |
 //! | [`bytes`] | messages that are not text |
-//! | `keys`, `signers` (feature `signing`) | whose keys are trusted, and who signed which message |
+//! | `keys`, `signers` (feature `signing`) | trusted keys, and the signers of messages |
 //! | [`stream`] | frames of uncompressed films: y4m, raw bytes |
 
 pub mod bring_up;

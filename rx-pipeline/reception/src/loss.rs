@@ -1,4 +1,4 @@
-//! Why frames gave no reading, in a word each, for counts.
+//! Why frames gave no reading, as one word per kind, for counts.
 
 use rx_pipeline::receiver::{Loss, LossKind};
 

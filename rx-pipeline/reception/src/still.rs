@@ -23,11 +23,11 @@ pub const LIKELIHOOD_PIXELS: usize = 128 * 128;
 /// with its LEDs, so the limit leaves room for smaller bins.
 const SEARCH_PIXELS: usize = 256 * 256;
 
-/// The probability that a panel is where it was read and the frame confirms it: measured, see `docs/detectors.md`.
+/// The probability that the place of a reading is right if the frame confirms it, as measured: see `docs/detectors.md`.
 const CONFIRMED: f32 = 0.997;
-/// The same where the frame confirms nothing.
+/// The same if the frame does not confirm it.
 const UNCONFIRMED: f32 = 0.5;
-/// An LED is where it was read if the frame shows it no farther away (pitches).
+/// Maximum distance between an LED's place as read and as confirmed by the frame, in pitches.
 const SAME: f32 = 0.4;
 /// Pixels around a panel that a confirmation compares with its model: a box of up to 90 px, and 1.8 pitches around it.
 const CONFIRMATION_PIXELS: usize = 144 * 144;
@@ -44,12 +44,12 @@ pub struct StillReading {
     pub place: Place,
 }
 
-/// Whether a frame shows a panel where one was read, by the criteria of a search.
+/// Whether a frame shows a panel at the place of a reading, by the criteria of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
     /// It does.
     Confirmed,
-    /// It shows one with these corners, at least one LED of which is elsewhere.
+    /// It shows a panel with these corners, and at least one LED is elsewhere.
     Elsewhere(Corners),
     /// It does not show enough: the panel is faint, out of focus or partly covered, an outer line of LEDs is dark, or there is no panel.
     Unconfirmed,
@@ -131,7 +131,7 @@ pub enum StillError {
 type Read = (Result<Reading, String>, Option<Learnt>);
 type StillReceiver<S> = Receiver<SEARCH_PIXELS, Box<ReceiverMemory<SEARCH_PIXELS>>, S>;
 
-/// Reads single frames, each for itself.
+/// Reads single frames independently.
 pub struct StillDecoder {
     method: Method,
     search: SearchSettings,
@@ -163,7 +163,7 @@ impl StillDecoder {
     /// The panel in a single frame, at the given corners or at the place that a search finds, and the learnt camera.
     ///
     /// # Errors
-    /// [`StillError`] where what is given is at fault.
+    /// [`StillError`] if the input is invalid.
     pub fn decode(&mut self, frame: &Frame, camera: Camera, given: Option<Corners>) -> Result<(Still, Option<Learnt>), StillError> {
         let (read, learnt) = match given {
             Some(corners) => self.read_at(camera, frame, corners)?,
@@ -176,7 +176,7 @@ impl StillDecoder {
     fn read_at(&mut self, camera: Camera, frame: &Frame, corners: Corners) -> Result<Read, StillError> {
         let size = (frame.width(), frame.height());
         match self.map.build(&corners, size.0, size.1) {
-            // A receiver draws it in larger pixels. It expects a panel there more exactly than by a fraction of a pitch.
+            // A receiver reads it in larger pixels, and assumes its place to be known to a fraction of a pitch.
             Err(CellsError::TooLarge { .. }) => {
                 let shown = self.shown(frame, camera, &corners).map(|shown| shown.corners);
                 let mut receiver = self.receiver(camera, NoSearch)?;
@@ -185,7 +185,7 @@ impl StillDecoder {
             }
             built => built?,
         }
-        // Each frame stands for itself.
+        // Each frame is independent.
         self.likelihood.prepare(camera);
         let detection = self.detect(frame, &corners);
         let reading = detection.map(|detection| Reading { corners, detection });
@@ -208,7 +208,7 @@ impl StillDecoder {
         Receiver::new(settings, Box::default(), search)
     }
 
-    /// A reading with what the frame shows of its place.
+    /// A reading with the frame's confirmation of its place.
     fn confirmed(&mut self, frame: &Frame, camera: Camera, reading: Reading) -> StillReading {
         let place = match self.shown(frame, camera, &reading.corners) {
             Some(shown) if are_alike(&reading.corners, &shown.corners) => Place::Confirmed,
@@ -243,7 +243,7 @@ impl StillDecoder {
     }
 }
 
-/// What a receiver makes of a frame that it has seen none before.
+/// The reading of a frame by a receiver that has seen no other.
 fn read_by<S: Search<SEARCH_PIXELS>>(receiver: &mut StillReceiver<S>, frame: &Frame) -> Read {
     let reading = receiver.frame(0, frame).reading;
     (reading.map_err(|loss| loss.to_string()), receiver.learnt())

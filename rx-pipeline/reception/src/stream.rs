@@ -37,7 +37,7 @@ pub enum StreamError {
     )]
     NoY4m,
     /// Something other than a frame follows a frame.
-    #[error("the y4m stream has something else where a frame should begin")]
+    #[error("the y4m stream has other data where a frame should begin")]
     NoFrame,
     /// The stream ends too soon.
     #[error(
@@ -90,7 +90,7 @@ pub enum StreamError {
         "the film is {}: a frame of an interlaced film is two pictures of different times, a line from each in turn, and a panel may show \
          two symbols in it; make it a film of whole pictures by `ffmpeg -i FILM -vf bwdif=mode=send_field -f yuv4mpegpipe -`, which has \
          twice as many frames a second",
-        if *is_seen { "interlaced" } else { "flagged as interlaced, and too little moves in its first frames to show that it is not" }
+        if *is_seen { "interlaced" } else { "flagged as interlaced, and its first frames have too little motion to disprove it" }
     )]
     Interlaced {
         /// Whether a frame shows it; otherwise only the header says so.
@@ -105,7 +105,7 @@ pub enum StreamError {
 }
 
 impl StreamError {
-    /// Whether the stream is too short, in which case the program that writes it may know why.
+    /// Whether the stream is too short; the program that writes it may then know why.
     pub fn is_short(&self) -> bool {
         matches!(
             self,
@@ -135,7 +135,7 @@ pub struct Stream<R> {
     colours: Vec<u8>,
     /// The difference of the channel and luma for each pixel of a row.
     above: Vec<i16>,
-    /// Frames that were looked at when it was opened.
+    /// Frames that were examined when it was opened.
     ahead: VecDeque<Vec<u8>>,
 }
 
@@ -175,7 +175,7 @@ impl<R: BufRead> Stream<R> {
         self.video.is_some_and(|video| video.is_interlaced)
     }
 
-    /// Looks at the first frames, and keeps them to be given.
+    /// Examines the first frames, and keeps them for [`Self::next_frame`].
     fn look_ahead(&mut self) -> Result<(), StreamError> {
         let most = (AHEAD_BYTES_MAX / (self.size.0 * self.size.1)).clamp(FRAMES_MIN as usize + 1, AHEAD_MAX);
         let mut combing = Combing::new(self.size.0);

@@ -77,7 +77,7 @@ impl PoseMeter {
     fn size(&self, announced: Option<Geometry>) -> Result<PanelSize, String> {
         self.size
             .or(announced.map(PanelSize::from))
-            .ok_or_else(|| "no panel size: give the LEDs' diameter and interval, or wait for the panel to tell them".into())
+            .ok_or_else(|| "no panel size: give the LEDs' diameter and interval, or wait until the panel announces them".into())
     }
 
     #[cfg(feature = "poses")]
@@ -96,11 +96,11 @@ impl PoseMeter {
 
     #[cfg(not(feature = "poses"))]
     fn fit(&mut self, _: &PoseInput, _: &Lens, _: PanelSize) -> PoseResult {
-        Err("this program measures no poses".into())
+        Err("this program does not measure poses".into())
     }
 }
 
-/// Where a followed panel is, and how fast it comes nearer.
+/// The pose of a followed panel, and its closing speed.
 #[derive(Clone, Debug)]
 pub struct Whereabouts {
     pose: PoseResult,
@@ -144,7 +144,7 @@ impl Whereabouts {
     /// Reports no pose of a mirrored picture, because the panel's place is unknown.
     pub(crate) fn pass_over_mirrored(&mut self) {
         self.axes_px = None;
-        self.pose = Err("the picture is mirrored: mirror it back, and the panel's place is known".into());
+        self.pose = Err("the picture is mirrored: mirror it back to get the panel's pose".into());
     }
 
     /// Takes the reason why the panel was not read. If the panel is no longer followed, its state is cleared, because the next one may be
@@ -172,7 +172,7 @@ impl Whereabouts {
         self.pose().and_then(|_| self.closing.speed_m_s())
     }
 
-    /// Time to collision in seconds, if the panel comes nearer.
+    /// Time to collision in seconds, if the panel approaches.
     pub fn time_to_collision_s(&self) -> Option<Known> {
         self.pose().and_then(|_| self.closing.time_to_collision_s())
     }

@@ -63,7 +63,7 @@ impl Curve {
     }
 
     /// The nearest standard curve, for the settings of a receiver.
-    pub fn told(&self) -> Standard {
+    pub fn standard(&self) -> Standard {
         match self.shape {
             Shape::Standard(standard) => standard,
             Shape::Gamma(gamma) | Shape::Shoulder(gamma) => Standard::Gamma(gamma as f32),
@@ -86,7 +86,7 @@ impl Curve {
     /// };
     /// assert_eq!(curve("gamma")?.unrounded(1.0), 118.0);
     /// assert_eq!(curve("linear")?.unrounded(1.5), 177.0);
-    /// // What the gamma curve clips the shoulder still tells apart.
+    /// // The shoulder still separates levels that the gamma curve clips.
     /// assert_eq!(curve("gamma")?.unrounded(7.0), 255.0);
     /// assert!(curve("shoulder")?.unrounded(7.0) < 250.0);
     /// # Ok::<(), sim::scene::SceneError>(())

@@ -36,7 +36,7 @@ impl Encoder {
 
 /// Values of a curve at equal steps within each octave of linear values, with straight lines between.
 ///
-/// A curve x^(1/γ) strays from such a line by at most y/(32·n²) with n steps an octave: 1.2e-4 grey levels for 256 of them.
+/// A curve x^(1/γ) deviates from such a line by at most y/(32·n²) with n steps an octave: 1.2e-4 grey levels for 256 of them.
 #[derive(Clone, Debug)]
 pub struct CurveTable {
     levels: Vec<f32>,

@@ -1,4 +1,4 @@
-//! The camera's vibration: small rotations about its own axes, the same at any time of a run in whichever order its frames are drawn.
+//! The camera's vibration: small rotations about its own axes, which depend on the time in a run and not on the order of its frames.
 //!
 //! About each axis the angle is a sum of [`SINES`] sines of one amplitude, with random phases; their frequencies are random, one in each of
 //! as many parts of the band that are equal in octaves. So it is smooth, stationary, nearly normal (its kurtosis is 3 − 1.5/[`SINES`]), has
@@ -47,7 +47,7 @@ impl Shake {
         }
     }
 
-    /// Whether the camera stands still.
+    /// Whether the camera does not vibrate.
     pub fn is_none(&self) -> bool {
         self.rms_rad == [0.0; 3]
     }

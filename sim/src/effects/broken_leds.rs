@@ -45,14 +45,14 @@ impl Effect for BrokenLeds {
 /// The fault of one LED.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
-    /// Its own light is this part of a sound LED's; 1 for a sound one.
+    /// Its own light relative to an intact LED's; 1 for an intact one.
     Dimmed(f64),
     /// It is always on.
     Stuck,
 }
 
 impl Fault {
-    /// The greatest difference of its own light from a sound LED's, relative to the latter's On light.
+    /// The greatest difference of its own light from an intact LED's, relative to the latter's On light.
     fn most(self) -> f64 {
         match self {
             Self::Dimmed(part) => 1.0 - part,

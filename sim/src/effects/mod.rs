@@ -51,7 +51,7 @@ use crate::view::{LinearRange, View};
 pub(crate) struct About {
     /// Its name in a scene's `[effects]`, and its file's.
     pub name: &'static str,
-    /// The model and where it comes from.
+    /// The model and its source.
     pub model: &'static str,
     /// Its scene keys.
     pub keys: &'static [&'static str],

@@ -91,7 +91,7 @@ impl Pulses {
     /// use sim::effects::Pulses;
     /// let pulses = Pulses { hz: 200.0, duty: 0.5 };
     /// assert_eq!(pulses.stray(0.01), 0.0);
-    /// // One pulse and a half: between one and two of them.
+    /// // One and a half pulses: between one and two.
     /// assert!((pulses.stray(0.0075) - 1.0 / 3.0).abs() < 1e-9);
     /// ```
     pub fn stray(&self, exposure_s: f64) -> f64 {

@@ -19,7 +19,7 @@ impl Effect for ExposureVibration {
                 "camera.shake_lowest_hz",
                 "camera.shake_highest_hz",
             ],
-            cost: "LEDs are placed anew in each frame, and drawn once for each quarter pixel of their way",
+            cost: "LEDs are placed again in each frame, and drawn once for each quarter pixel of their path",
         }
     }
 

@@ -27,14 +27,14 @@ pub fn list(folder: &Path) -> Result<Vec<PathBuf>, Error> {
 pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, Error> {
     // Opening a pipe without a writer would block.
     if !std::fs::metadata(path)?.is_file() {
-        let why = "it is no ordinary file: give a file, not a folder, a device or a pipe";
+        let why = "it is not an ordinary file: give a file, not a folder, a device or a pipe";
         return Err(Error::new(ErrorKind::InvalidInput, why));
     }
     let mut bytes = Vec::new();
     let file = File::open(path)?;
     file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
-        let why = format!("it has more than {most} bytes, the most that are read here: is it the file you meant?");
+        let why = format!("it has more than {most} bytes, which is the limit: check that it is the right file");
         return Err(Error::new(ErrorKind::FileTooLarge, why));
     }
     Ok(bytes)

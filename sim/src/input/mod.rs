@@ -33,10 +33,10 @@ pub enum PictureError {
     #[error("cannot read it: {0}")]
     Read(#[from] Error),
     /// It is not a picture, or damaged.
-    #[error("it is no whole PNG, JPEG or PGM image of a kind that is read: {0}; if another program can show it, save it as PNG there")]
+    #[error("it is not a whole PNG, JPEG or PGM image of a kind that is read: {0}; if another program can show it, save it as PNG there")]
     Damaged(#[from] ImageError),
     /// A JPEG that ends early.
-    #[error("it is no whole PNG, JPEG or PGM image: it ends too soon")]
+    #[error("it is not a whole PNG, JPEG or PGM image: it ends too soon")]
     Cut,
     /// More bytes than any picture.
     #[error("it has {bytes} bytes, and the largest picture that is read has {PICTURE_MAX}: is it the file you meant?")]
@@ -60,7 +60,7 @@ pub enum PictureError {
 /// As [`read`], and if it is not UTF-8.
 pub fn read_text(path: &Path, most: u64) -> Result<String, Error> {
     String::from_utf8(read(path, most)?).map_err(|_| {
-        let why = "it is no text in UTF-8";
+        let why = "it is not text in UTF-8";
         Error::new(ErrorKind::InvalidData, why)
     })
 }
@@ -214,7 +214,7 @@ mod tests {
     fn what_may_have_no_end_is_refused() {
         for path in ["/dev/zero", "/"] {
             let fault = read(Path::new(path), 3).unwrap_err().to_string();
-            assert!(fault.contains("no ordinary file"), "{path}: {fault}");
+            assert!(fault.contains("not an ordinary file"), "{path}: {fault}");
         }
     }
 }

@@ -4,7 +4,7 @@ use std::io::{Error, ErrorKind};
 use std::path::{Path, PathBuf};
 
 fn no_files<T>() -> Result<T, Error> {
-    let why = "there are no files here: leave it out, or run it on the command line";
+    let why = "files are not available here: omit it, or run the command line";
     Err(Error::new(ErrorKind::Unsupported, why))
 }
 

@@ -47,7 +47,7 @@ pub enum Fault {
     #[error(transparent)]
     Parse(#[from] Box<toml::de::Error>),
     /// It has another version.
-    #[error("format = {found}: this program reads format {FORMAT}; make it anew with `vocc optimize`, or use the program that wrote it")]
+    #[error("format = {found}: this program reads format {FORMAT}; make it again with `vocc optimize`, or use the program that wrote it")]
     Format {
         /// The version.
         found: u32,

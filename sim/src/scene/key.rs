@@ -76,7 +76,7 @@ fn plain(value: &Value) -> String {
 ///
 /// A line is `/// words`, then `key: type = default`, then optionally `in range` (which may name the table's other keys through the word
 /// behind `as`), `unit "…"`, `such as "…"` (an example, if the default is none) and `# "…"` (the comment after it in presets). `with`
-/// introduces the fields that are no keys themselves.
+/// introduces the fields that are not keys themselves.
 macro_rules! table {
     (
         $(#[$about:meta])*

@@ -22,7 +22,7 @@ const SEEN_BELOW_HZ: f64 = 90.0;
 /// use studies::flicker::Practice;
 /// assert_eq!(Practice::LowRisk.limit_percent(50.0), 1.25);
 /// assert_eq!(Practice::LowRisk.limit_percent(100.0), 8.0);
-/// // A light that goes on and off whole has to do so 1250 times a second.
+/// // A light with full modulation needs a frequency of 1250 Hz.
 /// assert_eq!(Practice::LowRisk.lowest_hz(100.0), 1250.0);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

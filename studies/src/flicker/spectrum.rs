@@ -15,7 +15,8 @@ const ROUNDING_PERCENT: f64 = 1e-6;
 /// The modulation at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
-    /// Cycles a symbol: the frequency over the symbol rate, above 0 to [`HIGHEST_CYCLES`], or to [`HIGHEST_CARRIERS`] times those of a carrier.
+    /// Cycles a symbol: the frequency over the symbol rate, above 0 to [`HIGHEST_CYCLES`], or to [`HIGHEST_CARRIERS`] times those of a
+    /// carrier.
     pub cycles: f64,
     /// The modulation in the third of an octave around it, above 0 to 100 % of the mean light.
     pub percent: f64,
@@ -35,7 +36,7 @@ impl Spectrum {
     ///
     /// ```
     /// use studies::flicker::Spectrum;
-    /// // On and Off by turns: a square wave of half of the symbol rate, and its third harmonic.
+    /// // Alternately On and Off: a square wave of half of the symbol rate, and its third harmonic.
     /// let square = Spectrum::of(&[1.0, 0.0]);
     /// let lines: Vec<_> = square.lines().take(2).collect();
     /// assert_eq!((lines[0].cycles, lines[0].percent), (0.5, 100.0));

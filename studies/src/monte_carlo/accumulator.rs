@@ -91,7 +91,7 @@ fn block_end(chunk: u64) -> u64 {
 
 /// The progress of a range of chunks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum ChunkProgress {
     /// All work is done, up to this chunk, exclusive.
     Done(u64),
     /// This chunk is missing.
@@ -136,7 +136,7 @@ impl Accumulator {
     ///
     /// Only chunks in the range count: a part of a run that does not start at 0 stops once the part alone has enough, and then the whole
     /// run certainly has.
-    pub fn standing(&self, range: Range<u64>, errors: Option<u64>) -> Standing {
+    pub fn standing(&self, range: Range<u64>, errors: Option<u64>) -> ChunkProgress {
         let (mut next, mut counted) = (range.start, 0);
         let enough = |counted: u64| errors.is_some_and(|errors| counted >= errors);
         // A longer span may hold the first chunk.
@@ -147,18 +147,18 @@ impl Accumulator {
                 continue;
             }
             if first > next {
-                return Standing::Missing(next);
+                return ChunkProgress::Missing(next);
             }
             next = first + (1 << level);
             counted += sums.bit_errors();
             if next == block_end(first) && enough(counted) {
-                return Standing::Done(next.min(range.end));
+                return ChunkProgress::Done(next.min(range.end));
             }
         }
         if next < range.end {
-            Standing::Missing(next)
+            ChunkProgress::Missing(next)
         } else {
-            Standing::Done(range.end)
+            ChunkProgress::Done(range.end)
         }
     }
 
@@ -331,18 +331,18 @@ mod tests {
     fn a_run_stops_at_the_end_of_the_block_that_brings_enough() {
         // One error a chunk.
         let accumulator = sum_with(0..100, |_| 1);
-        assert_eq!(accumulator.standing(0..100, None), Standing::Done(100));
-        assert_eq!(accumulator.standing(0..120, None), Standing::Missing(100));
-        assert_eq!(accumulator.standing(0..100, Some(13)), Standing::Done(13));
-        assert_eq!(accumulator.standing(0..100, Some(33)), Standing::Done(36));
-        assert_eq!(accumulator.standing(0..120, Some(101)), Standing::Missing(100));
+        assert_eq!(accumulator.standing(0..100, None), ChunkProgress::Done(100));
+        assert_eq!(accumulator.standing(0..120, None), ChunkProgress::Missing(100));
+        assert_eq!(accumulator.standing(0..100, Some(13)), ChunkProgress::Done(13));
+        assert_eq!(accumulator.standing(0..100, Some(33)), ChunkProgress::Done(36));
+        assert_eq!(accumulator.standing(0..120, Some(101)), ChunkProgress::Missing(100));
         // The last block is cut where the run ends.
-        assert_eq!(accumulator.standing(0..100, Some(97)), Standing::Done(100));
+        assert_eq!(accumulator.standing(0..100, Some(97)), ChunkProgress::Done(100));
         // A part that starts in a block counts its own errors only.
         let part = sum_with(33..90, |_| 1);
-        assert_eq!(part.standing(33..90, Some(3)), Standing::Done(36));
-        assert_eq!(part.standing(33..90, Some(4)), Standing::Done(40));
-        assert_eq!(part.standing(0..90, None), Standing::Missing(0));
+        assert_eq!(part.standing(33..90, Some(3)), ChunkProgress::Done(36));
+        assert_eq!(part.standing(33..90, Some(4)), ChunkProgress::Done(40));
+        assert_eq!(part.standing(0..90, None), ChunkProgress::Missing(0));
         let mut cut = accumulator.clone();
         cut.truncate(36);
         assert_eq!((&cut, cut.chunks()), (&sum_with(0..36, |_| 1), 36));

@@ -50,7 +50,7 @@ pub enum EvaluateError {
     Training(#[from] FisherError),
     /// A genie cannot be used as a receiver.
     #[error(
-        "the genie is told the panel's place, light and noise, which no receiver is: use it with `evaluate`, or choose another detector"
+        "the genie knows the panel's place, light and noise, which no receiver does: use it with `evaluate`, or choose another detector"
     )]
     NoReceiver,
     /// The caller asked to stop.

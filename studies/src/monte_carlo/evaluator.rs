@@ -311,7 +311,7 @@ impl Evaluator {
             let observed = self.observe_of(self.settings.seed ^ TRAINING_SEED, frame, &mut workspace)?;
             let Region { width, height, .. } = self.region;
             let picture = Frame::new(&workspace.grey, width, height)?;
-            // A frame that cannot be read teaches nothing.
+            // Nothing is learnt from an unreadable frame.
             let _ = likelihood.detect(&picture, &observed.corners);
         }
         Ok(likelihood.experience())

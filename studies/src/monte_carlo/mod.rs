@@ -22,7 +22,7 @@ mod evaluator;
 mod frame_source;
 mod observation;
 
-pub use accumulator::{Accumulator, AccumulatorError, Standing};
+pub use accumulator::{Accumulator, AccumulatorError, ChunkProgress};
 pub use error::EvaluateError;
 pub use evaluation::{CHUNK, Evaluation, chunks};
 pub use evaluator::{Evaluator, REFLECTANCES, Settings, Workspace, receiving_method, view};

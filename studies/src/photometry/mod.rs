@@ -118,7 +118,7 @@ pub enum PhotometryError {
         by: f64,
     },
     /// No pulse is certainly clean.
-    #[error("the pictures scatter too widely to say which pulses are clean: take more of each duty")]
+    #[error("the pictures scatter too widely to determine which pulses are clean: take more of each duty")]
     Scattered,
 }
 

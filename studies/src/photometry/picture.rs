@@ -89,7 +89,7 @@ pub enum PictureError {
     #[error("the {0} is not wholly in the picture: give its place in pixels")]
     Outside(&'static str),
     /// The LEDs are too small in the picture to have a middle without blur.
-    #[error("LEDs are {found:.1} px wide, {needed:.1} are needed for this blur: come nearer")]
+    #[error("LEDs are {found:.1} px wide, and this blur requires {needed:.1}: move closer")]
     Small {
         /// Their diameter, px.
         found: f64,
@@ -100,7 +100,7 @@ pub enum PictureError {
     #[error("the {0} is clipped at white: expose less, or leave this duty out")]
     Clipped(&'static str),
     /// Light is lost in black.
-    #[error("the {what} is at grey {grey:.1}, too dark to be read: expose more, or take more ambient light")]
+    #[error("the {what} is at grey {grey:.1}, too dark: expose longer, or use more ambient light")]
     Dark {
         /// The dark object.
         what: &'static str,
@@ -117,7 +117,7 @@ pub enum PictureError {
     Changing,
     /// On and Off are indistinguishable.
     #[error(
-        "On and Off LEDs are not told apart: the exposure is across a change of symbols, or their light is too weak beside the ambient"
+        "On and Off LEDs cannot be distinguished: the exposure is across a change of symbols, or their light is too weak beside the ambient"
     )]
     Alike,
 }

@@ -1,4 +1,4 @@
-//! A carrier that nobody sees flicker, and that a camera reads.
+//! Searches a carrier without visible flicker that a camera can read.
 //!
 //! At f Hz, an exposure of T holds φ = f·T cycles. Whole cycles show nothing, so that the contrast is at most d/φ with the distance d of φ
 //! from the nearest whole number. It is that on a share 1 − 2·d of all phases, and falls linearly to 0 on the others: the mean of |c| is
@@ -126,7 +126,7 @@ fn not_delivered(best: &CarrierAdvice, exposure_s: f64) -> String {
             carrier.cycles_between_lines
         )
     } else {
-        "come nearer, give the panel more light, or use still panels".into()
+        "reduce the distance, give the panel more light, or use still panels".into()
     };
     format!(
         "of the carriers that were tried, {:.1} Hz ({} cycles at {} symbols a second) delivers most, {} of {} messages; {why}",

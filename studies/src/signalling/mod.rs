@@ -4,7 +4,7 @@
 //! each symbol, on every row and at any phase, if a symbol lasts at least 1/f + E + R ([`SymbolRate::for_camera`]). Faster symbols share
 //! exposures. The receiver reads those as far as it can; the benefit is not computed but tried: messages are sent over the rendered road
 //! ([`Trial`]) at several rates, at phases that cover a symbol evenly, and then under each code at the best rate. [`Search::carrier`]
-//! tries the carriers that nobody sees flicker, and that the camera sees best, with a receiver that has to find the panel, too.
+//! tries the carriers without visible flicker that the camera sees best, with a receiver that also has to find the panel.
 //!
 //! ```no_run
 //! use sim::scene::Scene;
@@ -138,7 +138,7 @@ pub enum SignallingError {
     #[error(transparent)]
     Trial(#[from] TrialError),
     /// There are no trials.
-    #[error("0 runs at each setting tell nothing: give at least 1")]
+    #[error("0 runs per setting give no result: give at least 1")]
     NoRuns,
 }
 

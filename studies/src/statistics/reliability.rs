@@ -13,7 +13,7 @@ const EDGES: [u8; 10] = [0, 2, 4, 8, 12, 18, 26, 36, 52, 80];
 /// use link::panel::{PanelFrame, SoftPanel};
 /// use studies::statistics::Reliability;
 /// let (mut reliability, truth) = (Reliability::default(), PanelFrame::from_bits(u64::MAX));
-/// // e⁻¹/(1 + e⁻¹): 27 % are said to be wrong, and none is.
+/// // e⁻¹/(1 + e⁻¹): the reported error is 27 %, and no bit is wrong.
 /// reliability.push(&SoftPanel::certain(truth, 4), truth);
 /// let bin = reliability.bins().next().unwrap();
 /// assert!((bin.stated - 0.269).abs() < 0.001 && bin.bits == 64 && bin.wrong == 0);

@@ -70,7 +70,7 @@ pub struct Cell {
 #[derive(Debug, thiserror::Error)]
 pub enum SweepError {
     /// An axis has no values.
-    #[error("the grid's key {key} has no values: give at least one, such as {key} = [1, 2], or take the key away")]
+    #[error("the grid's key {key} has no values: give at least one, such as {key} = [1, 2], or remove the key")]
     EmptyAxis {
         /// Its key.
         key: String,
@@ -87,7 +87,7 @@ pub enum SweepError {
     #[error("there are no detectors: give at least one, such as detectors = [\"kmeans\"]")]
     NoDetectors,
     /// The same detector twice.
-    #[error("the detector {0} stands twice: give each once")]
+    #[error("the detector {0} is listed twice: give each once")]
     DoubledDetector(&'static str),
     /// Too many combinations.
     #[error("the grid has more than {MOST_CELLS} cells: divide it into several plans")]
@@ -96,7 +96,7 @@ pub enum SweepError {
     #[error("frames = {0}: give 1 to {MOST_FRAMES}")]
     Frames(u64),
     /// A stopping rule that holds at the start.
-    #[error("stop.errors = 0: give 1 or more, or take the rule away to do all frames")]
+    #[error("stop.errors = 0: give 1 or more, or remove the rule to evaluate all frames")]
     NoErrors,
     /// A level for single frames only.
     #[error("level = \"reference\" is for single frames (vocc render): choose fine or fast")]

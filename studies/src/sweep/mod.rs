@@ -49,6 +49,6 @@ mod tests;
 pub use description::{Axis, Cell, MOST_CELLS, MOST_FRAMES, Sweep, SweepError};
 pub use plan_file::{Division, EXAMPLE, PlanError, PlanFile};
 pub use results::{Results, ResultsError};
-pub use run::{News, Run};
+pub use run::{Run, SweepProgress};
 pub use shard::{MOST_SHARDS, Partition, Shard, ShardError, Work};
 pub use summary::Summary;

@@ -76,7 +76,7 @@ pub enum PlanError {
         value: String,
     },
     /// A key is both set and varied.
-    #[error("the key {key} is set and in the grid of plan {name}: leave one of them away")]
+    #[error("the key {key} is set and in the grid of plan {name}: remove one of them")]
     SetAndVaried {
         /// The file.
         name: String,
@@ -84,7 +84,7 @@ pub enum PlanError {
         key: String,
     },
     /// A key is repeated, perhaps once in quotes.
-    #[error("plan {name}: the key {key} stands twice: leave one of them away")]
+    #[error("plan {name}: the key {key} is listed twice: remove one")]
     DoubledKey {
         /// The file.
         name: String,
@@ -92,7 +92,7 @@ pub enum PlanError {
         key: String,
     },
     /// The number of frames is missing.
-    #[error("plan {name}: there is no end: give frames, or bits under [stop]")]
+    #[error("plan {name}: it has no end: give frames, or bits under [stop]")]
     NoEnd {
         /// The file.
         name: String,
@@ -438,26 +438,26 @@ mod tests {
         }
         for same in ["\"pose.distance_m\"", "\" pose.distance_m\"", "\"pose . distance_m\""] {
             let grid = format!("frames = 10\n[grid]\n{same} = [30]\npose.distance_m = [50]");
-            assert!(fault(&grid).contains("stands twice"), "{same}");
+            assert!(fault(&grid).contains("is listed twice"), "{same}");
             let set = format!("[set]\n{same} = 30\npose.distance_m = 50");
-            assert!(fault(&format!("frames = 10\n{set}\n[grid]\nlink.l2a = [1]")).contains("stands twice"));
+            assert!(fault(&format!("frames = 10\n{set}\n[grid]\nlink.l2a = [1]")).contains("is listed twice"));
             let both = format!("frames = 10\n[set]\n{same} = 30{grid}");
             assert!(!fault(&both).starts_with("none"), "{same}");
         }
         let lines = "frames = 10\n[set]\npose.distance_m = \"5\\nlink.l2a=3\"\n[grid]\nlink.phase = [0.5]";
         assert!(fault(lines).contains("one line"), "{}", fault(lines));
-        assert!(with("").contains("there is no end"));
+        assert!(with("").contains("it has no end"));
         assert!(with("frames = 0").contains("frames = 0"));
         assert!(with("frames = -4").contains("-4"));
         assert!(with("frames = 10\ndetectors = []").contains("no detectors"));
         assert!(with("frames = 10\ndetectors = [\"wizard\"]").contains("kmeans-raw"));
-        assert!(with("frames = 10\ndetectors = [\"ml\", \"ml\"]").contains("ml stands twice"));
+        assert!(with("frames = 10\ndetectors = [\"ml\", \"ml\"]").contains("ml is listed twice"));
         assert!(with("frames = 10\nlevel = \"reference\"").contains("fine or fast"));
         assert!(with("frames = 10\nscene = \"no-such\"").contains("paper-18mm"));
         assert!(with("frames = 10\nscene = 3").contains("[scene]"));
         assert!(with("frames = 10\nscene.pose.distance_cm = 3").contains("distance_cm"));
         assert!(with("frames = 10\n[stop]\nerrors = 0").contains("stop.errors = 0"));
-        assert!(with("frames = 10\n[set]\npose.distance_m = 3").contains("leave one"));
+        assert!(with("frames = 10\n[set]\npose.distance_m = 3").contains("remove one"));
         assert!(with("frames = 10\n[set]\npose.distance_cm = 3").contains("distance_cm"));
         let many: Vec<String> = (0..400).map(|k| k.to_string()).collect();
         let many = many.join(", ");

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Sweep, SweepError, Work};
 use crate::checksum;
-use crate::monte_carlo::{Accumulator, AccumulatorError, CHUNK, Evaluation, Standing};
+use crate::monte_carlo::{Accumulator, AccumulatorError, CHUNK, ChunkProgress, Evaluation};
 
 /// The version of the format.
 const FORMAT: u32 = 3;
@@ -28,7 +28,7 @@ pub struct Results {
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
     /// No results, or incomplete ones.
-    #[error("these are no whole results of vocc evaluate or vocc sweep ({0}): make them again")]
+    #[error("these are not whole results of vocc evaluate or vocc sweep ({0}): make them again")]
     Damaged(serde_json::Error),
     /// An invalid sweep.
     #[error("these are results of no sweep that can be done, the file is damaged: {0}")]
@@ -92,9 +92,7 @@ pub enum ResultsError {
         frames: u64,
     },
     /// The file was changed after it was written.
-    #[error(
-        "these results were changed after they were written: their checksum should be {wanted}; take the change back, or make them again"
-    )]
+    #[error("these results were changed after they were written: their checksum should be {wanted}; undo the change, or make them again")]
     Checksum {
         /// The right checksum of its content.
         wanted: String,
@@ -286,8 +284,8 @@ impl Results {
         self.levels.clear();
         for cell in 0..self.sweep.cells() {
             match self.standing(cell) {
-                Standing::Done(end) => self.truncate(cell, end),
-                Standing::Missing(chunk) => {
+                ChunkProgress::Done(end) => self.truncate(cell, end),
+                ChunkProgress::Missing(chunk) => {
                     let cell = self.sweep.name_of(cell);
                     return Err(ResultsError::Missing { cell, chunk });
                 }
@@ -297,7 +295,7 @@ impl Results {
     }
 
     /// The progress of a cell.
-    pub fn standing(&self, cell: usize) -> Standing {
+    pub fn standing(&self, cell: usize) -> ChunkProgress {
         self.standing_of(&Work {
             cell,
             chunks: 0..self.sweep.chunks(),
@@ -305,14 +303,14 @@ impl Results {
     }
 
     /// The progress of a part of a cell.
-    pub fn standing_of(&self, work: &Work) -> Standing {
+    pub fn standing_of(&self, work: &Work) -> ChunkProgress {
         let chunks = work.chunks.clone();
         if self.empty.contains_key(&work.cell) {
-            return Standing::Done(chunks.start);
+            return ChunkProgress::Done(chunks.start);
         }
         match self.cells.get(&work.cell) {
             Some(sums) => sums.standing(chunks, self.sweep.stop_errors),
-            None => Standing::Missing(chunks.start),
+            None => ChunkProgress::Missing(chunks.start),
         }
     }
 

@@ -7,7 +7,7 @@ use crate::parallel::prelude::*;
 
 use super::shard::ExpectedWork;
 use super::{Partition, Results, Shard, Sweep, SweepError, Work};
-use crate::monte_carlo::Standing;
+use crate::monte_carlo::ChunkProgress;
 use crate::monte_carlo::{CHUNK, Evaluation, Evaluator, Settings, Workspace};
 use crate::splitting::{SplittingEvaluator, SplittingWorkspace};
 use crate::stop::Stop;
@@ -25,7 +25,7 @@ pub struct Run<'a> {
 }
 
 /// The progress of a run.
-pub struct News<'a> {
+pub struct SweepProgress<'a> {
     /// All finished results.
     pub results: &'a Results,
     /// Frames done, including those of earlier runs that it continues.
@@ -95,10 +95,10 @@ impl Sweep {
         worker.map_err(|fault| self.evaluate_error(cell, fault))
     }
 
-    fn chunk(&self, cell: usize, worker: &Worker, chunk: u64, room: &mut Room) -> Result<Evaluation, SweepError> {
+    fn chunk(&self, cell: usize, worker: &Worker, chunk: u64, room: &mut ThreadMemory) -> Result<Evaluation, SweepError> {
         let result = match (worker, room) {
-            (Worker::Splitting(evaluator), Room::Splitting(room)) => evaluator.chunk(chunk, room),
-            (Worker::Counting(evaluator), Room::Counting(room)) => evaluator.chunk(chunk, room),
+            (Worker::Splitting(evaluator), ThreadMemory::Splitting(room)) => evaluator.chunk(chunk, room),
+            (Worker::Counting(evaluator), ThreadMemory::Counting(room)) => evaluator.chunk(chunk, room),
             (_, room) => {
                 *room = worker.room();
                 return self.chunk(cell, worker, chunk, room);
@@ -115,23 +115,23 @@ enum Worker {
 }
 
 /// The memory of a thread for it.
-enum Room {
+enum ThreadMemory {
     Counting(Box<Workspace>),
     Splitting(Box<SplittingWorkspace>),
 }
 
 impl Worker {
     /// Stores the levels it has chosen.
-    fn tell_levels(&self, cell: usize, results: &mut Results) {
+    fn store_levels(&self, cell: usize, results: &mut Results) {
         if let Self::Splitting(evaluator) = self {
             results.keep_levels(cell, evaluator.levels());
         }
     }
 
-    fn room(&self) -> Room {
+    fn room(&self) -> ThreadMemory {
         match self {
-            Self::Counting(evaluator) => Room::Counting(evaluator.workspace().into()),
-            Self::Splitting(evaluator) => Room::Splitting(evaluator.workspace().into()),
+            Self::Counting(evaluator) => ThreadMemory::Counting(evaluator.workspace().into()),
+            Self::Splitting(evaluator) => ThreadMemory::Splitting(evaluator.workspace().into()),
         }
     }
 }
@@ -175,12 +175,12 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// If a cell cannot be evaluated; finished work is in `results`.
-    pub fn advance(&self, results: &mut Results, mut progress: impl FnMut(&News) -> bool) -> Result<bool, SweepError> {
+    pub fn advance(&self, results: &mut Results, mut progress: impl FnMut(&SweepProgress) -> bool) -> Result<bool, SweepError> {
         let mut left: Vec<&Work> = self.work.iter().collect();
         let mut open: BTreeMap<usize, Worker> = BTreeMap::new();
         loop {
             let finished = self.put_away_finished(&mut left, results);
-            let going_on = progress(&News {
+            let going_on = progress(&SweepProgress {
                 results,
                 frames: self.frames_done(results),
                 expected: self.frames_expected(results),
@@ -206,7 +206,7 @@ impl<'a> Run<'a> {
             for (cell, worker) in made.collect::<Vec<_>>() {
                 match worker {
                     Ok(worker) => {
-                        worker.tell_levels(cell, results);
+                        worker.store_levels(cell, results);
                         open.insert(cell, worker);
                     }
                     Err(fault) if fault.is_stop() => was_stopped = true,
@@ -247,13 +247,13 @@ impl<'a> Run<'a> {
     fn put_away_finished(&self, left: &mut Vec<&Work>, results: &mut Results) -> Vec<usize> {
         let mut finished = Vec::new();
         left.retain(|work| match results.standing_of(work) {
-            Standing::Done(end) => {
+            ChunkProgress::Done(end) => {
                 results.truncate(work.cell, end);
                 results.forget_levels(work.cell);
                 finished.push(work.cell);
                 false
             }
-            Standing::Missing(_) => true,
+            ChunkProgress::Missing(_) => true,
         });
         finished
     }
@@ -269,8 +269,8 @@ impl<'a> Run<'a> {
                 None => room,
             };
             let from = match results.standing_of(work) {
-                Standing::Missing(chunk) => chunk,
-                Standing::Done(_) => continue,
+                ChunkProgress::Missing(chunk) => chunk,
+                ChunkProgress::Done(_) => continue,
             };
             let missing = (from..work.chunks.end).filter(|&c| !results.contains(work.cell, c));
             batch.extend(missing.take(at_once).map(|chunk| (work.cell, chunk)));
@@ -284,7 +284,7 @@ impl<'a> Run<'a> {
     /// The result of each chunk of a batch; `None` for those that were not started.
     fn evaluate(&self, batch: &[(usize, u64)], open: &BTreeMap<usize, Worker>) -> Vec<Option<Result<Evaluation, SweepError>>> {
         let begun = Instant::now();
-        let part = |room: &mut Option<(usize, Room)>, &(cell, chunk): &(usize, u64)| {
+        let part = |room: &mut Option<(usize, ThreadMemory)>, &(cell, chunk): &(usize, u64)| {
             if begun.elapsed() > BATCH_TIME {
                 return None;
             }
@@ -309,7 +309,7 @@ impl<'a> Run<'a> {
             let most = work.chunks.end - work.chunks.start;
             let (done, errors) = (results.chunks_of(work.cell), results.errors_of(work.cell));
             let expected = match (results.standing_of(work), self.sweep.stop_errors) {
-                (Standing::Done(_), _) => done,
+                (ChunkProgress::Done(_), _) => done,
                 (_, Some(enough)) if errors > 0 => {
                     let chunks = enough as f64 / errors as f64 * done as f64;
                     (chunks as u64).clamp(done.min(most), most)

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{Results, Sweep};
-use crate::monte_carlo::{Evaluation, Standing};
+use crate::monte_carlo::{ChunkProgress, Evaluation};
 use crate::statistics::{FrameErrors, SWARM};
 
 /// The results of one cell.
@@ -32,19 +32,19 @@ pub struct Summary {
     pub ber_95: [f64; 2],
     /// The bit error rate of the frames that show one symbol; `None` if that is not known of each frame, or with rare events.
     pub ber_one_symbol: Option<f64>,
-    /// Its 95 % interval, likewise.
+    /// Its 95 % interval.
     pub ber_one_symbol_95: Option<[f64; 2]>,
-    /// Frames that are exposed across a change of symbols, likewise.
+    /// Frames that are exposed across a change of symbols.
     pub frames_across: Option<u64>,
-    /// Wrong bits of these, likewise.
+    /// Wrong bits of these.
     pub bit_errors_across: Option<u64>,
     /// Panels with any wrong bit; `None` with splitting, which uses single bits.
     pub panel_errors: Option<u64>,
-    /// The 95 % interval of their share, likewise.
+    /// The 95 % interval of their share.
     pub panel_error_rate_95: Option<[f64; 2]>,
     /// Between-class variance; `None` with splitting, which measures no features.
     pub bvar: Option<f64>,
-    /// Within-class variance, likewise.
+    /// Within-class variance.
     pub wvar: Option<f64>,
     /// Their ratio, if defined.
     pub b2w: Option<f64>,
@@ -60,7 +60,7 @@ impl Results {
         Summary {
             cell,
             values: setting.values,
-            finished: matches!(self.standing(cell), Standing::Done(_)),
+            finished: matches!(self.standing(cell), ChunkProgress::Done(_)),
             why_empty: self.why_empty(cell).map(String::from),
             ..Summary::of(&self.total(cell), setting.detector.name())
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use properties::prelude::*;
 
 use super::*;
-use crate::monte_carlo::Standing;
+use crate::monte_carlo::ChunkProgress;
 use crate::stop::Stop;
 
 /// Cells of which some have enough errors soon and some never.
@@ -125,7 +125,7 @@ fn cells_end_where_they_have_enough_and_no_sooner() {
     let results = run(&sweep, Shard::WHOLE);
     let (mut early, mut late) = (0, 0);
     for cell in 0..sweep.cells() {
-        let Standing::Done(end) = results.standing(cell) else {
+        let ChunkProgress::Done(end) = results.standing(cell) else {
             panic!("cell {cell} is not done")
         };
         assert_eq!(results.chunks_of(cell), end);
@@ -214,7 +214,7 @@ fn damaged_files_are_refused() {
     let text = run(&sweep, Shard::WHOLE).to_json().unwrap();
     let fault = |text: &str| Results::from_json(text).unwrap_err().to_string();
     for length in [0, 1, 10, text.len() / 2, text.len() - 1] {
-        assert!(fault(&text[..length]).contains("no whole results"));
+        assert!(fault(&text[..length]).contains("not whole results"));
     }
     let format = text.replacen("\"format\":3", "\"format\":1", 1);
     assert!(fault(&format).contains("format 1"), "{}", fault(&format));

@@ -6,7 +6,7 @@ use sim::scene::Scene;
 
 use super::condition::Condition;
 use super::findings::{Outcome, at_place, short, short_if_any, short_pair, short_pair_if_any};
-use super::survey::{EntryAndDetails, News, Survey, SurveyError, check_axes, unless_ended};
+use super::survey::{EntryAndDetails, Survey, SurveyError, SurveyEvent, check_axes, unless_ended};
 use crate::monte_carlo::Evaluation;
 use crate::optimum::{Criterion, Optimum, Piece, Search, least_mean_ber, optimum_from};
 
@@ -208,7 +208,7 @@ pub struct CriterionSurvey {
     pub yaw_deg: Vec<f64>,
 }
 
-/// The settings of the search that a table came from.
+/// The settings of the search that made a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SearchRecord {
@@ -291,7 +291,7 @@ impl CriterionSurvey {
         scene: &Scene,
         [illuminance_lx, interval]: [f64; 2],
         known: &mut dyn Iterator<Item = Vec<Evaluation>>,
-        tell: &mut impl FnMut(News<Vec<Evaluation>>),
+        tell: &mut impl FnMut(SurveyEvent<Vec<Evaluation>>),
     ) -> Result<EntryAndDetails<Entry>, SurveyError> {
         let at = |distance_m, yaw_deg| Condition {
             illuminance_lx,
@@ -325,11 +325,11 @@ impl CriterionSurvey {
         setting: Condition,
         carried: Option<f64>,
         known: &mut dyn Iterator<Item = Vec<Evaluation>>,
-        tell: &mut impl FnMut(News<Vec<Evaluation>>),
+        tell: &mut impl FnMut(SurveyEvent<Vec<Evaluation>>),
     ) -> Result<(Cell, Optimum), SurveyError> {
         let fault = |source| SurveyError::Optimum { setting, source };
         let told = |piece: &Piece| {
-            tell(News::Piece {
+            tell(SurveyEvent::Piece {
                 piece: piece.batches,
                 work: piece.frames(),
                 is_known: piece.is_known,
@@ -338,7 +338,7 @@ impl CriterionSurvey {
         let optimum = optimum_from(&setting.of(scene), &self.search, known, told).map_err(fault)?;
         let cell = Cell::of(setting, &optimum, self.search.criterion);
         let cell = carried.map_or(cell, |carried| cell.with_loss(&optimum, self.search.criterion, carried));
-        tell(News::Setting);
+        tell(SurveyEvent::Setting);
         Ok((cell, optimum))
     }
 
@@ -394,7 +394,7 @@ impl Survey for CriterionSurvey {
         scene: &Scene,
         place: [f64; 2],
         known: Vec<Vec<Evaluation>>,
-        mut tell: impl FnMut(News<Vec<Evaluation>>) + Send,
+        mut tell: impl FnMut(SurveyEvent<Vec<Evaluation>>) + Send,
     ) -> Result<Option<EntryAndDetails<Entry>>, SurveyError> {
         unless_ended(self.search_place(scene, place, &mut known.into_iter(), &mut tell))
     }

@@ -7,7 +7,7 @@ use sim::scene::Scene;
 use super::condition::with_panel;
 use super::findings::{outcome, short, short_pair};
 use super::intensity::{Bounds, Light, panel_cd};
-use super::survey::{EntryAndDetails, News, Survey, SurveyError, check_axes, unless_ended};
+use super::survey::{EntryAndDetails, Survey, SurveyError, SurveyEvent, check_axes, unless_ended};
 use crate::reach::{Choice, Crossing, Demand, Reach, ReachSearch, reach_from};
 
 /// The illuminances and intervals of a search by reach: every combination.
@@ -70,7 +70,7 @@ pub struct ReachEntry {
     /// Its 95 % interval.
     #[serde(serialize_with = "short_pair")]
     pub best_l2a_95: [f64; 2],
-    /// Whether it is an end of the range, so that the true one may lie beyond.
+    /// Whether it is an end of the range, so that the true one may be beyond it.
     pub at_border: bool,
     /// Its reach, m.
     #[serde(serialize_with = "short")]
@@ -118,7 +118,7 @@ pub struct ReachPoint {
     pub reach_m_95: [f64; 2],
 }
 
-/// The settings of a search by reach that a table came from.
+/// The settings of a search by reach that made a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReachRecord {
@@ -226,7 +226,7 @@ impl Survey for ReachSurvey {
         scene: &Scene,
         [illuminance_lx, interval]: [f64; 2],
         known: Vec<Crossing>,
-        mut tell: impl FnMut(News<Crossing>) + Send,
+        mut tell: impl FnMut(SurveyEvent<Crossing>) + Send,
     ) -> Result<Option<EntryAndDetails<ReachEntry>>, SurveyError> {
         let search = ReachSearch {
             range: self.range(scene, illuminance_lx, interval)?,
@@ -234,7 +234,7 @@ impl Survey for ReachSurvey {
         };
         let scene = with_panel(scene, illuminance_lx, interval);
         let told = |piece: &Crossing| {
-            tell(News::Piece {
+            tell(SurveyEvent::Piece {
                 piece,
                 work: 1,
                 is_known: false,
@@ -248,7 +248,7 @@ impl Survey for ReachSurvey {
         let Some(found) = unless_ended(found)? else {
             return Ok(None);
         };
-        tell(News::Setting);
+        tell(SurveyEvent::Setting);
         let points = found.curve.points().map(|(l2a, reach_m, reach_m_95)| ReachPoint {
             illuminance_lx,
             interval,

@@ -18,7 +18,7 @@ use super::condition::with_panel;
 use super::findings::{Findings, Outcome, Unknown};
 use super::regret::{Regret, RegretEntry, RegretPoint, RegretRecord};
 use super::seal;
-use super::survey::{News, Survey, SurveyError};
+use super::survey::{Survey, SurveyError, SurveyEvent};
 use crate::reach::{Curve, found_to_m};
 
 /// The content of a table file.
@@ -76,7 +76,7 @@ pub enum PartError {
     #[error("it is of another search than the first one: scene, axes and all settings must be the same")]
     OtherSurvey,
     /// An entry that is there already.
-    #[error("it has the entry at {illuminance_lx} lx and interval {interval} once more: give each part once")]
+    #[error("it repeats the entry at {illuminance_lx} lx and interval {interval}: give each part once")]
     Doubled {
         /// Ambient illuminance, lx.
         illuminance_lx: f64,
@@ -136,7 +136,7 @@ impl TableFile {
     pub fn searched<S: Survey<Entry: InFile>>(
         survey: &S,
         scene: &Scene,
-        mut tell: impl FnMut(News<S::Piece>) + Send,
+        mut tell: impl FnMut(SurveyEvent<S::Piece>) + Send,
     ) -> Result<Self, SurveyError> {
         let mut file = Self::of(survey, scene);
         for place in file.ratios.places().collect::<Vec<_>>() {

@@ -49,7 +49,7 @@ impl LeastRegret {
     ///     let scene = Scene::load("night", &[setting.into()])?;
     ///     Ok(TableFile::searched(&survey, &scene, |_| {})?)
     /// };
-    /// // A camera whose exposure nobody knows to a stop.
+    /// // A camera whose exposure is not known to a stop.
     /// let scenes = [made("camera.exposure_bias_ev=0")?, made("camera.exposure_bias_ev=1")?];
     /// let robust = LeastRegret::over(&scenes, [5000.0, 0.5]).ok_or("an entry is missing")?;
     /// let usual = scenes[0].reach.entries[0].l2a;
@@ -122,7 +122,7 @@ pub enum RegretError {
     Waveforms([u16; 2]),
     /// A table has no such entry, or other ratios.
     #[error(
-        "at {illuminance_lx} lx and interval {interval} no ratio was looked at in all scenes: make their tables of the same axes and range"
+        "at {illuminance_lx} lx and interval {interval} no ratio was searched in all scenes: make their tables with the same axes and range"
     )]
     NothingCommon {
         /// Ambient illuminance, lx.

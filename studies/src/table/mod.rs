@@ -31,4 +31,4 @@ pub use findings::{AtPlace, Findings, Outcome, Unknown};
 pub use intensity::{Bounds, luminance_cd_m2, panel_cd};
 pub use least_regret::{LeastRegret, RegretError};
 pub use regret::{Regret, RegretEntry, RegretPoint, RegretRecord};
-pub use survey::{EntryAndDetails, News, Survey, SurveyError};
+pub use survey::{EntryAndDetails, Survey, SurveyError, SurveyEvent};

@@ -36,13 +36,13 @@ pub trait Survey: Sync {
         scene: &Scene,
         place: [f64; 2],
         known: Vec<Self::Piece>,
-        tell: impl FnMut(News<Self::Piece>) + Send,
+        tell: impl FnMut(SurveyEvent<Self::Piece>) + Send,
     ) -> Result<Option<EntryAndDetails<Self::Entry>>, SurveyError>;
 }
 
 /// The progress of a survey.
 #[derive(Clone, Copy, Debug)]
-pub enum News<'a, Piece> {
+pub enum SurveyEvent<'a, Piece> {
     /// A piece is finished.
     Piece {
         /// The piece.

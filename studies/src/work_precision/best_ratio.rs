@@ -81,7 +81,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         .map(|(ratios, distances, frames)| Way::Grid(ratios, distances, scale.of(frames as usize, 32) as u64));
     let ways: Vec<Way> = fewer.chain([most]).map(Way::Search).chain(grids).collect();
     let truth = steps.take("reference", |_| by_search(&scene, REFERENCE * most, scale.seed))?;
-    // By turns: all variants with one seed, then all with the next.
+    // Alternate: all variants with one seed, then all with the next.
     let mut turns: Vec<Vec<Estimate>> = Vec::new();
     for number in 1..=scale.of(REPEATS, 1) as u64 {
         let found = |way: &Way| way.find(&scene, 1000 * scale.seed + number);

@@ -1,7 +1,7 @@
 //! Work-precision diagrams: the cost of accuracy in time, for every step with more than one variant.
 //!
-//! A [`Part`] asks one question. Its [`Diagram`]s hold [`Point`]s: variants with their error relative to a reference that is solved far
-//! tighter, and their cost. A point is on the front if no other beats it in both. All of a diagram's variants are timed by turns in the
+//! A [`Part`] answers one question. Its [`Diagram`]s hold [`Point`]s: variants with their error relative to a reference that is solved far
+//! tighter, and their cost. A point is on the front if no other beats it in both. All of a diagram's variants are timed alternately in the
 //! same run, and as multiples of one of them, its baseline. So the numbers hold on other machines too, and other load affects all variants
 //! alike. After Rackauckas & Nie 2017, whose `WorkPrecisionSet` compares differential equation solvers in this way.
 //!

@@ -57,7 +57,7 @@ impl Panels {
     pub(super) fn experience(&self, camera: Camera, frames: usize) -> Experience {
         let mut likelihood = Box::new(MaximumLikelihood::<PANEL_PIXELS>::new(camera));
         for (pixels, corners, _) in &self.seen[..frames.min(self.seen.len())] {
-            // A frame that cannot be read teaches nothing.
+            // Nothing is learnt from an unreadable frame.
             if let Ok(frame) = Frame::new(pixels, self.region.width, self.region.height) {
                 let _ = likelihood.detect(&frame, corners);
             }

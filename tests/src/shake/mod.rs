@@ -54,7 +54,7 @@ pub struct Film {
 
 /// Outcome of films.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Fate {
+pub struct FilmResult {
     /// Films whose message arrived.
     pub delivered: usize,
     /// Total frames.
@@ -69,7 +69,7 @@ pub struct Fate {
     pub wrong_bits: usize,
 }
 
-impl Add for Fate {
+impl Add for FilmResult {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
@@ -85,7 +85,7 @@ impl Add for Fate {
 }
 
 /// Receives a film as `vocc receive` does, with known frame and symbol rates; `verbose` prints each frame.
-pub fn receive(film: Film, verbose: bool) -> Fate {
+pub fn receive(film: Film, verbose: bool) -> FilmResult {
     let mut drawing = Drawing::new(film);
     let side = drawing.side();
     let settings = ReceptionSettings {
@@ -95,7 +95,7 @@ pub fn receive(film: Film, verbose: bool) -> Fate {
     };
     let mut reception = Reception::new(settings).expect("settings");
     let no_lens = Err(String::from("no lens"));
-    let mut fate = Fate::default();
+    let mut fate = FilmResult::default();
     let mut came = |event: &PanelEvent| matches!(event, PanelEvent::Message(message) if message.data == MESSAGE);
     for number in 0..film.frames {
         let taken = drawing.take(number);

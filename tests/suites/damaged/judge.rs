@@ -22,7 +22,7 @@ pub fn judged(ended: &Ended, as_json: bool) -> Result<i32, String> {
     if as_json {
         let is_json = |line: &str| serde_json::from_str::<serde_json::Value>(line).is_ok();
         if let Some(line) = ended.printed.lines().find(|line| !is_json(line)) {
-            return said(&format!("{line:?} is no JSON"));
+            return said(&format!("{line:?} is not JSON"));
         }
     }
     Ok(ended.status)

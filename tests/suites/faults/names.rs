@@ -1,4 +1,4 @@
-//! File names of bytes that are no text and would steer a terminal.
+//! File names of bytes that are not text and would steer a terminal.
 
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
@@ -52,7 +52,7 @@ pub fn try_all(workshop: &Workshop, known: &Reference) -> Result<(), String> {
     Ok(())
 }
 
-/// The first line that is no text, or holds a character that steers a terminal.
+/// The first line that is not text, or holds a character that steers a terminal.
 fn steers(printed: &[u8]) -> Option<String> {
     let is_steering = |letter: char| letter.is_control() && letter != '\t' || letter == '\u{202e}';
     let lines = printed.split(|&byte| byte == b'\n');

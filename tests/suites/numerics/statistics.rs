@@ -33,7 +33,7 @@ fn digits_of(set: &DataSet, (mean, variance): (f64, f64)) -> [f64; 2] {
     [digits(mean, set.mean), digits(deviation, set.deviation)]
 }
 
-/// Minimum correct digits of the deviation. The certified values have 15; the last two sets lose digits as their decimals are no doubles:
+/// Minimum correct digits of the deviation. The certified values have 15; the last two sets lose digits as their decimals are not doubles:
 /// an offset of 10⁷ leaves 8 digits of a spread of 0.1.
 const NIST_DIGITS: [(&str, f64); 9] = [
     ("PiDigits", 14.0),

@@ -13,7 +13,7 @@ pub fn camera_info(text: &str) -> Option<&str> {
     is_one.then_some(message)
 }
 
-/// Names a known format that is no camera file, and what to use instead; `None` if the format is unknown.
+/// Names a known format that is not a camera file, and what to use instead; `None` if the format is unknown.
 pub fn foreign(text: &str) -> Option<&'static str> {
     let keys = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
     let first = text.trim_start().chars().next();
@@ -31,6 +31,6 @@ pub fn foreign(text: &str) -> Option<&'static str> {
     }
     let is_yaml = text.starts_with("%YAML") || keys("---") || text.lines().any(|line| line.ends_with(':') || line.contains(": "));
     (is_yaml && toml::from_str::<toml::Table>(text).is_err() && !text.lines().any(|line| line.contains('='))).then_some(
-        "YAML, but no calibration of OpenCV or ROS, which have a camera_matrix: write focal_px, principal_px and distortion into a TOML file",
+        "YAML, but not a calibration of OpenCV or ROS with a camera_matrix: write focal_px, principal_px and distortion into a TOML file",
     )
 }

@@ -82,23 +82,23 @@ impl Yaml {
     pub fn text(&self) -> anyhow::Result<String> {
         match self {
             Self::Scalar(text) => Ok(text.clone()),
-            Self::Alias => bail!("it refers to another value: write that value itself"),
-            _ => bail!("it is no single value"),
+            Self::Alias => bail!("it refers to another value: write the value itself"),
+            _ => bail!("it is not a single value"),
         }
     }
 
     pub fn count(&self) -> anyhow::Result<usize> {
         let text = self.text()?;
-        text.trim().parse().with_context(|| format!("{text:?} is no whole number"))
+        text.trim().parse().with_context(|| format!("{text:?} is not a whole number"))
     }
 
     pub fn numbers(&self) -> anyhow::Result<Vec<f64>> {
         let Self::List(list) = self else {
-            bail!("it is no list of numbers");
+            bail!("it is not a list of numbers");
         };
         let number = |value: &Self| {
             let text = value.text()?;
-            float(text.trim()).with_context(|| format!("{text:?} is no number"))
+            float(text.trim()).with_context(|| format!("{text:?} is not a number"))
         };
         list.iter().map(number).collect()
     }
@@ -150,8 +150,8 @@ mod tests {
             ("a: [1, 2", "line 1"),
             ("- 1\n", "it has no keys"),
             ("a: 1\na: 2\n", "a is given twice"),
-            ("b: &b [1]\na: *b\n", "it is no list"),
-            ("a: [1, inf]\n", "\"inf\" is no number"),
+            ("b: &b [1]\na: *b\n", "it is not a list"),
+            ("a: [1, inf]\n", "\"inf\" is not a number"),
             ("b: &b 1\na: [1, *b]\n", "refers to another value"),
         ] {
             let numbers = Yaml::read(text).and_then(|yaml| yaml.get("a")?.context("nothing")?.numbers());

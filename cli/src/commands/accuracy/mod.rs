@@ -27,16 +27,16 @@ use checkpoint::{Checkpoint, Run};
 #[derive(clap::Args)]
 #[command(after_help = crate::progress::HELP)]
 pub struct Arguments {
-    /// The folder to write to: accuracy.md, and a folder accuracy with its plots and numbers.
+    /// The folder to write to: accuracy.md, and a folder accuracy with plots and numbers.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// A first look, in some 90 s on two cores: fewer frames, fewer turns.
+    /// A quick run of about 90 s on two cores: fewer frames, fewer repetitions.
     #[arg(long)]
     quick: bool,
-    /// Measure only this part (repeatable) and take the others from what the folder holds.
+    /// Measure only this part (repeatable) and take the others from the folder.
     #[arg(long = "part", value_name = "NAME", value_parser = part_name)]
     parts: Vec<String>,
-    /// Continue from the part that an interrupted run of the same settings left in the folder.
+    /// Continue an interrupted run of the same settings from what it left in the folder.
     #[arg(long)]
     resume: bool,
 }
@@ -59,7 +59,7 @@ fn part_name(name: &str) -> Result<String, String> {
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     ensure!(
         shared.set.is_empty(),
-        "vocc accuracy measures scenes of its own: leave --set {} out",
+        "vocc accuracy measures fixed scenes: omit --set {}",
         shared.set.join(" --set ")
     );
     let scale = Scale {

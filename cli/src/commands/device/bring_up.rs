@@ -22,7 +22,7 @@ mod pictures;
 
 /// Time in which the light sensor is read in both ranges a few times.
 const SENSOR_TIME: Duration = Duration::from_millis(1200);
-/// Time that a test panel lasts beyond the next one's start, because a request may have to be repeated.
+/// Time for which a test panel outlasts the next one's start, because a request may have to be repeated.
 const GRACE: Duration = Duration::from_secs(3);
 /// Time for which a board may hold its panel after a write to its flash, because it prepares 410 ms of panels first.
 const STORE_TIME: Duration = Duration::from_millis(500);
@@ -30,7 +30,7 @@ const STORE_TIME: Duration = Duration::from_millis(500);
 const SYMBOLS_MIN: f64 = 10.0;
 /// Interval between checks for a stop.
 const NAP: Duration = Duration::from_millis(20);
-/// The most that a board's clock is slower than this computer's.
+/// Maximum factor by which a board's clock is slower than this computer's.
 const SLOWEST: u32 = 20;
 /// Maximum ratio of the light between the sensor's ranges, because it may change between the readings.
 const RANGES_RATIO_MAX: f64 = 2.0;
@@ -42,14 +42,14 @@ const SATURATED_LX_MIN: f64 = 35_000.0 / RANGES_RATIO_MAX;
 pub struct Arguments {
     #[command(flatten)]
     port: Option<Port>,
-    /// Name the faults by a camera's view of the walk: a film, or a folder of its frames or of one picture for each test panel. No
-    /// transmitter is asked.
+    /// Diagnose the faults from a camera's view of the test panels: a film, or a folder of its frames or of one picture for each test
+    /// panel. This needs no transmitter.
     #[arg(long, value_name = "SOURCE", conflicts_with = "port")]
     frames: Option<PathBuf>,
-    /// What drives the LEDs: it decides how wires are called, and whether a light sensor is expected.
+    /// The LED driver: it decides the names of wires, and whether a light sensor is expected.
     #[arg(long, value_enum, default_value_t)]
     kit: Kit,
-    /// Seconds of each test panel, 0.1 to 10, and at least ten symbols. A camera should take eight frames or more of each.
+    /// Duration of each test panel in seconds, 0.1 to 10, and at least ten symbols. A camera should take at least eight frames of each.
     #[arg(long, default_value_t = 0.5, value_name = "S", value_parser = seconds::<100, 10_000>)]
     step: f64,
     /// Show only the test panels that a camera needs.
@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let port = arguments
         .port
         .as_ref()
-        .context("name the port with --port, or pictures with --frames")?;
+        .context("give the port with --port, or pictures with --frames")?;
     let mut client = port.greet_transmitter()?;
     let rate = rate::in_use(&mut client).map_err(|error| match error {
         // Firmware without symbol rates has no test panels, either.
@@ -152,7 +152,7 @@ fn test_board(
     if shared.json {
         output::json(&report.as_json(client, port, &status, &steps[..shown]))?;
     } else if shown > 0 {
-        line("if anything else was seen, docs/hardware/bring-up.md says which wire that points to")?;
+        line("if you saw anything else, docs/hardware/bring-up.md says which wire to check")?;
     }
     let is_done = shown == steps.len() && !report.is_dark && report.sensor_fault.is_none() && report.store_fault.is_none();
     Ok(if is_done { Verdict::Yes } else { Verdict::No })
@@ -183,7 +183,7 @@ impl Report {
         })?;
         let duty = status.duty.to_num::<f64>();
         line(&if self.is_dark {
-            "panel: its duty is 0, so test panels are dark: `vocc device status` says why; it takes light, or two seconds without any"
+            "panel: its duty is 0, so test panels are dark: `vocc device status` says why; it needs light, or two seconds without any"
                 .into()
         } else {
             format!("panel: duty {duty:.4}; test panels have at most that")
@@ -248,7 +248,7 @@ fn sensor_fault(sensor: [SensorReading; 2], status: &Status, kit: Kit) -> Option
     let is_lost = status.faults.intersects(Faults::SENSOR_MISSING.union(Faults::SENSOR_SILENT));
     match sensor {
         _ if status.faults.contains(Faults::SENSOR_STUCK) => {
-            Some("it gives the same register in both ranges: take its supply away and give it back".into())
+            Some("it gives the same register in both ranges: disconnect its supply and connect it again".into())
         }
         sensor if (is_lost || sensor.iter().all(is_absent)) && matches!(kit, Kit::Desk) => None,
         sensor if is_lost || sensor.iter().any(is_absent) => Some(format!("it does not answer: {WIRES}; without a sensor give --kit desk")),
@@ -266,7 +266,7 @@ fn sensor_fault(sensor: [SensorReading; 2], status: &Status, kit: Kit) -> Option
             let ratio = one.max(other) / one.min(other);
             (ratio > RANGES_RATIO_MAX).then(|| {
                 format!(
-                    "its two ranges differ by a factor of {ratio:.1}: give it steady light, and see whether it is the sensor of the build"
+                    "its two ranges differ by a factor of {ratio:.1}: give it steady light, and check that it is the sensor of the build"
                 )
             })
         }
@@ -291,13 +291,13 @@ fn check_store(client: &mut Connection, symbol_rate_hz: f64, status: &Status) ->
         Answer::SymbolRate { millihertz } => Some(millihertz),
         _ => None,
     });
-    let failed = "the flash memory failed: flash the board anew; if it fails again, replace it";
+    let failed = "the flash memory failed: flash the board again; if it fails again, replace it";
     match written {
         Err(DeviceError::Refused(Refusal::Store)) => return Ok(Some(failed.into())),
         written => written?,
     };
     let has_failed = status.faults.contains(Faults::STORE);
-    let damaged = "something in the flash memory was damaged: write table and calibration again, and test again";
+    let damaged = "data in the flash memory was damaged: write table and calibration again, and repeat the test";
     Ok(has_failed.then(|| damaged.into()))
 }
 
@@ -320,7 +320,7 @@ fn wait(client: &mut Connection, time: Duration, symbol_rate_hz: f64, stop: Stop
     while begun.elapsed() < time && !stop.is_asked() {
         std::thread::sleep(NAP.min(time.saturating_sub(begun.elapsed())));
     }
-    // A board that does not count keeps nobody waiting for long.
+    // Do not wait long for a board that does not count.
     let most = time.saturating_mul(SLOWEST);
     while begun.elapsed() < most && !stop.is_asked() && symbols(client)?.saturating_sub(first) < wanted {
         std::thread::sleep(NAP);
@@ -346,7 +346,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Shows the steps and says what to look for; returns the number of steps shown.
+    /// Shows the steps with instructions; returns the number of steps shown.
     fn show(self, steps: &[Step]) -> anyhow::Result<usize> {
         let mut shown = 0;
         let mut part = None;

@@ -24,7 +24,7 @@ use crate::frames::picture::{GreyPicture, PictureReader};
 use crate::options::Shared;
 use crate::output::{self, Verdict, line};
 
-/// What a picture's name says before its duty.
+/// The prefix of the duty in a picture's name.
 const DUTY: &str = "duty-";
 
 /// Arguments of `vocc device calibrate`.
@@ -42,20 +42,21 @@ pub struct Arguments {
     /// The card's reflectance, 0.02 to 1.
     #[arg(long, default_value_t = 0.18, value_name = "R", value_parser = within::<2, 100>)]
     card_reflectance: f64,
-    /// Gap between LEDs over their diameter, 0.5 to 3.
+    /// Gap between LEDs in LED diameters, 0.5 to 3.
     #[arg(long, default_value_t = 1.0, value_name = "I", value_parser = interval)]
     interval: f64,
     /// Nanoseconds in a duty of 1, 100 to 10000000: the period of the dimming while the pictures were taken, a Pico's shortest by default.
     #[arg(long, default_value_t = 7776.0, value_name = "NS", value_parser = within::<10_000, 1_000_000_000>)]
     period_ns: f64,
-    /// A picture by the same camera at the same place, of an evenly coloured sheet before panel and card. It corrects uneven light and the
-    /// lens's vignetting.
+    /// A picture of an evenly coloured sheet in front of panel and card, by the same camera at the same place. It corrects uneven light and
+    /// vignetting.
     #[arg(long, value_name = "FILE")]
     sheet: Option<PathBuf>,
     /// The illuminance of panel and card in lx, from a meter or the transmitter's status. Luminance needs it.
     #[arg(long, value_name = "LX", value_parser = within::<10, 20_000_000>)]
     illuminance_lx: Option<f64>,
-    /// Write the calibration to this file, for `vocc device calibration`. Values that pictures do not give are the bench's.
+    /// Write the calibration to this file, for `vocc device calibration`. Values that the pictures do not give are those of the bench
+    /// panel.
     #[arg(long, value_name = "FILE", requires = "illuminance_lx")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -87,12 +88,12 @@ fn area(text: &str) -> Result<Area, String> {
     match numbers.as_deref() {
         Ok(&[x, y, width @ 1..=8192, height @ 1..=8192]) if x <= 8192 && y <= 8192 => Ok(Area { x, y, width, height }),
         _ => Err(format!(
-            "{text:?} is no rectangle of pixels: give left,top,width,height, each a whole number up to 8192"
+            "{text:?} is not a rectangle of pixels: give left,top,width,height, each a whole number up to 8192"
         )),
     }
 }
 
-/// Reads the pictures, and reports what they tell.
+/// Reads the pictures, and reports the results.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     if let Some(path) = &arguments.out {
         files::check_new(path)?;
@@ -100,7 +101,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let frames = &arguments.frames;
     ensure!(
         frames.is_dir(),
-        "there is no folder {}: put the pictures into one",
+        "the folder {} does not exist: give the folder of the pictures",
         frames.display()
     );
     let hints = arguments.camera.hints(arguments.pixels)?;
@@ -129,13 +130,13 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
             series.take_shot(path)?;
         }
     }
-    let [told, others @ ..] = &series.shots;
+    let [estimate_text, others @ ..] = &series.shots;
     let (card_reflectance, period_ns) = (arguments.card_reflectance, arguments.period_ns);
-    let found = photometry::calibrate_in_doubt(told, others, card_reflectance, period_ns)?;
+    let found = photometry::calibrate_in_doubt(estimate_text, others, card_reflectance, period_ns)?;
     report(arguments, &found, series.left_out, shared)?;
     if let (Some(path), Some(lux)) = (&arguments.out, arguments.illuminance_lx) {
         let measured = measured(&found, arguments.interval, lux);
-        Calibration::new(measured).context("this is no panel that a transmitter can drive")?;
+        Calibration::new(measured).context("this is not a panel that a transmitter can drive")?;
         files::write(path, filled_in(&measured))?;
     }
     Ok(Verdict::Yes)
@@ -148,9 +149,9 @@ struct Series<'a> {
     hints: CameraHints,
     /// The first picture's size and kind of samples.
     first: Option<(u32, u32, SampleKind)>,
-    /// By the given encoding, and by the other possible ones.
+    /// With the given encoding, and with each other possible one.
     views: Vec<CameraSetup>,
-    /// By each of them.
+    /// With each of them.
     shots: [Vec<Shot>; 1 + USUAL.len()],
     left_out: Vec<serde_json::Value>,
 }
@@ -171,7 +172,7 @@ impl Series<'_> {
         for (index, view) in self.views.iter().enumerate() {
             match view.read(grey.as_raw(), grey.width() as usize) {
                 Ok(reading) => self.shots[index].push(Shot { duty, reading }),
-                // So in all pictures.
+                // The same in all pictures.
                 Err(why @ (PictureError::Outside(_) | PictureError::Small { .. })) => {
                     return Err(why).with_context(|| path.display().to_string());
                 }
@@ -195,10 +196,10 @@ impl Series<'_> {
         if let Some(remark) = remark {
             output::tell(remark);
         }
-        // White that is guessed picture by picture is another one in dark pictures.
+        // White levels that are guessed per picture would differ in dark pictures.
         ensure!(
             samples == SampleKind::Plain || self.hints.pixels.depth.is_some(),
-            "{} has more than 8 bits: say with --depth how many white has; programs that develop raw pictures give it 16",
+            "{} has more than 8 bits: give the bits of white with --depth; programs that develop raw pictures give it 16",
             path.display()
         );
         let (width, height) = grey.dimensions();
@@ -209,14 +210,14 @@ impl Series<'_> {
         }
         ensure!(
             self.first == Some(alike),
-            "{} has {width} × {height} pixels, {samples}, others have not: all must be of one camera at one place",
+            "{} has {width} × {height} pixels, {samples}, and others differ: all must be of one camera at one place",
             path.display()
         );
         Ok(grey)
     }
 }
 
-/// By the given encoding, and by the other possible ones: raw pictures leave no doubt.
+/// With the given encoding, and with the other possible ones; raw pictures have only one.
 fn views(arguments: &Arguments, hints: &CameraHints, samples: SampleKind) -> Vec<CameraSetup> {
     let camera = hints.of_pixels(samples);
     let is_raw = hints.encoding == Some(Encoding::LINEAR);
@@ -243,13 +244,13 @@ fn duty(path: &Path) -> anyhow::Result<f64> {
     match number.and_then(|number| number.parse().ok()) {
         Some(duty) if duty > 0.0 && duty <= 1.0 => Ok(duty),
         _ => bail!(
-            "{} does not say its duty, above 0 to 1: name it like {DUTY}0.05.png or {DUTY}0.05-again.png",
+            "{} has no duty (above 0, at most 1) in its name: name it like {DUTY}0.05.png or {DUTY}0.05-again.png",
             path.display()
         ),
     }
 }
 
-/// What is written to a transmitter.
+/// The values that are written to a transmitter.
 fn measured(found: &Calibrated, interval: f64, illuminance_lx: f64) -> Measured {
     Measured {
         luminance_full_cd_m2: U32F32::saturating_from_num(found.full_cd_m2_per_lx.value * illuminance_lx),
@@ -280,23 +281,23 @@ fn report(arguments: &Arguments, found: &Calibrated, left_out: Vec<serde_json::V
         }));
     }
     line("                     value (95 %; 95 % if the encoding is off as far as the pictures allow)")?;
-    let reflectance = told(&found.reflectance, 4);
+    let reflectance = estimate_text(&found.reflectance, 4);
     line(&format!("reflectance          {reflectance}"))?;
-    let ratio = told(&found.full_cd_m2_per_lx, 4);
+    let ratio = estimate_text(&found.full_cd_m2_per_lx, 4);
     line(&format!("luminance over light {ratio} cd/m² per lx"))?;
     if let Some(full) = full {
-        let full = told(&full, 0);
-        line(&format!("full luminance       {full} cd/m², if the light is right"))?;
+        let full = estimate_text(&full, 0);
+        line(&format!("full luminance       {full} cd/m², if the illuminance is right"))?;
     }
     let unclean = match found.unclean_pulse_ns {
-        0.0 => "no shorter one was seen to be unclean".to_owned(),
+        0.0 => "no shorter one was unclean".to_owned(),
         pulse => format!("{pulse:.0} ns are not clean"),
     };
     line(&format!("shortest clean pulse {:.0} ns; {unclean}", found.shortest_pulse_ns))
 }
 
 /// An estimate with its intervals.
-fn told(estimate: &Estimate, digits: usize) -> String {
+fn estimate_text(estimate: &Estimate, digits: usize) -> String {
     let Estimate {
         value,
         interval_95: [low, high],

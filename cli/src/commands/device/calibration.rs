@@ -17,7 +17,7 @@ use crate::files;
 use crate::options::{Port, Shared};
 use crate::output::{self, Verdict, line};
 
-/// The values as numbers in usual units; `tx_firmware::calibration` has their ranges.
+/// The values in common units; `tx_firmware::calibration` has their ranges.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Values {
@@ -31,12 +31,12 @@ struct Values {
     /// Maximum luminous intensity of the panel, cd; only with the diameter of an LED.
     #[serde(skip_serializing_if = "Option::is_none")]
     max_cd: Option<f64>,
-    /// The diameter of an LED, m; without a limit, the panel only announces its size.
+    /// The diameter of an LED, m; without a limit, it only makes the panel announce its size.
     #[serde(skip_serializing_if = "Option::is_none")]
     led_diameter_m: Option<f64>,
 }
 
-/// The bench's panel without its luminance, on which dimming and limit depend most: a transmitter rejects it unchanged.
+/// The bench panel without its luminance, on which dimming and limit depend most: a transmitter rejects the unchanged template.
 const UNMEASURED: Measured = Measured {
     luminance_full_cd_m2: U32F32::ZERO,
     ..BENCH
@@ -70,7 +70,7 @@ pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<
     Ok(Verdict::Yes)
 }
 
-/// Prints a file to fill in, or writes it if there is none.
+/// Prints a template, or writes it if the file does not exist.
 pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict> {
     match file {
         None if shared.json => output::json(&Values::of(&UNMEASURED))?,
@@ -83,7 +83,7 @@ pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict>
                 output::json(&json!({ "file": file }))?;
             } else {
                 line(&format!(
-                    "{file}: replace the values by your own, then `vocc device calibration {file} --port P`"
+                    "{file}: replace the values with your own, then `vocc device calibration {file} --port P`"
                 ))?;
             }
         }
@@ -91,7 +91,7 @@ pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict>
     Ok(Verdict::Yes)
 }
 
-/// A file of these values, with an explanation of each.
+/// A file of these values, with comments.
 pub fn filled_in(measured: &Measured) -> String {
     let Values {
         luminance_full_cd_m2,
@@ -153,10 +153,10 @@ low_current_share = {low_current_share:?}
 
 fn read(path: &Path) -> anyhow::Result<(Measured, Option<IntensityLimit>)> {
     let text = input::read_text(path, input::SCENE_MAX).with_context(|| format!("cannot read the calibration {}", path.display()))?;
-    let values: Values = toml::from_str(&text).with_context(|| format!("{} holds no calibration", path.display()))?;
+    let values: Values = toml::from_str(&text).with_context(|| format!("{} is not a calibration", path.display()))?;
     let measured = values
         .measured()
-        .map_err(|key| anyhow!("{}: {key} is no number that a transmitter can hold", path.display()))?;
+        .map_err(|key| anyhow!("{}: {key} is not a number that a transmitter can hold", path.display()))?;
     Calibration::new(measured).with_context(|| path.display().to_string())?;
     let limit = values.limit().with_context(|| path.display().to_string())?;
     Ok((measured, limit))
@@ -189,7 +189,7 @@ impl Values {
         match (self.max_cd, self.led_diameter_m) {
             (None, None) => Ok(None),
             (max_cd, Some(led_diameter_m)) => Ok(Some(IntensityLimit::from_cd(max_cd, led_diameter_m)?)),
-            (Some(_), None) => bail!("max_cd needs led_diameter_m, the width of one LED's shining disc in m: give both"),
+            (Some(_), None) => bail!("max_cd needs led_diameter_m, the diameter of one LED's bright disc in m: give both"),
         }
     }
 

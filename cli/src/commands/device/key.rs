@@ -18,20 +18,20 @@ use crate::output::{self, Verdict, line};
 pub struct Arguments {
     #[command(flatten)]
     port: Port,
-    /// Give it this private key, which `vocc keys new` makes: from now on it signs each message that it is sent. It never gives the key
-    /// back; `vocc keys show` prints what others need to trust it.
+    /// Write this private key, made by `vocc keys new`: the transmitter then signs each message that it is sent. It never returns the key;
+    /// `vocc keys show` prints the public key, which receivers need to trust it.
     #[arg(long, value_name = "KEY.toml", conflicts_with = "erase")]
     key: Option<PathBuf>,
-    /// The counter of the key's first signature; a board that has this key goes on with its own if that is greater. Without it, the seconds
-    /// since 1970.
+    /// The counter of the key's first signature; a board that has this key already keeps its own counter if that is greater. Default: the
+    /// seconds since 1970.
     #[arg(long, value_name = "N", requires = "key")]
     counter: Option<u32>,
-    /// Erase the key: it signs no more.
+    /// Erase the key: the transmitter stops signing.
     #[arg(long)]
     erase: bool,
 }
 
-/// Changes the key if requested, and prints the present one.
+/// Changes the key if requested, and prints the current one.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let key = arguments.key.as_deref().map(OwnKey::read).transpose()?;
     let counter = key.as_ref().map(|_| counter_or_seconds(arguments.counter)).transpose()?;
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
 
 /// The error, with the possible states after a change that may be incomplete.
 fn half_done(error: DeviceError, request: &Request<'_>) -> anyhow::Error {
-    const OPEN: &str = "the old key or the new may be in use, and copies of the old one may remain: give the command again";
+    const OPEN: &str = "the old key or the new one may be in use, and copies of the old one may remain: repeat the command";
     match (request, error) {
         (Request::ReadKey, error) => error.into(),
         (_, DeviceError::Refused(Refusal::Store)) => anyhow!("the transmitter's flash memory failed: {OPEN}"),

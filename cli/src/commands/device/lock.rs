@@ -44,11 +44,11 @@ pub fn lock(arguments: &Lock, shared: &Shared) -> anyhow::Result<Verdict> {
         None => Pin::ask_new()?,
     };
     let mut salt = [0; 8];
-    getrandom::fill(&mut salt).context("this system gives no random numbers for a lock")?;
+    getrandom::fill(&mut salt).context("this system provides no random numbers for a lock")?;
     let salt = u64::from_le_bytes(salt);
     let key = pin.key(salt)?.public().to_bytes();
     change(&mut client, &Request::WriteLock { key: &key, salt }, port)?;
-    told(port, true, shared)
+    report(port, true, shared)
 }
 
 /// Removes the lock, if there is one.
@@ -58,7 +58,7 @@ pub fn unlock(arguments: &Unlock, shared: &Shared) -> anyhow::Result<Verdict> {
     if ask(&mut client, &Request::ReadLock).with_context(|| port.name())? {
         change(&mut client, &Request::RemoveLock, port)?;
     }
-    told(port, false, shared)
+    report(port, false, shared)
 }
 
 /// Whether a transmitter is locked; `None` if its firmware has no lock, or if its memory cannot be read.
@@ -83,7 +83,7 @@ fn change(client: &mut Connection, request: &Request<'_>, port: &Port) -> anyhow
     }
 }
 
-fn told(port: &Port, is_locked: bool, shared: &Shared) -> anyhow::Result<Verdict> {
+fn report(port: &Port, is_locked: bool, shared: &Shared) -> anyhow::Result<Verdict> {
     if shared.json {
         output::json(&json!({ "port": port.name(), "locked": is_locked }))?;
     } else if is_locked {

@@ -13,21 +13,21 @@ use crate::device::DeviceError;
 use crate::options::{Connection, Port, Shared};
 use crate::output::{self, Verdict, line};
 
-/// The rate and the carrier that are wanted, if any.
+/// The rate and the carrier to set, if any.
 #[derive(clap::Args)]
 pub struct Wanted {
-    /// Symbols a second to set; without it, the rate in use is printed. A transmitter accepts 9 to 300 and stores the rate permanently. A
-    /// receiver accepts up to its camera's frame rate, until it is switched off.
+    /// Symbols a second to set. Without it, the rate in use is printed. A transmitter accepts 9 to 300 and stores the rate. A
+    /// receiver accepts up to its camera's frame rate and forgets the rate at a restart.
     #[arg(value_name = "N", allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Set the rate for a camera of this many frames a second.
     #[arg(long, value_name = "FPS", conflicts_with = "rate")]
     camera_fps: Option<f64>,
-    /// How long that camera exposes, in seconds.
+    /// That camera's exposure time in seconds.
     #[arg(long, value_name = "S", requires = "camera_fps", default_value_t = 0.001)]
     exposure: f64,
-    /// Cycles of a carrier that bears each symbol, of 200 to 3000 Hz, so that nobody sees the LEDs flicker; 0: panels stand still. Without
-    /// it, a transmitter keeps what it has.
+    /// Cycles of the carrier per symbol, so that the LEDs do not flicker visibly; the carrier must be 200 to 3000 Hz. 0: still panels.
+    /// Default: no change.
     #[arg(long, value_name = "N")]
     carrier_cycles: Option<u32>,
 }
@@ -47,14 +47,14 @@ impl Wanted {
 
 /// The rate of a board.
 #[derive(Clone, Copy)]
-pub struct Told {
+pub struct BoardTiming {
     /// Symbols a second.
     pub symbol_rate_hz: f64,
     /// Cycles of the carrier per symbol, 0 for none; unknown for receivers, and for transmitters that do not know carriers.
     pub carrier_cycles: Option<u16>,
 }
 
-impl Told {
+impl BoardTiming {
     /// The waveform; `None` if it is unknown.
     pub fn waveform(&self) -> Option<Waveform> {
         // Every board that reports cycles has checked them.
@@ -68,17 +68,17 @@ impl Told {
     }
 }
 
-/// Changes the rate if requested, and prints the present one.
+/// Changes the rate if requested, and prints the current one.
 pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verdict> {
     let hz = wanted.hz()?;
     let client = port.greet()?;
     let told = if client.identity().is_receiver() {
         ensure!(
             wanted.carrier_cycles.is_none(),
-            "{}: a receiver is there, which finds a carrier by itself: leave --carrier-cycles out",
+            "{}: this is a receiver, which finds a carrier by itself: omit --carrier-cycles",
             port.name()
         );
-        Told {
+        BoardTiming {
             symbol_rate_hz: receiver::rate(client, port, hz)?,
             carrier_cycles: None,
         }
@@ -89,7 +89,7 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
         }
         told
     };
-    let Told {
+    let BoardTiming {
         symbol_rate_hz,
         carrier_cycles,
     } = told;
@@ -130,8 +130,8 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
     Ok(Verdict::Yes)
 }
 
-/// The rate and the carrier after the changes. If a carrier was set, also a warning if the table in use is not known to be made for it.
-fn of_transmitter(client: Connection, port: &Port, hz: Option<f64>, cycles: Option<u32>) -> anyhow::Result<(Told, Option<String>)> {
+/// The rate and the carrier after the changes. If a carrier was set, also a warning if the table in use may not be made for it.
+fn of_transmitter(client: Connection, port: &Port, hz: Option<f64>, cycles: Option<u32>) -> anyhow::Result<(BoardTiming, Option<String>)> {
     let rate = hz.map(SymbolRate::from_hz).transpose()?;
     let waveform = cycles.map(Waveform::new).transpose()?;
     let mut client = client.transmitter().with_context(|| port.name())?;
@@ -143,8 +143,8 @@ fn of_transmitter(client: Connection, port: &Port, hz: Option<f64>, cycles: Opti
     Ok((told, warning))
 }
 
-/// A warning if the transmitter's table is the shipped one, made for still panels, and a carrier is shown; for other tables, which carry no
-/// note of their waveform, how to compare.
+/// A warning if a carrier is shown with the shipped table, which is made for still panels; for other tables, which do not record their
+/// waveform, the command that compares.
 fn beside_table(client: &mut Connection, shown: Waveform) -> Option<String> {
     let crc = client.ask(&Request::Status, |answer| match answer {
         serial::Answer::Status(status) => Some(status.table_crc),
@@ -163,7 +163,7 @@ fn beside_table(client: &mut Connection, shown: Waveform) -> Option<String> {
     })
 }
 
-fn tell(client: &mut Connection, rate: Option<SymbolRate>, waveform: Option<Waveform>) -> anyhow::Result<Told> {
+fn tell(client: &mut Connection, rate: Option<SymbolRate>, waveform: Option<Waveform>) -> anyhow::Result<BoardTiming> {
     let Some(waveform) = waveform else {
         if let Some(rate) = rate {
             let millihertz = rate.millihertz();
@@ -184,9 +184,9 @@ fn tell(client: &mut Connection, rate: Option<SymbolRate>, waveform: Option<Wave
 }
 
 /// The rate and carrier of a transmitter.
-pub fn in_use(client: &mut Connection) -> Result<Told, DeviceError> {
+pub fn in_use(client: &mut Connection) -> Result<BoardTiming, DeviceError> {
     match ask_carrier(client, &Request::ReadCarrier) {
-        Err(DeviceError::NoCarrier) => Ok(Told {
+        Err(DeviceError::NoCarrier) => Ok(BoardTiming {
             symbol_rate_hz: ask_rate(client, &Request::ReadSymbolRate)?,
             carrier_cycles: None,
         }),
@@ -194,9 +194,9 @@ pub fn in_use(client: &mut Connection) -> Result<Told, DeviceError> {
     }
 }
 
-fn ask_carrier(client: &mut Connection, request: &Request<'_>) -> Result<Told, DeviceError> {
+fn ask_carrier(client: &mut Connection, request: &Request<'_>) -> Result<BoardTiming, DeviceError> {
     let told = client.ask(request, |answer| match answer {
-        serial::Answer::Carrier { millihertz, cycles } => Some(Told {
+        serial::Answer::Carrier { millihertz, cycles } => Some(BoardTiming {
             symbol_rate_hz: f64::from(millihertz) / 1e3,
             carrier_cycles: Some(cycles),
         }),

@@ -96,7 +96,7 @@ fn set_rate<P: Read + Write>(client: &mut Client<P>, port: &str, wanted: Option<
         let millihertz = (hz * 1e3).round();
         ensure!(
             (1.0..=f64::from(u32::MAX)).contains(&millihertz),
-            "{hz} symbols a second cannot be read: give 0.001 or more, at most as many as the receiver's camera takes frames"
+            "{hz} symbols a second cannot be read: give at least 0.001, and at most the frame rate of the receiver's camera"
         );
         let request = Request::SetSymbolRate {
             millihertz: millihertz as u32,
@@ -168,11 +168,11 @@ fn fetch<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<
             }
             ensure!(
                 !is_end && whole.grey.len() < width * height,
-                "{port}: the parts of the picture are not as long as it: update the older side"
+                "{port}: the parts of the picture do not add up to its size: update the older side"
             );
         }
     }
-    anyhow::bail!("{port}: the picture changed while it came, {ATTEMPTS} times: use a faster connection")
+    anyhow::bail!("{port}: the picture changed during the transfer, {ATTEMPTS} times: use a faster connection")
 }
 
 fn request_offset(request: &Request) -> u32 {
@@ -227,7 +227,7 @@ fn text(bytes: &[u8]) -> String {
 fn short(status: &Status) -> String {
     let counters = &status.counters;
     format!(
-        "{:>8.1} s  {}  confidence {:.3}  {} frames, {} read, {} passed by, {} cut short  {} messages  {:.1} ms a frame{}",
+        "{:>8.1} s  {}  confidence {:.3}  {} frames, {} read, {} missed, {} cut short  {} messages  {:.1} ms a frame{}",
         status.uptime_ms as f64 / 1e3,
         state(status),
         status.confidence,

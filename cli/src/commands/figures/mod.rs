@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use sim::scene::Scene;
 use studies::reproduction::{Claim, Extent, Findings, INTERPRETATIONS, Interpretation, Pieces, Study, judge};
 
-use crate::checkpoint::{NowAndThen, Resumable as _, hold_folder};
+use crate::checkpoint::{Periodic, Resumable as _, hold_folder};
 use crate::files;
 use crate::numbers::{number, with_interval};
 use crate::options::Shared;
@@ -39,13 +39,13 @@ pub struct Arguments {
     /// The folder to write to.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Frames of each figure, spread over its points. Default: 100000.
+    /// Frames per figure, divided among its points. Default: 100000.
     #[arg(long, value_parser = clap::value_parser!(u64).range(FRAMES))]
     frames: Option<u64>,
-    /// A first look, in some 15 s on two cores: 4000 frames a figure by default, fewer points, no other readings.
+    /// A quick run of about 15 s on two cores: 4000 frames per figure by default, fewer points, no other readings.
     #[arg(long)]
     quick: bool,
-    /// Continue from the part that an interrupted run of the same settings left in the folder.
+    /// Continue an interrupted run of the same settings from what it left in the folder.
     #[arg(long)]
     resume: bool,
 }
@@ -155,7 +155,7 @@ fn compute(parts: &[Part], checkpoint: &mut Checkpoint, path: &Path) -> anyhow::
         .flat_map(|part| part.study.tasks().into_iter().map(move |task| (part, task)))
         .collect();
     let mut progress = Progress::new(tasks.len() as u64, "tasks");
-    let mut now_and_then = NowAndThen::begin();
+    let mut now_and_then = Periodic::begin();
     for (done, (part, task)) in (1..).zip(tasks) {
         let known = checkpoint.findings.entry(part.name.into()).or_default().clone();
         if known.of(&task).is_some() {

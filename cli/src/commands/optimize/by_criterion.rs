@@ -23,8 +23,8 @@ impl Arguments {
     fn survey(&self, shared: &Shared, scene: &Scene, criterion: Criterion) -> anyhow::Result<CriterionSurvey> {
         ensure!(
             !self.reach.is_given(),
-            "--message-bytes, --within, --probability, --choose, --min-cd, --max-cd and --lamp are of --criterion reach: give that, or \
-             leave them out"
+            "--message-bytes, --within, --probability, --choose, --min-cd, --max-cd and --lamp are for --criterion reach: give that, or \
+             omit them"
         );
         let search = Search {
             criterion,

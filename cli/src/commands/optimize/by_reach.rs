@@ -31,7 +31,7 @@ pub struct Options {
     /// The share of messages to deliver in that time, 0.5 to 0.99. Default: 0.95.
     #[arg(long, value_name = "P", allow_negative_numbers = true)]
     probability: Option<f64>,
-    /// The choice among the ratios that lose at most 1 % of the reach: margin (their middle, the default), least-light or best.
+    /// The ratio to choose among those that lose at most 1 % of the reach: margin (their middle, the default), least-light or best.
     #[arg(long, value_parser = choice, value_name = "WHICH")]
     choose: Option<Choice>,
     /// Minimum mean luminous intensity of the panel straight ahead, cd.
@@ -94,7 +94,7 @@ impl Arguments {
         ensure!(
             self.distances.is_none() && self.yaws.is_none() && self.rule.is_none(),
             "--criterion reach takes no --distances, --yaws or --rule, because it searches all distances at the scene's own yaw (--set \
-             pose.yaw_deg=…): leave them out"
+             pose.yaw_deg=…): omit them"
         );
         let demand = self.reach.demand();
         let mut survey = ReachSurvey {

@@ -24,7 +24,7 @@ use crate::{files, outputs, results};
 
 /// Help text on run time and sharding.
 const DURATION: &str = "\
-Each setting (an illuminance, an interval, a distance and a yaw) takes some ten seconds on two cores, less if the search reaches \
+Each setting (an illuminance, an interval, a distance and a yaw) takes about ten seconds on two cores, less if the search reaches \
 --tolerance early or --frames is small. With --criterion reach, an illuminance and an interval take a second with k-means, and some \
 minutes with the best detector.
 
@@ -55,26 +55,26 @@ pub struct Arguments {
     /// Ambient illuminances in lux, ascending: the table's rows. Default: the scene's.
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     illuminances: Option<Vec<f64>>,
-    /// Yaw angles of the panel in degrees. The table is for the first; the others show its cost there. With --criterion reach the scene's
-    /// yaw is used.
+    /// Yaw angles of the panel in degrees. The table is for the first; the others show what it costs there. With --criterion reach, the
+    /// scene's yaw is used.
     #[arg(long, value_delimiter = ',', allow_negative_numbers = true)]
     yaws: Option<Vec<f64>>,
     /// The criterion: greatest b2w or fisher, least ber (bit error rate), or greatest reach (distance at which a message arrives). Default:
-    /// b2w; for a panel with a carrier reach, the only one.
+    /// b2w; for a panel with a carrier only reach is possible, and the default.
     #[arg(long, value_parser = aim)]
     criterion: Option<Aim>,
     /// How the distances are combined: mean (of their best ratios, the default) or least-ber (the ratio of the least mean bit error rate).
     #[arg(long, value_parser = rule)]
     rule: Option<Rule>,
-    /// The most frames at one ratio, from 64 to 100 000 000. Default: 100 000. With --criterion reach: at one ratio and distance; default
+    /// Maximum frames per ratio, 64 to 100 000 000. Default: 100 000. With --criterion reach: per ratio and distance; default
     /// 4096.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     frames: Option<u64>,
-    /// A search ends if the 95 % interval of the best ratio is at most ± this. Default: 0.01. With --criterion reach: ± this share of the
-    /// ratio; default 0.05. 0: all frames are used.
+    /// End a search when the 95 % interval of the best ratio is at most ± this. Default: 0.01. With --criterion reach: ± this share of the
+    /// ratio; default 0.05. 0: use all frames.
     #[arg(long, allow_negative_numbers = true)]
     tolerance: Option<f64>,
-    /// A first look: fewer frames and a wider interval, unless they are given.
+    /// A quick search: fewer frames and a wider interval, unless they are given.
     #[arg(long)]
     quick: bool,
     /// The lowest and the highest ratio of the search.
@@ -83,20 +83,20 @@ pub struct Arguments {
     /// Keep the scene's reflectance instead of drawing each frame's from 0.3 to 0.5.
     #[arg(long)]
     fixed_reflectance: bool,
-    /// The detector whose errors are counted: best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu or genie. Default: kmeans, the
-    /// paper's; `best` takes longer.
+    /// Count the errors of this detector: best, ml, kmeans, kmeans-raw, fisher, fisher-ngr, otsu or genie. Default: kmeans, the
+    /// paper's detector; `best` takes longer.
     #[arg(long)]
     detector: Option<DetectorChoice>,
-    /// How exactly frames are drawn: fine or fast.
+    /// Rendering level: fine or fast.
     #[arg(long, default_value = "fast", value_parser = single_precision)]
     level: Level,
-    /// The table to write; plots are written beside it, as .svg and .png.
+    /// The table to write, with plots (.svg, .png) beside it.
     #[arg(short, long, value_name = "FILE.toml", value_parser = results::out_file("toml"))]
     out: Option<PathBuf>,
-    /// Continue from the part in --out.
+    /// Continue from the results in --out.
     #[arg(long, requires = "out")]
     resume: bool,
-    /// Find only the i-th of every n entries, i from 0; `vocc merge` puts the parts together.
+    /// Search only entry i of every n, i from 0; `vocc merge` joins the parts.
     #[arg(long, value_name = "i/n", requires = "out")]
     shard: Option<Shard>,
     #[command(flatten)]
@@ -158,7 +158,7 @@ impl Arguments {
         let begun = if path.exists() {
             ensure!(
                 self.resume,
-                "{} exists: go on from it with --resume, or name another file",
+                "{} exists: continue from it with --resume, or give another file",
                 path.display()
             );
             let begun = TableFile::read(path)?;

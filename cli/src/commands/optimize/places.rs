@@ -2,7 +2,7 @@
 
 use sim::scene::Scene;
 use studies::sweep::Shard;
-use studies::table::{InFile, News, TableFile};
+use studies::table::{InFile, SurveyEvent, TableFile};
 
 use super::rounds::{About, Rounds};
 use super::{Arguments, as_toml, verdict};
@@ -31,7 +31,7 @@ pub fn search<S: Presentation>(
     let mut report = Report::new(survey, S::Entry::of(&file), missing.len(), as_json)?;
     let out = arguments.out.as_deref();
     for place @ [illuminance_lx, interval] in missing {
-        // A written file is of use later.
+        // A written file is useful later.
         if out.is_none() && output::is_unread() {
             return Ok(verdict(&file));
         }
@@ -42,7 +42,7 @@ pub fn search<S: Presentation>(
         };
         let (mut rounds, known) = Rounds::begin(out, &about)?;
         let found = survey.find(scene, place, known, |news| {
-            if let News::Piece {
+            if let SurveyEvent::Piece {
                 piece, is_known: false, ..
             } = news
             {

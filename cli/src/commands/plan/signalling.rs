@@ -22,15 +22,15 @@ const HEAD: &str = "symbols/s  code    delivered  net bit/s  s a message  raw er
 /// Options of the advice for a camera.
 #[derive(clap::Args)]
 pub struct Options {
-    /// Say what the transmitter should show this camera: symbol rate, code and the net rate to expect, and a carrier that nobody sees
-    /// flicker, if one serves. A preset or a TOML file, of which the
-    /// `[camera]` is put into the scene (day, where none is named); --set camera.KEY=VALUE then changes it.
+    /// Advise on a transmitter for this camera: symbol rate, code, expected net rate, and a carrier without visible flicker, if one
+    /// works. A preset or a TOML file, whose
+    /// `[camera]` replaces the scene's (default scene: day); --set camera.KEY=VALUE then changes it.
     #[arg(long, value_name = "CAMERA")]
     camera: Option<OsString>,
-    /// Bytes of the messages that are tried.
+    /// Length of the test messages in bytes.
     #[arg(long, default_value_t = 48, requires = "camera", value_parser = clap::value_parser!(u16).range(1..=1024))]
     bytes: u16,
-    /// Messages tried at each setting.
+    /// Test messages per setting.
     #[arg(long, default_value_t = 8, requires = "camera", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     runs: u64,
 }
@@ -55,7 +55,7 @@ struct Row {
 struct Best {
     best: Row,
     whole_exposures_hz: f64,
-    /// `None` if no carrier serves, with the reason beside it.
+    /// `None` if no carrier works, with the reason beside it.
     carrier: Option<CarrierRow>,
     no_carrier: Option<String>,
     dimming: Vec<Beat>,
@@ -120,7 +120,7 @@ impl Options {
         printed?;
         let (advice, carrier) = match advice {
             Err(SignallingError::Trial(TrialError::Stopped)) => {
-                output::tell("interrupted: the settings that were tried are printed, the best of all and a carrier are missing");
+                output::tell("interrupted: the settings tried so far are printed, without the best of all and without a carrier");
                 return Ok(Verdict::No);
             }
             advice => advice?,
@@ -135,7 +135,7 @@ impl Options {
         }
         match carrier {
             Err(SignallingError::Trial(TrialError::Stopped)) => {
-                output::tell("interrupted: the advice for still panels is printed, a carrier is missing");
+                output::tell("interrupted: the advice for still panels is printed, without a carrier");
                 return Ok(Verdict::No);
             }
             carrier => drop(carrier.context("the advice for still panels is printed; carriers cannot be tried")?),
@@ -151,7 +151,7 @@ impl Options {
 struct LinkCommand(String);
 
 impl LinkCommand {
-    /// The scene of that name, with a camera in place of its `own`.
+    /// The scene of that name, with another camera in place of its `own`.
     fn new(name: &OsStr, own: &Camera, camera: &Camera, shared: &Shared) -> anyhow::Result<Self> {
         let [own, camera] = [toml::Table::try_from(own)?, toml::Table::try_from(camera)?];
         let left_out = own.keys().filter(|key| !camera.contains_key(*key));
@@ -241,7 +241,7 @@ fn as_json(advice: &Advice, carrier: &Result<Result<CarrierAdvice, NoCarrier>, S
 
 fn as_text(scene: &Scene, advice: &Advice, usual: Code) -> anyhow::Result<()> {
     line(&format!(
-        "every symbol has a whole exposure on every row of the panel up to {:.1} symbols a second; {} frames a second are filmed",
+        "every symbol has a whole exposure on every row of the panel up to {:.1} symbols a second; the camera takes {} frames a second",
         advice.whole_exposures.hz(),
         scene.camera.frame_rate_hz
     ))?;
@@ -250,11 +250,11 @@ fn as_text(scene: &Scene, advice: &Advice, usual: Code) -> anyhow::Result<()> {
     }
     let best = advice.best();
     if best.delivered == 0 {
-        return line("nothing arrives: come nearer, expose for less, dim faster, or see what the scene calls for (vocc plan SCENE)");
+        return line("no message arrives: reduce distance or exposure, dim faster, or see which effects the scene has (vocc plan SCENE)");
     }
     if best.code != usual {
         line(&format!(
-            "boards choose {usual} for messages of this length; {} is for transmitters of your own",
+            "boards choose {usual} for messages of this length; {} is for your own transmitters",
             best.code
         ))?;
     }
@@ -298,16 +298,16 @@ fn carrier_as_text(advice: &Result<CarrierAdvice, NoCarrier>, link: &LinkCommand
 
 fn dimming(beat: &DimmingBeat) -> String {
     let held = format!(
-        "dimming at {} Hz: an exposure holds {:.1} periods, and its light strays by at most {:.1} %",
+        "dimming at {} Hz: an exposure covers {:.1} periods, and its light varies by at most {:.1} %",
         beat.pulses_hz,
         beat.pulses_an_exposure,
         1e2 * beat.stray
     );
     if !beat.is_seen() {
-        return format!("{held}: it does not beat");
+        return format!("{held}: no beat");
     }
     format!(
-        "{held}, up and down {:.2} times a second: it beats; dim faster, expose for a whole number of periods, or dim by current",
+        "{held}, with a beat of {:.2} Hz: dim faster, expose for a whole number of periods, or dim by current",
         beat.beat_hz
     )
 }

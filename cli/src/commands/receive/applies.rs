@@ -1,4 +1,4 @@
-//! Refuses options that the source has no use for.
+//! Rejects options that do not apply to the source.
 
 use anyhow::ensure;
 
@@ -14,19 +14,19 @@ pub fn check(arguments: &Arguments, source: &Source) -> anyhow::Result<()> {
     let is_live = matches!(source, Source::Live(_));
     ensure!(
         arguments.ffmpeg.trim().is_empty() || matches!(source, Source::Live(live) if live.is_decoded(arguments.raw)),
-        "--ffmpeg is for a live source that ffmpeg decodes, and {name} is none: leave --ffmpeg out"
+        "--ffmpeg is for live sources that ffmpeg decodes, and {name} is not one: omit --ffmpeg"
     );
     ensure!(
         arguments.recorded.start().is_none() || !is_live,
-        "--start is for films, and each frame of the live source {name} has a time of its own: leave --start out"
+        "--start is for films, and each frame of the live source {name} has its own time: omit --start"
     );
     ensure!(
         arguments.raw.is_none() || matches!(source, Source::Input | Source::Live(Live::Input | Live::Pipe(_))),
-        "--raw is for standard input and named pipes, and {name} is neither: leave --raw out"
+        "--raw is for standard input and named pipes, and {name} is neither: omit --raw"
     );
     ensure!(
         !arguments.progressive || !matches!(source, Source::Files(_)),
-        "--progressive is for films and streams, and {name} is neither: leave --progressive out"
+        "--progressive is for films and streams, and {name} is neither: omit --progressive"
     );
     Ok(())
 }

@@ -63,7 +63,7 @@ impl FilmClock {
                 self.times = None;
                 self.is_untimed = true;
                 if why == RecvTimeoutError::Timeout && !stop().is_asked() {
-                    session.say("ffmpeg tells no times of frames any more: from here on they are counted as steady");
+                    session.say("ffmpeg reports no more frame times: from here on frames are assumed to be evenly spaced");
                 }
                 None
             }
@@ -125,7 +125,7 @@ impl FilmClock {
                 session.say(ALL_AT_ONCE);
                 pace.ignores_times = true;
             } else {
-                session.say("all frames of the film have one time: they are counted as steady");
+                session.say("all frames of the film have one time: they are assumed to be evenly spaced");
                 self.times = None;
                 self.held.iter_mut().for_each(|(_, moment)| moment.time = None);
             }
@@ -147,7 +147,7 @@ struct Pace {
     from_s: f64,
     /// The time and the number of the last frame.
     last: Option<(f64, u64)>,
-    /// When the last frame of a live source arrived.
+    /// Arrival time of the last frame of a live source.
     last_came: Option<Instant>,
     /// Whether the next frame starts a new time base.
     resumes: bool,
@@ -204,7 +204,7 @@ impl Pace {
     }
 
     /// The stamp of a frame of a live source whose clock stands still. Frames that arrive together are consecutive: a connection delays
-    /// and bundles them, so that a late arrival says nothing of the exposure within its period.
+    /// and bundles them, so that a late arrival gives no information about the exposure time within its period.
     fn stamp_by_arrival(&mut self, came: Option<Instant>, gap: u64) -> Stamp {
         let next = self.last.map_or(0, |(_, last)| last.saturating_add(gap));
         let periods = came.map_or(0.0, |came| {
@@ -222,7 +222,7 @@ impl Pace {
         let came = moment.arrival.map(|arrival| arrival.at);
         let last_came = std::mem::replace(&mut self.last_came, came);
         let resumes = std::mem::take(&mut self.resumes);
-        // A source that is opened again exposes at another phase: a gap ends what was learnt of a carrier.
+        // A reopened source exposes at another phase: a gap discards what was learnt about the carrier.
         let gap = if resumes { CARRIER_GAP_MAX as u64 + 1 } else { 1 };
         if self.ignores_times {
             return Some(self.stamp_by_arrival(came, gap.saturating_add(moment.after_dropped)));
@@ -311,7 +311,7 @@ mod tests {
             (15_006, 0.0),
         ];
         assert_eq!(found, expected);
-        // A container's time base is no frame rate.
+        // A container's time base is not a frame rate.
         let (rate_hz, found) = stamps(&times(&ticks, 1e-3, 1000.0));
         assert_eq!((rate_hz, found), (25.0, expected.to_vec()));
     }

@@ -64,7 +64,7 @@ pub fn receive(mut session: Session, live: &Live, arguments: &Arguments, channel
                 if !waits || clock.is_none() || !live.goes_silently() || last.elapsed() < SILENCE {
                     continue;
                 }
-                Err(anyhow::anyhow!("nothing has come for {} s", SILENCE.as_secs()))
+                Err(anyhow::anyhow!("no data for {} s", SILENCE.as_secs()))
             }
             Next::End(end) => incoming.ended(end),
         };
@@ -82,7 +82,7 @@ pub fn receive(mut session: Session, live: &Live, arguments: &Arguments, channel
         if gone.is_none() {
             gone = Some(last);
             let why = end.err().map(|why| format!(" ({})", output::explain(&why)));
-            session.say(&format!("{} is gone{}: it is waited for", live.name(), why.unwrap_or_default()));
+            session.say(&format!("{} is gone{}: waiting for it", live.name(), why.unwrap_or_default()));
         }
         incoming.close();
         match again(live, arguments, channel, &mut session) {
@@ -174,7 +174,7 @@ impl<'a> Incoming<'a> {
         let decoded = match self.film.take().filter(|_| is_short) {
             Some(film) => film
                 .end()
-                .map_err(|error| anyhow::anyhow!("{error:#}; check whether it is there with `ffprobe {}`", self.live.name())),
+                .map_err(|error| anyhow::anyhow!("{error:#}; check it with `ffprobe {}`", self.live.name())),
             None => Ok(()),
         };
         decoded.and(end.map_err(explained))
@@ -196,7 +196,7 @@ impl Drop for Incoming<'_> {
 /// The source for `--live`.
 pub fn of(sources: &[std::path::PathBuf]) -> anyhow::Result<Live> {
     let [source] = sources else {
-        anyhow::bail!("--live is for one source: name a camera, an address, a named pipe, a film or -");
+        anyhow::bail!("--live is for one source: give a camera, an address, a named pipe, a film or -");
     };
     if let Some(live) = Live::of(source) {
         return Ok(live);
@@ -209,7 +209,7 @@ pub fn of(sources: &[std::path::PathBuf]) -> anyhow::Result<Live> {
     }
     ensure!(
         film::is_one(source) && !source.is_dir(),
-        "{} is not live: name a camera, an address, a named pipe, a film or -, or leave --live out",
+        "{} is not live: give a camera, an address, a named pipe, a film or -, or omit --live",
         secrets::masked(&source.to_string_lossy())
     );
     File::open(source).with_context(|| format!("cannot read {}", source.display()))?;

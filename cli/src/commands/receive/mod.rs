@@ -46,16 +46,16 @@ use view::{View, ViewArguments};
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("recordings").multiple(true))]
 pub struct Arguments {
-    /// A film (where ffmpeg is installed), a folder of frames (PNG, JPEG, PGM; in the order of their names, frame2 before frame10, and
+    /// A film (if ffmpeg is installed), a folder of frames (PNG, JPEG, PGM; in the order of their names, frame2 before frame10, and
     /// without those that begin with a dot), single frames, or `-` for y4m or raw grey bytes on standard input. Live, by ffmpeg: a camera
     /// (/dev/video0, v4l2:/dev/video0), an address (rtsp://, udp://, tcp://, http://) or a named pipe.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<PathBuf>,
-    /// Never fall behind: drop frames that newer ones have overtaken, and count them. If a camera, an address or a named pipe disappears,
+    /// Never fall behind: drop frames if newer ones have arrived, and count them. If a camera, an address or a named pipe disappears,
     /// wait for it. Play a film at its own pace.
     #[arg(long)]
     live: bool,
-    /// Options of ffmpeg for a live source, such as "-input_format mjpeg -video_size 1280x720 -framerate 60" of a camera.
+    /// Options of ffmpeg for a live source, such as "-input_format mjpeg -video_size 1280x720 -framerate 60" for a camera.
     #[arg(
         long,
         default_value = "",
@@ -75,7 +75,7 @@ pub struct Arguments {
     #[arg(long)]
     progressive: bool,
     /// Frames a second of the camera. Default: those of the film or the y4m stream, else 100. If the folder has a file timestamps.csv
-    /// (lines of a frame's name or number, a comma, and the seconds at which it was taken), its times are used instead.
+    /// (lines of a frame's name or number, a comma, and its time in seconds), its times are used instead.
     #[arg(long, value_name = "F")]
     fps: Option<f32>,
     /// Symbols a second of the transmitter. Without it, 90, the Pico's rate, and other usual rates are tried.
@@ -116,17 +116,17 @@ pub struct Arguments {
     foxglove: Option<u16>,
     #[command(flatten)]
     recorded: RecordingArguments,
-    /// Write the bytes of all messages into this file, one after another as they come.
+    /// Append the bytes of each message to this file as it arrives.
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
     #[command(flatten)]
     hex: Hex,
     #[command(flatten)]
     trusting: TrustArguments,
-    /// Write what was learnt of the camera into this file, for --camera.
+    /// Write the learnt camera parameters into this file, for --camera.
     #[arg(long, value_name = "FILE")]
     save_camera: Option<PathBuf>,
-    /// Print how long each stage took, on standard error.
+    /// Print the run time of each stage on standard error.
     #[arg(long)]
     profile: bool,
 }
@@ -188,7 +188,7 @@ impl<'a> Source<'a> {
             .find(|source| Live::of(source).is_some() || foreign::address(source).is_some())
         {
             bail!(
-                "{} is live or an address, and other sources are named beside it: give it alone",
+                "{} is live or an address, and cannot be combined with other sources: give it alone",
                 secrets::masked(&alone.to_string_lossy())
             );
         }
@@ -253,7 +253,7 @@ fn receive(arguments: &Arguments, shared: &Shared, view: Option<&View>) -> anyho
         let mut folders = frames.files.iter().filter_map(|file| file.path.parent());
         ensure!(
             !folders.any(|other| outputs::is_same(other, folder)),
-            "{} holds frames to read, and the pictures of --show would be read as more of them: name another folder",
+            "{} holds frames to read, and the pictures of --show would be read as frames, too: give another folder",
             folder.display()
         );
     }
@@ -279,7 +279,7 @@ fn receive(arguments: &Arguments, shared: &Shared, view: Option<&View>) -> anyho
         Source::Input => {
             let input = Input::new(std::io::stdin(), stop()).context("cannot read the stream")?;
             let stream = open(input, arguments.raw, channel).map_err(explained)?;
-            // The stream may be endless: if nobody reads the output and no file is written, one message is enough.
+            // The stream may be endless: if nobody reads the output and no file is written, stop after one message.
             let enough = |session: &Session| !arguments.keeps() && output::is_unread() && session.has_message();
             receive_stream(session, stream, None, enough, || Ok(()))
         }
@@ -289,7 +289,7 @@ fn receive(arguments: &Arguments, shared: &Shared, view: Option<&View>) -> anyho
             match open(input, None, channel) {
                 Ok(stream) => {
                     if film::is_bare(path) && arguments.fps.is_none() {
-                        session.say(&format!("{} does not tell its frames a second: --fps does", path.display()));
+                        session.say(&format!("{} does not state its frame rate: give it with --fps", path.display()));
                     }
                     receive_stream(session, stream, film.take_times(), |_| false, || film.end())
                 }

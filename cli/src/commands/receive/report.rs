@@ -34,7 +34,7 @@ pub struct Report<'a> {
     messages: u64,
     /// Maps frame numbers to indices, which name the frames.
     places: Places,
-    /// News of the current frame, with panel numbers.
+    /// Events of the current frame, with panel numbers.
     news: Vec<(usize, News)>,
     /// Trusted keys, and each panel's last message.
     signers: Signers,
@@ -103,7 +103,7 @@ impl<'a> Report<'a> {
         };
         if let Err(error) = write(recording).with_context(|| recording.about()) {
             // Messages matter more than their recording.
-            self.say(&format!("vocc: {error:#}; going on without a recording"));
+            self.say(&format!("vocc: {error:#}; continuing without a recording"));
             self.recording.take_if(|recording| !recording.drop_files());
             self.unrecorded = Some(error);
         }
@@ -123,7 +123,7 @@ impl<'a> Report<'a> {
         };
         let written = file.write_all(message).and_then(|()| file.flush());
         if let Err(error) = written.context("cannot write the messages' bytes") {
-            self.say(&format!("vocc: {error:#}; going on without them"));
+            self.say(&format!("vocc: {error:#}; continuing without them"));
             self.bytes = None;
             self.unwritten = Some(error);
         }
@@ -212,7 +212,7 @@ impl<'a> Report<'a> {
         }
         if dropped > 0 {
             self.say(&format!(
-                "{dropped} of {} frames were dropped, as newer ones had come",
+                "{dropped} of {} frames were dropped, because newer ones had arrived",
                 frames + dropped
             ));
         }
@@ -258,7 +258,7 @@ impl<'a> Report<'a> {
             let path = folder.join(format!("frame-{number:06}-panel-{panel}.png"));
             if let Err(error) = show::reading(&path, frame, reading, whereabouts) {
                 // Messages matter more than their pictures.
-                self.say(&format!("vocc: {error:#}; going on without pictures"));
+                self.say(&format!("vocc: {error:#}; continuing without pictures"));
                 self.undrawn = Some(error);
             }
         }
@@ -280,7 +280,7 @@ impl<'a> Report<'a> {
         )
     }
 
-    /// Stores news for [`Report::deliver`], and reports messages that are not proven at once if only proven ones are wanted.
+    /// Stores an event for [`Report::deliver`], and reports messages that are not proven at once if only proven ones are wanted.
     fn take_news(&mut self, panel: usize, news: News) {
         let only_trusted = self.arguments.trusting.only_trusted;
         match &news {
@@ -307,7 +307,7 @@ impl<'a> Report<'a> {
 
     fn keep_counters(&mut self) {
         if let (Err(error), None) = (keep_counters(self.signers.trust_mut()), &self.unwritten) {
-            self.say(&format!("vocc: {error:#}; going on without keeping counters"));
+            self.say(&format!("vocc: {error:#}; continuing without keeping counters"));
             self.unwritten = Some(error);
         }
     }
@@ -329,7 +329,7 @@ impl<'a> Report<'a> {
                 "segment {segment} could not be decoded ({why}); waiting for it to be shown again"
             )),
             PanelEvent::Geometry(geometry) => self.say(&format!(
-                "panel {panel} says how large it is: LEDs of {} m, at an interval of {:.3}",
+                "panel {panel} announces its size: LEDs of {} m, at an interval of {:.3}",
                 geometry.led_diameter_m(),
                 geometry.interval()
             )),

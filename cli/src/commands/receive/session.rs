@@ -50,7 +50,7 @@ impl<'a> Session<'a> {
             panel_size: arguments.panel.size()?,
         };
         let reception = Reception::with_panels(settings, arguments.panels.into())?;
-        let with_pose = arguments.panel.is_told() || hints.calibration.is_told();
+        let with_pose = arguments.panel.is_set() || hints.calibration.is_set();
         Ok(Self {
             reception,
             hints,
@@ -80,7 +80,7 @@ impl<'a> Session<'a> {
     /// Reports how many frames repeat the time of the frame before, if any.
     pub fn say_doubled(&self, doubled: usize) {
         if doubled > 0 {
-            self.say(&format!("{doubled} frames have the time of the frame before, and are left out"));
+            self.say(&format!("{doubled} frames have the time of the frame before, and are skipped"));
         }
     }
 
@@ -149,7 +149,7 @@ impl<'a> Session<'a> {
         self.watch.unusable();
     }
 
-    /// Reports the remaining news, and whether there was a message.
+    /// Reports the remaining events, and whether there was a message.
     pub fn finish(mut self) -> anyhow::Result<Verdict> {
         for (panel, event) in self.reception.finish() {
             self.report.event(panel, &event);
@@ -180,7 +180,7 @@ impl<'a> Session<'a> {
             Some(learnt) => self.hints.save(path, learnt, self.reception.samples().unwrap_or(SampleKind::Plain)),
             None => {
                 self.say(&format!(
-                    "no panel was read, so nothing was learnt of the camera: {} is not written",
+                    "no panel was read, so nothing was learnt about the camera: {} is not written",
                     path.display()
                 ));
                 Ok(())

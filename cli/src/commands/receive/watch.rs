@@ -7,10 +7,10 @@ use reception::{PanelEvent, PanelReport, Reception};
 
 use super::report::Report;
 
-/// Counts what the reports say.
+/// Collects the counts of the reports.
 pub struct Watch {
     diagnostics: Diagnostics,
-    /// When the last frame came; `None` before the first.
+    /// Arrival time of the last frame; `None` before the first.
     last: Option<Instant>,
 }
 
@@ -33,7 +33,7 @@ impl Watch {
         self.diagnostics.count_unusable(1);
     }
 
-    /// Counts what came after the last frame.
+    /// Counts the events after the last frame.
     pub fn event(&mut self, panel: usize, event: &PanelEvent) {
         self.diagnostics.count_event(panel, event);
     }

@@ -51,13 +51,13 @@ pub fn begin(folder: &Path, plan: &PlanFile, shards: u64) -> anyhow::Result<Plan
         let kept = kept_plan(folder)?;
         ensure!(
             kept.sweep == plan.sweep,
-            "{} is the folder of another plan: name another folder",
+            "{} is the folder of another plan: give another folder",
             folder.display()
         );
         let there = kept.division.as_ref().map_or(shards, |division| division.shards);
         ensure!(
             there == shards,
-            "{} is the folder of {there} shards, not of {shards}: name another folder",
+            "{} is the folder of {there} shards, not of {shards}: give another folder",
             folder.display()
         );
         return Ok(kept);
@@ -79,7 +79,7 @@ pub fn kept_plan(folder: &Path) -> anyhow::Result<PlanFile> {
     let path = plan(folder);
     let text = input::read_text(&path, input::TABLE_MAX).with_context(|| {
         format!(
-            "{} is no folder of a sweep's shards: cannot read {}",
+            "{} is not a folder of a sweep's shards: cannot read {}",
             folder.display(),
             path.display()
         )

@@ -35,7 +35,7 @@ On a cluster, from a folder that all nodes see:
   vocc sweep PLAN.toml --slurm DIR --submit --shards 100 --time 01:00:00
   vocc sweep --status DIR
 
-Exit status: 0 done; 1 ended before all was done (go on with --resume), or --status with something missing; 2 bad input."
+Exit status: 0 done; 1 interrupted (continue with --resume), or --status with shards missing; 2 bad input."
     )
 }
 
@@ -46,13 +46,13 @@ pub struct Arguments {
     /// The plan: a TOML file with a scene, a grid over its keys, detectors, frames and a stopping rule (--help has an example).
     #[arg(value_name = "PLAN.toml", required_unless_present = "status")]
     plan: Option<PathBuf>,
-    /// Save the finished part in this folder: sweep.json, with a table (.csv) and a plot (.svg, .png) beside it.
+    /// Save the results in this folder during the run: sweep.json, with a table (.csv) and a plot (.svg, .png) beside it.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Continue from the part in --out.
+    /// Continue from the results in --out.
     #[arg(long, requires = "out")]
     resume: bool,
-    /// Do only the i-th of n parts, i from 0. All take about equally long, except with rare_events, because lower rates take longer.
+    /// Evaluate only part i of n, i from 0. All parts take about equally long, except with rare_events, because lower rates take longer.
     /// `vocc merge` adds them up.
     #[arg(long, value_name = "i/n", requires = "out")]
     shard: Option<Shard>,
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let path = arguments.plan.as_deref().context("give a plan")?;
     let plan = read(path, shared)?;
     if let Some(folder) = arguments.slurm.folder() {
-        ensure!(arguments.out.is_none(), "--slurm names the folder: leave --out away");
+        ensure!(arguments.out.is_none(), "--slurm gives the folder: omit --out");
         return slurm::run(&arguments.slurm, folder, plan);
     }
     match (arguments.shard, &arguments.out) {
@@ -94,7 +94,7 @@ fn read(path: &Path, shared: &Shared) -> anyhow::Result<PlanFile> {
         // 1 is the option's default.
         ensure!(
             asked == planned || asked == 1,
-            "the plan says seed = {planned}: leave --seed away, or take the key out of the plan"
+            "the plan has seed = {planned}: omit --seed, or remove the key from the plan"
         );
     } else {
         plan.sweep.seed = asked;
@@ -129,7 +129,7 @@ fn work_off(plan: &PlanFile, shard: Shard, path: &Path, mut results: Results) ->
         &run,
         &mut results,
         |results| place.keep(|path| results::write(results, path)),
-        |news| report.heard(news).map(|()| true),
+        |news| report.progress(news).map(|()| true),
     )?;
     Ok(if done { Verdict::Yes } else { Verdict::No })
 }
@@ -152,8 +152,8 @@ fn whole(arguments: &Arguments, plan: &PlanFile, folder: Option<&Path>, as_json:
             None => Ok(()),
         },
         |news| {
-            report.heard(news)?;
-            // A written file is of use later.
+            report.progress(news)?;
+            // A written file is useful later.
             Ok(path.is_some() || !output::is_unread())
         },
     )?;
@@ -177,7 +177,7 @@ fn begun(sweep: &Sweep, path: &Path, resume: bool) -> anyhow::Result<Results> {
     let mut results = Results::new(sweep.clone());
     if path.exists() {
         if !resume {
-            bail!("{} exists: go on from it with --resume, or name another folder", path.display());
+            bail!("{} exists: continue from it with --resume, or give another folder", path.display());
         }
         results::merge(&mut results, path)?;
     }

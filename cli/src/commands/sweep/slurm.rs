@@ -15,13 +15,13 @@ use crate::output::{Verdict, line};
 #[derive(clap::Args)]
 #[command(next_help_heading = "Slurm")]
 pub struct Options {
-    /// Write an array job and a merge job into this folder, which all nodes can see.
+    /// Write an array job and a merge job into this folder, which all nodes must see.
     #[arg(long = "slurm", value_name = "DIR")]
     folder: Option<PathBuf>,
-    /// Hand the jobs to Slurm.
+    /// Submit the jobs to Slurm.
     #[arg(long, requires = "folder")]
     submit: bool,
-    /// Shards: tasks of the array. Many clusters allow 1001 in one array (MaxArraySize of `scontrol show config`).
+    /// Number of shards, which are tasks of the array. Many clusters allow 1001 in one array (MaxArraySize of `scontrol show config`).
     #[arg(long, default_value_t = 16, requires = "folder", value_name = "N",
         value_parser = clap::value_parser!(u64).range(1..=MOST_SHARDS))]
     shards: u64,
@@ -37,18 +37,18 @@ pub struct Options {
     /// Processors of a task, and its threads.
     #[arg(long, default_value_t = 1, requires = "folder", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     cpus: u16,
-    /// The most tasks that run at once. Default: as many as the cluster allows.
+    /// Maximum number of tasks that run at once. Default: as many as the cluster allows.
     #[arg(long, requires = "folder", value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     throttle: Option<u32>,
-    /// Seconds before the time limit at which a task gets the signal to end.
+    /// Send a task the signal to end this many seconds before the time limit.
     #[arg(long, default_value_t = 120, requires = "folder", value_name = "S", value_parser = clap::value_parser!(u32).range(5..=65535))]
     notice: u32,
-    /// Any other option of sbatch for both jobs, such as --sbatch=--account=physics (repeatable).
+    /// Another option of sbatch for both jobs, such as --sbatch=--account=physics (repeatable).
     #[arg(long, requires = "folder", value_name = "OPTION", value_parser = line_of_text)]
     sbatch: Vec<String>,
 }
 
-/// Maximum time by which Slurm signals earlier than requested.
+/// Maximum time by which Slurm's signal comes early.
 const EARLIER_S: u64 = 60;
 
 /// Parses a word that needs no quotes.
@@ -57,7 +57,7 @@ fn word(text: &str) -> Result<String, String> {
     if !text.is_empty() && text.chars().all(plain) {
         Ok(text.into())
     } else {
-        Err("only letters, digits and _ - . : , + may be in it".into())
+        Err("only letters, digits and _ - . : , + are allowed".into())
     }
 }
 
@@ -125,7 +125,7 @@ fn submit(options: &[&str], script: &Path) -> anyhow::Result<String> {
         .output()
         .with_context(|| {
             format!(
-                "cannot run sbatch; the scripts are written: submit {} where Slurm is",
+                "cannot run sbatch; the scripts are written: submit {} on a computer with Slurm",
                 script.display()
             )
         })?;
@@ -138,7 +138,7 @@ fn submit(options: &[&str], script: &Path) -> anyhow::Result<String> {
     let answer = String::from_utf8_lossy(&output.stdout).into_owned();
     // NUMBER or NUMBER;CLUSTER.
     let job = answer.trim().split(';').next().unwrap_or_default();
-    ensure!(!job.is_empty(), "sbatch named no job: {answer}");
+    ensure!(!job.is_empty(), "sbatch reported no job number: {answer}");
     Ok(job.to_string())
 }
 
@@ -147,7 +147,7 @@ fn quoted(path: &Path) -> anyhow::Result<String> {
     let text = path
         .to_str()
         .filter(|text| !text.contains('\n'))
-        .with_context(|| format!("{} has no name that a script can hold", path.display()))?;
+        .with_context(|| format!("{} has a name that a script cannot contain", path.display()))?;
     Ok(format!("'{}'", text.replace('\'', r"'\''")))
 }
 
@@ -166,7 +166,7 @@ impl<'a> Job<'a> {
         let log = log
             .to_str()
             .filter(|text| !text.contains(['\n', '"']))
-            .with_context(|| format!("{} has no name that Slurm can hold", log.display()))?;
+            .with_context(|| format!("{} has a name that Slurm cannot use", log.display()))?;
         Ok(Self {
             options,
             vocc: quoted(&std::env::current_exe()?)?,

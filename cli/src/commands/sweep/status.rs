@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use serde::Serialize;
-use studies::monte_carlo::Standing;
+use studies::monte_carlo::ChunkProgress;
 use studies::sweep::{Partition, Results, Shard, Sweep, Work};
 
 use super::folder;
@@ -43,7 +43,7 @@ pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Verdict> {
     let plan = folder::kept_plan(path)?;
     let count = plan.division.as_ref().map(|division| division.shards).with_context(|| {
         format!(
-            "{} is no folder of a sweep's shards: the plan in it has no [division]; name the folder that --out or --slurm named",
+            "{} is not a folder of a sweep's shards: its plan has no [division]; give the folder of --out or --slurm",
             path.display()
         )
     })?;
@@ -66,7 +66,7 @@ pub fn run(path: &Path, as_json: bool) -> anyhow::Result<Verdict> {
         line(&format!("{} of {count} shards done; {merged}merged", count as usize - open.len()))?;
         if !open.is_empty() {
             let list = open.iter().map(u64::to_string).collect::<Vec<_>>().join(",");
-            line(&format!("to do again what is not running: --array={list}"))?;
+            line(&format!("to repeat the shards that are not running: --array={list}"))?;
         }
     }
     Ok(if open.is_empty() { Verdict::Yes } else { Verdict::No })
@@ -94,7 +94,7 @@ fn status(path: &Path, sweep: &Sweep, partition: &Partition, shard: Shard) -> St
                 done = part_done(&results, &work);
                 state = if done == 1.0 { State::Done } else { State::Unfinished };
             }
-            Ok(_) => why = Some(format!("{} is of another run", found.display())),
+            Ok(_) => why = Some(format!("{} belongs to another run", found.display())),
             Err(error) => why = Some(format!("{error:#}")),
         }
     }
@@ -113,8 +113,8 @@ fn part_done(results: &Results, work: &[Work]) -> f64 {
     let of = |work: &Work| {
         let most = work.chunks.end - work.chunks.start;
         match results.standing_of(work) {
-            Standing::Done(_) => (most, most),
-            Standing::Missing(_) => (results.chunks_of(work.cell).min(most), most),
+            ChunkProgress::Done(_) => (most, most),
+            ChunkProgress::Missing(_) => (results.chunks_of(work.cell).min(most), most),
         }
     };
     let (done, all) = work.iter().map(of).fold((0, 0), |(done, all), (d, a)| (done + d, all + a));

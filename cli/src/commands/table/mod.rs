@@ -35,7 +35,7 @@ enum Action {
         /// The table's TOML file. Default: the table in the firmware.
         file: Option<PathBuf>,
         #[command(flatten)]
-        shown: Shown,
+        shown: TableUse,
         /// Print the Rust source that the firmware's own table is built from.
         #[arg(long, requires = "file")]
         rust: bool,
@@ -44,25 +44,25 @@ enum Action {
         #[arg(long, value_name = "NAME", value_parser = plot::stem(), conflicts_with = "rust")]
         plot: Option<PathBuf>,
     },
-    /// Compare two tables: their ratios, and the cost in reach if one of them, or the table of --in, was made by reach. Status 1 if they
-    /// differ.
+    /// Compare two tables: their ratios, and the difference in reach if one of them, or the table of --in, was made by reach. Exit status
+    /// 1 if they differ.
     Diff {
         /// The table's TOML file.
         old: PathBuf,
-        /// The other one.
+        /// The other table's TOML file.
         new: PathBuf,
-        /// A table made by reach, in whose scene the reaches are compared.
+        /// Compare the reaches in the scene of this table, which must be made by reach.
         #[arg(long = "in", value_name = "FILE.toml")]
         scene: Option<PathBuf>,
     },
-    /// The loss of reach from a wrong light sensor, other LEDs or another camera.
+    /// Compute the loss of reach from a wrong light sensor, other LEDs or another camera.
     Regret(Regret),
-    /// Check that a transmitter can use a table, and that each of its ratios was found.
+    /// Check that a transmitter can use a table, and that each of its ratios was determined.
     Check {
         /// The table's TOML file.
         file: PathBuf,
         #[command(flatten)]
-        shown: Shown,
+        shown: TableUse,
     },
     /// Write a table to a transmitter, which stores and uses it.
     Push(Transfer),
@@ -74,13 +74,13 @@ enum Action {
 
 /// The waveform that the table is to be used with.
 #[derive(clap::Args)]
-struct Shown {
-    /// Warn if the table is not made for a carrier of this many cycles a symbol, 0 for still panels.
+struct TableUse {
+    /// Warn if the table is not made for a carrier of this many cycles per symbol, 0 for still panels.
     #[arg(long, value_name = "N")]
     carrier_cycles: Option<u32>,
 }
 
-impl Shown {
+impl TableUse {
     /// Warns if a table is made for another waveform.
     fn compare(&self, made_for: Waveform) -> anyhow::Result<()> {
         let shown = self.carrier_cycles.map(Waveform::new).transpose()?;
@@ -94,7 +94,7 @@ impl Shown {
 /// A table as carried by a transmitter: ratios rounded to 1/8192.
 #[derive(Serialize)]
 struct CarriedTable {
-    /// Cycles a symbol of the carrier that the table is made for, 0 for still panels, as its file notes.
+    /// Cycles per symbol of the carrier that the table is made for, 0 for still panels, as recorded in its file.
     carrier_cycles: u16,
     illuminance_lx: Vec<f64>,
     interval: Vec<f64>,
@@ -144,7 +144,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(Verdict::Yes)
 }
 
-/// A table and all of its file, whose parts agree.
+/// A table and its whole file, checked for consistency.
 fn checked(path: &Path) -> anyhow::Result<(TableFile, L2aTable)> {
     let (file, table) = TableFile::read_with_table(path)?;
     file.check().with_context(|| path.display().to_string())?;
@@ -152,7 +152,7 @@ fn checked(path: &Path) -> anyhow::Result<(TableFile, L2aTable)> {
 }
 
 /// Prints a table, by default the firmware's, and optionally draws it.
-fn show(file: Option<&Path>, plot: Option<&Path>, shown: &Shown, as_json: bool) -> anyhow::Result<()> {
+fn show(file: Option<&Path>, plot: Option<&Path>, shown: &TableUse, as_json: bool) -> anyhow::Result<()> {
     let plots = plot.map(plot::files_of).into_iter().flatten();
     outputs::check(plots, file.map(Path::to_owned))?;
     let (carried, file) = match file {

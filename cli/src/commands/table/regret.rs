@@ -20,10 +20,10 @@ pub struct Regret {
     /// table's own scene.
     #[arg(long = "in", value_name = "FILE.toml")]
     scenes: Vec<PathBuf>,
-    /// Factors on the table's ratios: the light sensor's reading over the true light, or the assumed reflectance over the LEDs' own.
+    /// Factors on the table's ratios: the light sensor's reading over the true illuminance, or the assumed reflectance over the true one.
     #[arg(long, value_delimiter = ',', default_values_t = [0.5, 0.8, 1.0, 1.25, 2.0], value_parser = factor, allow_negative_numbers = true)]
     times: Vec<f64>,
-    /// Write the table that loses least in the scene where it loses most.
+    /// Write the table with the smallest loss in its worst scene.
     #[arg(short, long, value_name = "FILE.toml", requires = "scenes")]
     out: Option<PathBuf>,
 }
@@ -55,7 +55,7 @@ impl Regret {
         if let Some(path) = &self.out {
             ensure!(
                 !path.is_file() || TableFile::read(path).map_or(true, |there| !there.is_searched()),
-                "{} holds what a search has found, which would be lost: name another file",
+                "{} holds the results of a search, which would be lost: give another file",
                 path.display()
             );
         }
@@ -114,7 +114,7 @@ pub fn by_reach(path: &Path) -> anyhow::Result<TableFile> {
     scene.check().with_context(|| path.display().to_string())?;
     ensure!(
         !scene.reach.entries.is_empty(),
-        "{} says nothing of the reach: make it with `vocc optimize --criterion reach`",
+        "{} has no reaches: make it with `vocc optimize --criterion reach`",
         path.display()
     );
     Ok(scene)
@@ -125,7 +125,7 @@ fn print(robust: &TableFile, as_json: bool) -> anyhow::Result<()> {
     if as_json {
         return robust.regret.entries.iter().try_for_each(json);
     }
-    line("least lost in the scene where most is:")?;
+    line("smallest loss in the worst scene:")?;
     line(report::table::REGRET_HEAD)?;
     let mut entries = robust.regret.entries.iter();
     entries.try_for_each(|entry| line(&report::table::regret_line(entry)))

@@ -48,7 +48,7 @@ impl Transfer {
         if let Some(path) = &self.file {
             ensure!(
                 !path.is_file() || is_pulled(path),
-                "{} holds more than a pulled table, which would be lost: name another file",
+                "{} holds more than a pulled table, which would be lost: give another file",
                 path.display()
             );
             files::check(path)?;
@@ -166,7 +166,7 @@ fn beyond(what: &str, own: f64, axis: &[f64]) -> Option<String> {
         format!("{first} to {last}")
     };
     (!(first..=last).contains(&own)).then(|| {
-        format!("its {what} is {own:.4}, and the table is made for {made_for}: it carries the ratio of the nearest, which may be far from the best")
+        format!("its {what} is {own:.4}, and the table is made for {made_for}: it uses the nearest entry, which may be far from the best")
     })
 }
 

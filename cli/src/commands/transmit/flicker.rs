@@ -19,7 +19,7 @@ const RATES_HZ: [f64; 8] = [5.0, 10.0, 27.0, 45.0, 90.0, 300.0, 1250.0, 10_000.0
 /// Valid symbol rates.
 const RANGE_HZ: RangeInclusive<f64> = 0.1..=1e6;
 
-/// Whether and how the flicker is looked at.
+/// Options of the flicker analysis.
 #[derive(clap::Args)]
 pub struct Options {
     /// Compute the panel's flicker by IEEE Std 1789-2015, with beacons if no message is given. With --carrier-cycles (0 to compare) also by
@@ -46,7 +46,7 @@ impl Options {
         match self.symbol_rate[..] {
             [] => Ok(SymbolRate::DEFAULT),
             [hz] => Ok(SymbolRate::from_hz(hz)?),
-            _ => anyhow::bail!("several symbol rates are for --flicker: give one"),
+            _ => anyhow::bail!("several symbol rates are only for --flicker: give one"),
         }
     }
 
@@ -91,9 +91,9 @@ struct Report {
 #[derive(Serialize)]
 struct Rate {
     symbols_hz: f64,
-    worst_led: Sight,
-    usual_led: Sight,
-    panel: Sight,
+    worst_led: FlickerSummary,
+    usual_led: FlickerSummary,
+    panel: FlickerSummary,
     /// If carrier cycles are given: the worst LED and all LEDs together, by all standards.
     #[serde(skip_serializing_if = "Option::is_none")]
     by_standards: Option<[Standards; 2]>,
@@ -117,7 +117,7 @@ struct Standards {
 
 /// Visibility of a light's flicker, and its largest modulation relative to the low-risk practice.
 #[derive(Serialize)]
-struct Sight {
+struct FlickerSummary {
     seen: String,
     #[serde(flatten)]
     worst: Option<ModulationLimit>,
@@ -187,7 +187,7 @@ pub fn run(
 
 impl Rate {
     fn of(flicker: &Flicker, symbols_hz: f64, by_standards: bool) -> Self {
-        let of = |light| Sight::of(light, symbols_hz);
+        let of = |light| FlickerSummary::of(light, symbols_hz);
         Self {
             symbols_hz,
             worst_led: of(&flicker.worst_led),
@@ -208,7 +208,7 @@ impl Rate {
     }
 }
 
-impl Sight {
+impl FlickerSummary {
     fn of(light: &Spectrum, symbols_hz: f64) -> Self {
         let worst = Practice::LowRisk.worst(light, symbols_hz);
         Self {
@@ -283,7 +283,7 @@ fn print(report: &Report) -> anyhow::Result<()> {
         None => "beacons".into(),
     };
     let period = report.period_symbols;
-    line(&format!("{shown}: the light comes again after {period} symbols"))?;
+    line(&format!("{shown}: the light repeats after {period} symbols"))?;
     line("")?;
     line(&format!("           {:44}all LEDs together", "the worst LED"))?;
     let names = columns(["a passer-by sees", "%", "at Hz", "times"]);
@@ -292,7 +292,7 @@ fn print(report: &Report) -> anyhow::Result<()> {
         let (led, panel) = (rate.worst_led.columns(), rate.panel.columns());
         line(&format!("{:>9}  {led}  {panel}", rate.symbols_hz))?;
     }
-    line("%: the modulation that is most times what is of low risk (IEEE Std 1789-2015), which is met up to 1 times")?;
+    line("%: the modulation that is largest relative to the low-risk limit of IEEE Std 1789-2015; times: that ratio, low risk up to 1")?;
     line("")?;
     if let Some(cycles) = report.carrier_cycles {
         print_standards(report, cycles)?;
@@ -302,7 +302,7 @@ fn print(report: &Report) -> anyhow::Result<()> {
         format!("{light:38} {low_risk:>9} {no_effect:>10} {no_seizures:>12}")
     };
     let [low_risk, no_effect, no_seizures] = Practice::ALL.map(|practice| practice.to_string());
-    line(&row(["met from so many symbols a second on", &low_risk, &no_effect, &no_seizures]))?;
+    line(&row(["lowest symbol rate that meets it", &low_risk, &no_effect, &no_seizures]))?;
     for lowest in &report.lowest {
         let rates_hz = [lowest.low_risk_hz, lowest.no_effect_hz, lowest.no_seizures_hz];
         let [low_risk, no_effect, no_seizures] = rates_hz.map(|hz| format!("{:.0}", hz.ceil()));
@@ -337,7 +337,7 @@ fn print_standards(report: &Report, cycles: u16) -> anyhow::Result<()> {
             ))?;
         }
     }
-    line("low risk, no effect, no seizures: times what IEEE Std 1789-2015 allows. Longest period: IEEE Std 802.15.7 allows 5 ms.")?;
+    line("low risk, no effect, no seizures: relative to the limits of IEEE Std 1789-2015. Longest period: IEEE Std 802.15.7 allows 5 ms.")?;
     line("PstLM: IEC TR 61547-1; half of all people see a flicker of 1. SVM: CIE TN 006:2016; 1 is the threshold of sight.")?;
     line("")
 }

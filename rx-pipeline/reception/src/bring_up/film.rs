@@ -30,7 +30,7 @@ pub enum FilmError {
     #[error("more than {FRAMES_MAX} frames: cut the film to the test panels")]
     Many,
     /// A frame differs in size.
-    #[error("a frame has another size than the first one: use the frames of one camera")]
+    #[error("a frame differs in size from the first one: use the frames of one camera")]
     Size,
     /// Nothing changes.
     #[error("nothing changes in the frames: film the panel during `vocc device test`, or look for an LED that follows it")]
@@ -60,13 +60,13 @@ pub enum FilmError {
         contrast: f32,
     },
     /// Many LEDs show the bits of others.
-    #[error("{0} of the LEDs show the light of others, too: focus, go nearer, or expose shorter, and film again")]
+    #[error("{0} of the LEDs show the light of others, too: focus, move closer, or shorten the exposure, and film again")]
     Blurred(usize),
     /// The frames cut off a part of the panel.
-    #[error("the frames cut off a part of the panel: film all of it, and some room around it")]
+    #[error("the frames cut off a part of the panel: film all of it, with a margin")]
     Cut,
     /// The LEDs form no lattice.
-    #[error("{0} LEDs follow the test panels, and form no lattice: go nearer, and hold the camera upright and straight ahead")]
+    #[error("{0} LEDs follow the test panels but do not form a lattice: move closer, and hold the camera upright and straight ahead")]
     NoLattice(usize),
 }
 

@@ -30,7 +30,7 @@ impl Column {
     /// The level for eight random bits, or `None` if they do not decide: see [`Column::settle`].
     #[inline(always)]
     pub fn level(self, chance: u8) -> Option<u8> {
-        // Eight ones or none, because a jump would be mispredicted half of the time.
+        // All ones or all zeros, because a branch would be mispredicted half of the time.
         let mask = u8::from(chance < self.part).wrapping_neg();
         let level = self.other ^ (self.change & mask);
         (chance != self.part).then_some(level)

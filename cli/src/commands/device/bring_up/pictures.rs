@@ -75,7 +75,7 @@ pub fn run(source: &Path, kit: Kit, pixels: PixelArguments, shared: &Shared) -> 
     }
 }
 
-/// Gives each frame's grey and its width to `take`.
+/// Passes each frame's grey and its width to `take`.
 fn each_frame(source: &Path, pixels: PixelArguments, mut take: impl FnMut(&[u8], usize) -> Result<(), FilmError>) -> anyhow::Result<()> {
     let stop = stop();
     if !source.is_dir() {
@@ -123,7 +123,7 @@ fn report(name: &str, findings: &[Finding], is_duty_seen: bool, kit: Kit, shared
     }
     if !shared.json {
         if !is_duty_seen {
-            line(&format!("{name}: duty: not seen; film all of the walk's first two parts"))?;
+            line(&format!("{name}: duty: not seen; film the first two parts of the test completely"))?;
         }
         for finding in findings {
             line(&format!("{name}: {finding}"))?;

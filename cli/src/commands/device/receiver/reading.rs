@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::ask;
 use crate::device::Client;
 
-/// The last reading of the panel; none while none is seen.
+/// The last reading of the panel; `None` while no panel is seen.
 pub fn asked_reading<P: Read + Write>(client: &mut Client<P>, port: &str) -> anyhow::Result<Option<WireReading>> {
     ask(client, port, &Request::Reading, |answer| match answer {
         Answer::Reading(reading) => Some(reading),
@@ -38,7 +38,7 @@ pub fn reading_as_json(reading: Option<&WireReading>) -> Value {
 pub fn reading_in_short(reading: &WireReading) -> String {
     let range = match reading.range_m() {
         Some(range_m) => format!("{range_m:.2} m"),
-        None => format!("{:.1} times the way from LED to LED", reading.range_pitches),
+        None => format!("{:.1} times the distance between LEDs", reading.range_pitches),
     };
     format!(
         "frame {}: {:016x}, {:.3} sure{}, {range} away",

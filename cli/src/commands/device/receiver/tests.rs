@@ -186,7 +186,7 @@ fn readings_are_told() {
         pitch_m: Some(0.06),
         ..reading
     };
-    assert!(reading_in_short(&reading).contains("50.0 times the way from LED to LED"));
+    assert!(reading_in_short(&reading).contains("50.0 times the distance between LEDs"));
     assert!(reading_in_short(&of_size).contains("3.00 m away"));
 }
 
@@ -217,7 +217,7 @@ fn a_rate_is_told_set_and_refused() {
     assert!(rate(Some(13.3)).unwrap_err().contains("at most 13231"));
     for wrong in [0.0, -1.0, 0.0004, f64::NAN, f64::INFINITY, 1e7] {
         let refused = rate(Some(wrong)).unwrap_err();
-        assert!(refused.contains("give 0.001 or more"), "{refused}");
+        assert!(refused.contains("give at least 0.001"), "{refused}");
     }
     assert_eq!(rate(None), Ok(7.5));
 }

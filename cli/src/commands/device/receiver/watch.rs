@@ -29,7 +29,7 @@ pub fn watch(client: Connection, arguments: &Watch, shared: &Shared) -> anyhow::
     let (stop, name) = (stop(), port.name());
     let client = &mut client.receiver().with_context(|| name.clone())?;
     let mut status = asked_status(client, &name)?;
-    let mut news = News::since(&status, &asked_message(client, &name)?);
+    let mut news = MessageLog::since(&status, &asked_message(client, &name)?);
     let mut told = 0;
     while !stop.is_asked() && !output::is_unread() && count.is_none_or(|count| told < count) {
         let due = Instant::now() + arguments.interval();
@@ -76,7 +76,7 @@ fn tell(item: &Item) -> anyhow::Result<()> {
     match item {
         Item::Message(message, missed) => {
             if *missed > 0 {
-                line(&format!("{missed} messages came before the next one, too fast to be told"))?;
+                line(&format!("{missed} messages were missed before the next one: they came too fast"))?;
             }
             line(&format!("message {}: {}", message.count, text(&message.bytes)))
         }
@@ -84,7 +84,7 @@ fn tell(item: &Item) -> anyhow::Result<()> {
     }
 }
 
-/// If the reading was requested, it is printed at each interval, as none while no panel is seen.
+/// A requested reading is printed at each interval; it is null while no panel is seen.
 fn tell_json(status: &Status, item: Option<&Item>, reading: Option<&Option<WireReading>>) -> anyhow::Result<()> {
     let mut values = as_json(status);
     if let Some(reading) = reading {
@@ -114,13 +114,13 @@ pub(super) enum Item {
 }
 
 /// Keeps track of printed messages, by their numbers, and of the last verdict.
-pub(super) struct News {
+pub(super) struct MessageLog {
     count: u32,
     verdict: signing::Verdict,
     uptime_ms: u64,
 }
 
-impl News {
+impl MessageLog {
     /// The state for a receiver whose present message is old.
     pub fn since(status: &Status, message: &Message) -> Self {
         Self {

@@ -39,7 +39,7 @@ impl std::str::FromStr for Fault {
             ("mirror", [None]) => Ok(Self::Mirror),
             ("enable", [None]) => Ok(Self::Enable),
             _ => Err(format!(
-                "{text:?} is no fault: give swap=LED,LED, dead=LED or stuck=LED (0 to 63), dead-row=ROW (0 to 7), late=BITS (1 to 63), \
+                "{text:?} is not a fault: give swap=LED,LED, dead=LED or stuck=LED (0 to 63), dead-row=ROW (0 to 7), late=BITS (1 to 63), \
                  mirror or enable"
             )),
         }

@@ -23,7 +23,7 @@ use crate::outputs;
 use crate::pictures;
 
 /// The destination of the frames.
-pub enum Reel {
+pub enum FrameSink {
     /// A folder with a picture for each frame, as `vocc link --save` writes them.
     Folder {
         /// The folder.
@@ -35,7 +35,7 @@ pub enum Reel {
     Film(BufWriter<Pipe>),
 }
 
-impl Reel {
+impl FrameSink {
     /// A folder without frames.
     pub fn folder(path: &Path) -> anyhow::Result<Self> {
         std::fs::create_dir_all(path).with_context(|| format!("cannot make the folder {}", path.display()))?;
@@ -56,7 +56,7 @@ impl Reel {
 
 /// A camera before the board.
 pub struct Camera {
-    reel: Reel,
+    reel: FrameSink,
     scene: Scene,
     seed: u64,
     full_cd_m2: f64,
@@ -71,7 +71,7 @@ pub struct Camera {
 
 impl Camera {
     /// A camera that starts with the board. The board drives the scene's panel, and the scene determines the light.
-    pub fn new(scene: &Scene, reel: Reel, seed: u64) -> anyhow::Result<Self> {
+    pub fn new(scene: &Scene, reel: FrameSink, seed: u64) -> anyhow::Result<Self> {
         let mut scene = scene.clone();
         scene.link.symbol_rate_hz = SymbolRate::DEFAULT.hz();
         scene.link.carrier_cycles = None;
@@ -92,7 +92,7 @@ impl Camera {
             frame: 0,
         };
         let rate = (camera.scene.camera.frame_rate_hz * 1000.0).round();
-        if let Reel::Film(film) = &mut camera.reel {
+        if let FrameSink::Film(film) = &mut camera.reel {
             let (width, height) = (sensor.width, sensor.height);
             writeln!(film, "YUV4MPEG2 W{width} H{height} F{rate}:1000 Ip A1:1 Cmono")?;
         }
@@ -186,11 +186,11 @@ impl Camera {
     fn keep(&mut self) -> anyhow::Result<()> {
         let sensor = self.renderer.sensor();
         match &mut self.reel {
-            Reel::Folder { path, .. } => {
+            FrameSink::Folder { path, .. } => {
                 let path = outputs::frame_in(path, self.frame);
                 pictures::write_png(&path, &self.grey, sensor.width, sensor.height)
             }
-            Reel::Film(film) => {
+            FrameSink::Film(film) => {
                 film.write_all(b"FRAME\n")?;
                 film.write_all(&self.grey)?;
                 Ok(film.flush()?)

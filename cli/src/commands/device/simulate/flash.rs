@@ -1,4 +1,4 @@
-//! The flash memory of the simulated board: the last 64 KiB of a Pico's, in a file, or only in RAM.
+//! The flash memory of the simulated board, in a file or only in RAM: the last 64 KiB of a Pico's.
 
 use std::fs::File;
 use std::io::Read;
@@ -49,7 +49,7 @@ impl Flash {
         let is_file = files::check(path)?;
         ensure!(
             is_file,
-            "{} is a device or a pipe: name a file for the flash memory",
+            "{} is a device or a pipe: give a file for the flash memory",
             path.display()
         );
         let mut flash = Self::forgetful();
@@ -89,7 +89,7 @@ fn read(path: &Path) -> anyhow::Result<Vec<u8>> {
         .with_context(|| format!("cannot read {}", path.display()))?;
     let refused = || {
         format!(
-            "{} is no flash memory of a board ({FLASH_BYTES} bytes with a store in them): name another file, or one that is not there yet",
+            "{} is not a board's flash memory ({FLASH_BYTES} bytes that contain a store): give another file, or one that does not exist",
             path.display()
         )
     };
@@ -110,7 +110,7 @@ impl LockedFile {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         let lock = outputs::lock(file, || {
             format!(
-                "{} is the flash memory of another board that runs: end that, or name another file",
+                "{} is in use by another simulated board: end that board, or give another file",
                 path.display()
             )
         })?;
@@ -128,7 +128,7 @@ impl LockedFile {
     }
 }
 
-/// The memory was used wrongly, or its file cannot be written.
+/// The memory was accessed incorrectly, or its file cannot be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Failure(NorFlashErrorKind);
 
@@ -208,7 +208,7 @@ mod tests {
         let mut first = store(Flash::in_file(&path).expect("made"));
         assert_eq!(first.table(), Ok(None));
         let second = Flash::in_file(&path).expect_err("held").to_string();
-        assert!(second.contains("another board"), "{second}");
+        assert!(second.contains("another simulated board"), "{second}");
         first.save_table(&L2aTable::shipped()).expect("saved");
         // The file was replaced, and is still locked.
         assert!(Flash::in_file(&path).is_err());
@@ -224,7 +224,7 @@ mod tests {
             let path = folder.path().join("mine");
             std::fs::write(&path, &bytes).expect("written");
             let refusal = Flash::in_file(&path).expect_err("refused").to_string();
-            assert!(refusal.contains("no flash memory"), "{refusal}");
+            assert!(refusal.contains("not a board's flash memory"), "{refusal}");
             assert_eq!(std::fs::read(&path).expect("there"), bytes);
         }
     }

@@ -27,7 +27,7 @@ use crate::stop::stop;
 
 use board::Board;
 use fault::Fault;
-use film::{Camera, Reel};
+use film::{Camera, FrameSink};
 use flash::Flash;
 use light_sensor::LightSensor;
 use orders::{Input, Order, Orders};
@@ -42,33 +42,33 @@ const PATIENCE: Duration = Duration::from_millis(4);
 /// Arguments of `vocc device simulate`.
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A preset or a TOML file: the light on the board, and the camera that films it.
+    /// A preset or a TOML file, with the light on the board and the camera that films it.
     #[arg(default_value = "day")]
     scene: OsString,
     /// The light, 0.1 to 200000 lx. Default: the scene's. `light LX` on standard input changes it.
     #[arg(long, value_name = "LX", value_parser = orders::illuminance)]
     light_lx: Option<f64>,
-    /// The file of the flash memory, so that a table survives. It is created if there is none.
+    /// Keep the flash memory in this file, so that a table survives a restart. It is created if it does not exist.
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
-    /// Another name for the port, a link that is removed at the end.
+    /// Create a link with this name to the port, and remove it at the end.
     #[arg(long, value_name = "PATH")]
     link: Option<PathBuf>,
-    /// Write a line for each symbol: its bits as `transmit` prints them, and the share of full light of an On LED. `-` and pipes get it at
-    /// once, a file at the end.
+    /// Write a line for each symbol: its bits as `transmit` prints them, and the light of an On LED as a share of full light. `-` and pipes
+    /// get it immediately, a file at the end.
     #[arg(long, value_name = "FILE")]
     symbols: Option<PathBuf>,
-    /// Save the frames of the scene's camera in this folder, for `vocc receive`. The board runs slower if that takes long.
+    /// Save the frames of the scene's camera in this folder, for `vocc receive`. The board's clock waits for the frames.
     #[arg(long, value_name = "DIR")]
     frames: Option<PathBuf>,
-    /// The same as a y4m film to a pipe, such as `>(vocc receive -)`.
+    /// Write the same frames as a y4m film to a pipe, such as `>(vocc receive -)`.
     #[arg(long, value_name = "PIPE", conflicts_with = "frames")]
     film: Option<PathBuf>,
-    /// Plant a fault of the wires, for `vocc device test`: swap=LED,LED, dead=LED, stuck=LED, dead-row=ROW, late=BITS, mirror or enable.
+    /// Simulate a wiring fault, for `vocc device test`: swap=LED,LED, dead=LED, stuck=LED, dead-row=ROW, late=BITS, mirror or enable.
     /// May be repeated; LED 8·row + column.
     #[arg(long, value_name = "FAULT")]
     fault: Vec<Fault>,
-    /// Frames to film, and then to end, whether or not standard input has ended.
+    /// Stop after this many frames, whether or not standard input has ended.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
 }
@@ -110,7 +110,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     )?;
     anyhow::ensure!(
         arguments.count.is_none() || arguments.frames.is_some() || arguments.film.is_some(),
-        "--count counts frames: say where they go with --frames or --film"
+        "--count counts frames: give their destination with --frames or --film"
     );
     let flash = match &arguments.flash {
         Some(path) => Flash::in_file(path)?,
@@ -120,8 +120,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let stop = stop();
     let mut symbol_log = arguments.symbols.as_deref().map(SymbolLog::to).transpose()?;
     let reel = match (&arguments.frames, &arguments.film) {
-        (Some(folder), _) => Some(Reel::folder(folder)?),
-        (None, Some(pipe)) => Some(Reel::pipe(pipe)?),
+        (Some(folder), _) => Some(FrameSink::folder(folder)?),
+        (None, Some(pipe)) => Some(FrameSink::pipe(pipe)?),
         (None, None) => None,
     };
     let camera = reel.map(|reel| Camera::new(&scene, reel, shared.seed));

@@ -37,7 +37,7 @@ pub enum Order {
 pub enum Input {
     /// A line.
     Line(String),
-    /// Nothing yet.
+    /// No input yet.
     Nothing,
     /// The end of the input.
     End,
@@ -55,7 +55,7 @@ impl std::str::FromStr for Order {
             ["sensor", "stuck"] => Ok(Self::Sensor(Health::Stuck)),
             ["restart"] => Ok(Self::Restart),
             _ => Err(format!(
-                "{line:?} says nothing here: say `light 5000` (lx), `sensor works`, `sensor missing`, `sensor stuck` or `restart`"
+                "{line:?} is not a command: give `light 5000` (lx), `sensor works`, `sensor missing`, `sensor stuck` or `restart`"
             )),
         }
     }
@@ -66,7 +66,7 @@ pub fn illuminance(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(lux) if ILLUMINANCE_LX.contains(&lux) => Ok(lux),
         _ => Err(format!(
-            "{text:?} is no light: give {} to {} lx",
+            "{text:?} is not light: give {} to {} lx",
             ILLUMINANCE_LX.start(),
             ILLUMINANCE_LX.end()
         )),

@@ -11,7 +11,7 @@ use super::board::Symbol;
 use crate::files::{self, Growing, Pipe};
 use crate::output;
 
-/// Where it is written.
+/// The destination of the log.
 pub enum SymbolLog {
     /// On standard output, at once.
     Output,
@@ -35,7 +35,7 @@ impl SymbolLog {
         Ok(Self::Pipe(Pipe(pipe)))
     }
 
-    /// Writes one symbol: its bits and the part of its full light that an On LED gives; as JSON the cycles of its carrier, too, if it has
+    /// Writes one symbol: its bits and the light of an On LED as a share of full light. JSON also has the cycles of its carrier, if it has
     /// one.
     pub fn write(&mut self, symbol: &Symbol, as_json: bool) -> anyhow::Result<()> {
         let Symbol { at, panel, light, timing } = symbol;
@@ -56,7 +56,7 @@ impl SymbolLog {
         }
     }
 
-    /// Ends, and puts a file into its place.
+    /// Ends the log, and renames a file into place.
     pub fn finish(self) -> anyhow::Result<()> {
         let Self::File(path, file) = self else { return Ok(()) };
         let growing = file.into_inner().map_err(IntoInnerError::into_error);

@@ -47,7 +47,7 @@ impl Terminal {
         &self.name
     }
 
-    /// The received bytes; none if there are none within `patience`.
+    /// The received bytes; empty if none arrive within `patience`.
     pub fn read<'a>(&mut self, patience: Duration, bytes: &'a mut [u8]) -> anyhow::Result<&'a [u8]> {
         let patience = Timespec::try_from(patience)?;
         let mut waited = [PollFd::new(&self.board, PollFlags::IN)];
@@ -93,7 +93,7 @@ impl Link {
                 to: to.into(),
             }),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-                bail!("{} is there already: remove it, or give the link another name", path.display())
+                bail!("{} exists: remove it, or give the link another name", path.display())
             }
             Err(error) => Err(error).with_context(|| format!("cannot make the link {}", path.display())),
         }

@@ -1,6 +1,6 @@
 //! Each message is printed once, with a simulated receiver whose messages change from one status to the next.
 
-use super::super::watch::{Item, News};
+use super::super::watch::{Item, MessageLog};
 use super::*;
 use link::serial::{FrameReader, Hello, Kind, encode, wire_length};
 use link::signing::Verdict;
@@ -109,7 +109,7 @@ fn told(moments: &[Moment], between: Option<Moment>) -> Vec<Option<(String, u32)
     };
     let mut client = Client::greet(port, Duration::from_secs(1), 5).unwrap();
     let mut status = asked_status(&mut client, "p").unwrap();
-    let mut news = News::since(&status, &asked_message(&mut client, "p").unwrap());
+    let mut news = MessageLog::since(&status, &asked_message(&mut client, "p").unwrap());
     let mut told = Vec::new();
     for moment in 0..moments.len() {
         if moment > 0 {
