@@ -398,7 +398,7 @@ mod tests {
         let mut receiving = Film::new((64, 48), None, None, None, Trust::default()).unwrap();
         for number in 0..5 {
             let told = receiving.take(number, 0.0, Format::Grey, &[90; 64 * 48]).unwrap();
-            assert!(told["why"].is_string());
+            assert!(told["panels"][0]["why"].is_string());
         }
         let end = receiving.end().unwrap();
         assert_eq!(end["read"], 0);
