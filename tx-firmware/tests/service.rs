@@ -59,7 +59,7 @@ fn program_hash(bench: &mut Bench) -> Result<ProgramHash, Refusal> {
 fn it_says_which_program_it_runs() {
     // Of one block, of a block and a part of one, of whole blocks.
     for length in [1, 64, 1000, 1024] {
-        let program: Vec<u8> = (0..length).map(|at: u32| (at * at >> 3) as u8).collect();
+        let program: Vec<u8> = (0..length).map(|at: u32| ((at * at) >> 3) as u8).collect();
         let board_with = |program: &[u8]| {
             let mut flash = Flash::new();
             flash.bytes[8192..8192 + program.len()].copy_from_slice(program);
