@@ -271,7 +271,7 @@ fn rare_rate(found: &Summary) -> String {
         let [low, high] = found.ber_95;
         return format!("{:.3e} (95 %: {low:.3e} to {high:.3e})", found.ber);
     }
-    format!("unknown: no swarm of {} frames reached an error; give more --frames", found.frames)
+    format!("unknown: no swarm reached an error in {} frames; give more --frames", found.frames)
 }
 
 /// Prints the panels with errors, and what a genie's rate bounds.

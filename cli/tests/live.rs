@@ -33,7 +33,7 @@ fn said(path: &Path) -> String {
 fn what_is_no_live_source_is_named() {
     refused(&["receive", "/dev/video99"], &["there is no camera /dev/video99: "]);
     refused(&["receive", "--live", "v4l2:/dev/nothing"], &["there is no camera /dev/nothing: "]);
-    refused(&["receive", "--live", "frames"], &["frames is not live: name a camera"]);
+    refused(&["receive", "--live", "frames"], &["frames is not live: give a camera"]);
     refused(&["receive", "--live", "a.mp4", "b.mp4"], &["--live is for one source"]);
     refused(&["receive", "--live", "road.mp4"], &["cannot read road.mp4"]);
 }
@@ -52,13 +52,13 @@ fn an_option_that_the_source_has_no_use_for_is_refused() {
         (
             &["film.mp4"][..],
             &ffmpeg[..],
-            "--ffmpeg is for a live source that ffmpeg decodes, and film.mp4 is none",
+            "--ffmpeg is for live sources that ffmpeg decodes, and film.mp4 is not one",
         ),
-        (&["frame.png"], &ffmpeg, "and frame.png is none"),
-        (&["-"], &ffmpeg, "and standard input is none"),
-        (&["--live", "-"], &ffmpeg, "and standard input is none"),
-        (&["camera.y4m"], &ffmpeg, "and camera.y4m is none"),
-        (&["camera", "--raw", "8x8"], &ffmpeg, "and camera is none"),
+        (&["frame.png"], &ffmpeg, "and frame.png is not one"),
+        (&["-"], &ffmpeg, "and standard input is not one"),
+        (&["--live", "-"], &ffmpeg, "and standard input is not one"),
+        (&["camera.y4m"], &ffmpeg, "and camera.y4m is not one"),
+        (&["camera", "--raw", "8x8"], &ffmpeg, "and camera is not one"),
         (
             &["udp://127.0.0.1:5000"],
             &recorded,
@@ -67,7 +67,7 @@ fn an_option_that_the_source_has_no_use_for_is_refused() {
         (
             &["--live", "film.mp4"],
             &recorded,
-            "live source film.mp4 has a time of its own: omit --start",
+            "live source film.mp4 has its own time: omit --start",
         ),
         (&["camera.y4m"], &recorded, "omit --start"),
         (
@@ -180,7 +180,7 @@ fn a_source_that_goes_away_is_waited_for() {
         .lines()
         .map(|line| line.expect("text"));
     let mut says = |word: &str| told.any(|line| line.contains(word));
-    for word in ["udp://127.0.0.1:5000 is gone: it is waited for", "is back after", "is gone"] {
+    for word in ["udp://127.0.0.1:5000 is gone: waiting for it", "is back after", "is gone"] {
         assert!(says(word), "{word}");
     }
     signal("-INT", receive.id());
@@ -226,7 +226,7 @@ fn messages_come_after_each_return_of_a_source() {
     let (_, told) = received_again(&place, &["--live", address, "--json"], &messages, |run| {
         place.mark(&format!("over-{run}"));
     });
-    for word in ["is gone: it is waited for", "is back after"] {
+    for word in ["is gone: waiting for it", "is back after"] {
         assert_eq!(told.matches(&format!("{address} {word}")).count(), 2, "{told}");
     }
 }
@@ -242,7 +242,7 @@ fn a_camera_that_vanishes_and_one_that_falls_silent_are_received_again() {
         if run == 1 {
             std::fs::remove_file(place.0.join("camera")).expect("a device");
             place.mark("over-1");
-            wait_for(|| said(&place.0.join("said")).contains("camera is gone: it").then_some(()));
+            wait_for(|| said(&place.0.join("said")).contains("camera is gone: waiting").then_some(()));
             // The device is looked for each second, and ffmpeg is not run without it.
             std::thread::sleep(Duration::from_millis(2500));
             let runs = std::fs::read_to_string(place.0.join("runs")).expect("arguments");
@@ -253,10 +253,7 @@ fn a_camera_that_vanishes_and_one_that_falls_silent_are_received_again() {
             place.mark("over-2");
         }
     });
-    assert!(
-        told.contains("camera is gone (nothing has come for 10 s): it is waited for"),
-        "{told}"
-    );
+    assert!(told.contains("camera is gone (no data for 10 s): waiting for it"), "{told}");
     assert_eq!(told.matches("camera is back after").count(), 2, "{told}");
     let runs = std::fs::read_to_string(place.0.join("runs")).expect("arguments");
     assert_eq!(runs.matches("-framerate 100 -f v4l2 -ts abs -i camera ").count(), 3, "{runs}");
@@ -297,7 +294,7 @@ fn frames_that_come_faster_than_they_are_read_are_dropped_and_counted() {
         assert!(received.status.code().is_some_and(|code| code < 2), "{received:?}");
         let [frames, dropped] = if format.is_empty() {
             let said = text(&received.stderr);
-            let sentence = " of 80 frames were dropped, as newer ones had come";
+            let sentence = " of 80 frames were dropped, because newer ones had arrived";
             let (before, _) = said.split_once(sentence).expect("a sentence");
             let dropped = before.lines().next_back().expect("a number").parse().expect("a number");
             [80 - dropped, dropped]

@@ -53,7 +53,7 @@ pub enum KeyError {
     #[error("the secret key is all zeros: make one of random bytes")]
     Zeros,
     /// A public key that is not on the curve, or for which anyone could sign.
-    #[error("the public key is none of Ed25519, or a weak one: take it from whoever owns the key anew")]
+    #[error("the public key is not an Ed25519 key, or is a weak one: get it again from its owner")]
     Public,
 }
 

@@ -44,9 +44,15 @@ function noteOf({ first_frame: first, last_frame: last, corrected_bits: correcte
 /** @param {any} proof @returns {HTMLElement[]} What is known of the signer, if anything. */
 function verdictOn({ verdict, signer, signer_name: name, counter }) {
   if (!verdict) return [];
-  const by = signer ? ` by ${name ? `${name} (${signer})` : signer}` : "";
-  const checked = verdict === "unchecked" ? `, not checked, counter ${counter}` : `${signer ? `, counter ${counter}` : ""}: ${verdict}`;
-  return [make("small", { className: `verdict ${verdict}`, textContent: `${signer ? "signed" : "signature"}${by}${checked}` })];
+  const whom = name ? `${name} (${signer})` : signer;
+  /** @type {Record<string, string>} */
+  const words = {
+    unchecked: `signed by ${whom}, not checked, counter ${counter}`,
+    unknown: `names the key ${whom}, which is not trusted, counter ${counter}: unknown`,
+    forged: `${whom} has not signed this, counter ${counter}: forged`,
+  };
+  const checked = signer ? `signed by ${whom}, counter ${counter}: ${verdict}` : `signature: ${verdict}`;
+  return [make("small", { className: `verdict ${verdict}`, textContent: words[verdict] ?? checked })];
 }
 
 /** Drops the message that was not received for the longest time. */

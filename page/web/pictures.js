@@ -37,7 +37,7 @@ function refuseBig(file) {
 /** @param {File} file A file that the browser decodes. @param {number} number @returns {Promise<Shot & {width: number, height: number}>} */
 async function unpacked(file, number) {
   const bitmap = await createImageBitmap(file, { colorSpaceConversion: "none", premultiplyAlpha: "none" }).catch(() => {
-    throw new Error(`“${file.name}” is no whole PNG, JPEG or PGM, nor another picture that this browser reads`);
+    throw new Error(`“${file.name}” is not a whole PNG, JPEG or PGM, nor another picture that this browser reads`);
   });
   try {
     const { width, height } = bitmap;

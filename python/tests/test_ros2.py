@@ -318,7 +318,7 @@ def test_silence_and_latency_are_by_the_node_s_clock() -> None:
     assert receiver.silence() == []
     now.ns += 1_500_000_000
     [report] = of_topic(checked(receiver.silence()), "/diagnostics")
-    assert (report.status[0].level, report.status[0].message, report.header.frame_id) == (2, "no frame has come for 3 s", "front")
+    assert (report.status[0].level, report.status[0].message, report.header.frame_id) == (2, "no frame for 3 s", "front")
 
 
 def test_images_are_numbered_by_their_stamps() -> None:

@@ -2,7 +2,7 @@
 //!
 //! A panel is read in pixels; the camera's [focal length](Lens) and the [panel's size](PanelSize) convert these to metres and angles. Each
 //! number has the covariance due to the pixels' noise, so that a driving function can rely on it; a [`PoseError`] gives the reason if there
-//! is not a pose.
+//! is no pose.
 //!
 //! 1. **The image of the panel's plane**, eight numbers, is fitted to the pixels together with light, blur, noise and unequal LEDs, by
 //!    maximum likelihood, and their Fisher information with it (`pose/image_fit.rs`).

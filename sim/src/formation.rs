@@ -51,7 +51,7 @@ pub struct Formation {
     pub distortion_k1: f64,
     /// The air before each panel, its veil as a linear value.
     pub air: Vec<Air>,
-    /// The air before the background.
+    /// The air before the background, its veil as a linear value.
     pub background_air: Air,
     /// The linear value of each panel's board, without the air before it; `None`: no board is drawn.
     pub boards: Vec<Option<f64>>,

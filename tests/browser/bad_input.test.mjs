@@ -64,7 +64,7 @@ test("files that are none", async (t) => {
     [made("head.y4m", "YUV4MPEG2 W999999 H5\nFRAME\n"), /999999 × 5 pixels, and at most 8192 × 8192/],
     [made("mess.y4m", "nothing of the kind"), /does not begin as/],
     [made("empty.y4m", ""), /is empty|no frame|does not begin as/],
-    [made("mess.png", "nothing of the kind"), /no whole PNG, JPEG or PGM/],
+    [made("mess.png", "nothing of the kind"), /not a whole PNG, JPEG or PGM/],
     [made("huge.pgm", "P5 20000 9 255\n"), /1 × 1 to 8192 × 8192/],
     [made("mess.webm", "nothing of the kind"), /does not play|cannot be played|no film/],
     [made("grey.pgm", `P5 64 48 255\n${"a".repeat(64 * 48)}`), /nothing stands out/],

@@ -78,6 +78,8 @@ test("view: a film is shown as it is printed", async (t) => {
   assert.equal(await page.locator("#texts img").count(), 0);
   assert.match(await page.textContent("#texts .verdict"), /^signed by truck 12 \([0-9a-f]+\), counter 7: proven$/);
   assert.equal(await page.isVisible("#unchecked"), false);
+  const forged = await page.evaluate(() => verdictOn({ verdict: "forged", signer: "1a2b3c4d", signer_name: "truck", counter: 7 })[0].textContent);
+  assert.equal(forged, "truck (1a2b3c4d) has not signed this, counter 7: forged");
   assert.equal(await page.textContent("#alert"), "");
   await textOf(page, "#learnt", /Blur, px\d/);
   for (const width of [400, 1280]) {
@@ -118,7 +120,7 @@ test("view: a live source shows its latency, and is waited for", { timeout: PATI
   await textOf(page, "#texts p", /frames \d+ to \d+, \d+ bits? corrected, latency [\d.]+\s(µs|ms|s)/);
   assert.equal(await page.textContent("#texts p bdi"), TEXT);
   source.end();
-  await textOf(page, "#remarks", /camera is gone: it is waited for/);
+  await textOf(page, "#remarks", /camera is gone: waiting for it/);
   source = camera();
   source.write(frames[0]);
   await textOf(page, "#remarks", /camera is back after [\d.]+ s/);

@@ -204,7 +204,7 @@ impl<M: LedMatrix> Transmitter<M> {
         self.schedule.stop();
     }
 
-    /// Shows `panel` instead of messages for `time_ms`, with `share`/255 of their duty, and then continues with them;
+    /// Shows `panel` instead of messages for `time_ms`, with `share`/255 of their duty, and then continues with them where they stopped;
     /// 0 ms ends that at once. Panels are still meanwhile, whatever the timing; if messages have a carrier, the test has `share`/255 of
     /// 32/44 of their duty, because panels that are already prepared are still, too. A panel of at most
     /// [`TEST_LEDS_MAX`](link::serial::TEST_LEDS_MAX) LEDs is within all limits of messages.

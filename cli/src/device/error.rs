@@ -83,8 +83,8 @@ pub enum DeviceError {
     },
     /// The board is a receiver, and the command is for transmitters.
     #[error(
-        "{board} is a receiver, and this is for transmitters: receivers know `vocc device status`, `watch`, `snapshot` and `rate`; \
-         is this the port?"
+        "{board} is a receiver, and this command is for transmitters: receivers know `vocc device status`, `watch`, `snapshot` and `rate`; \
+         check the port"
     )]
     IsReceiver {
         /// Board name.

@@ -43,7 +43,7 @@ fn other_readings(document: &mut Document, claims: &[Claim], readings: &[Reading
     document.heading("The same under other readings");
     document.text(
         "Where the paper contradicts itself or is silent, each reading is a few scene keys. \"yes\": the claim holds; \"no\": it fails; \
-         \"open\": the interval includes both; with the number that decides. A tenth of the frames, fewer points.",
+         \"open\": the interval does not decide; with the number that decides. A tenth of the frames, fewer points.",
     );
     readings_table(document, claims, readings);
     document.list(INTERPRETATIONS.iter().map(|reading| {

@@ -109,7 +109,7 @@ pub enum Request<'a> {
     /// Erases every trace of the key: messages sent from now on are not signed. Answered by [`Answer::Key`](super::Answer::Key). Added
     /// later: an older transmitter refuses it as unknown.
     EraseKey,
-    /// Shows this panel instead of messages, no brighter than they are; they continue after it. Meanwhile the light sensor
+    /// Shows this panel instead of messages, no brighter than they are; they continue after it where they stopped. Meanwhile the light sensor
     /// is read in its two ranges alternately. Answered by [`Answer::Done`](super::Answer::Done). Added later: an older transmitter refuses
     /// it as unknown.
     TestPanel {

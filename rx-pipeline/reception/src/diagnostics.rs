@@ -394,7 +394,7 @@ mod tests {
             let report = diagnostics.report_silence(Duration::from_millis(ms));
             report.map(|report| (levels(&report), report[0].message.clone()))
         };
-        let error = |seconds: u64| Some((vec![Level::Error], format!("no frame has come for {seconds} s")));
+        let error = |seconds: u64| Some((vec![Level::Error], format!("no frame for {seconds} s")));
         for (ms, expected) in [(2_999, None), (3_000, error(3)), (3_990, None), (4_010, error(4))] {
             assert_eq!(silent(&mut diagnostics, ms), expected);
         }

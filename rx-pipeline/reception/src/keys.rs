@@ -35,7 +35,10 @@ pub enum KeyFileError {
     #[error("{} holds no key: add some with `vocc keys show KEY.toml >> keys.toml`", .0.display())]
     Empty(PathBuf),
     /// Other users of this computer can sign too.
-    #[error("{} can be read by other users, who could sign with it: `chmod 600` it, and if they may have read it, make a new key", .0.display())]
+    #[error(
+        "{} can be read by other users, who could sign with it: `chmod 600` it, and if they may have read it, make a new key",
+        .0.display()
+    )]
     Open(PathBuf),
     /// The digits are not a key.
     #[error(
@@ -81,7 +84,7 @@ pub enum KeyFileError {
     Name(String),
     /// The counters file is unreadable.
     #[error(
-        "{} holds no counters such as `vocc receive --counters` writes: name another file, or remove it, and films shown again will not \
+        "{} holds no counters such as `vocc receive --counters` writes: give another file, or remove it, and films shown again will not \
          be noticed until it has grown",
         .0.display()
     )]

@@ -11,7 +11,7 @@ use super::picture::Picture;
 use super::range::range_pitches;
 use super::service::{Received, Service, State};
 use super::text::{self, PrintedState};
-use super::trust::Trust;
+use super::trust::{Trust, TrustError};
 use super::{Board, Machine};
 use crate::corners::Corners;
 use crate::frame::Frame;
@@ -83,6 +83,8 @@ pub struct Application<F> {
     /// The transmitted size of the panel.
     size: Option<PanelSize>,
     trust: Trust,
+    /// Why the list of trusted keys is unusable, if it is.
+    unusable_keys: Option<TrustError>,
     counters: Counters,
     frame_us: u32,
     longest_us: u32,
@@ -133,6 +135,7 @@ impl<F: Follow> Application<F> {
             sighting: None,
             size: None,
             trust: Trust::default(),
+            unusable_keys: None,
             counters: Counters::default(),
             frame_us: 0,
             longest_us: 0,
@@ -167,9 +170,11 @@ impl<F: Follow> Application<F> {
         &self.message.bytes
     }
 
-    /// Verifies signed messages by these keys from now on. At first there are none, and signatures are reported without being checked.
-    pub fn trust(&mut self, trust: Trust) {
-        self.trust = trust;
+    /// Verifies signed messages by these keys from now on. At first there are none, and signatures are reported without being checked; so
+    /// they are with an unusable list, which is a fault from the start on.
+    pub fn trust(&mut self, keys: Result<Trust, TrustError>) {
+        self.unusable_keys = keys.as_ref().err().copied();
+        self.trust = keys.unwrap_or_default();
     }
 
     /// Sets the camera up; reports a fault if that fails.
@@ -199,8 +204,9 @@ impl<F: Follow> Application<F> {
         started
     }
 
-    /// Sets or clears the current fault.
+    /// Sets or clears the current fault. Without another one, unusable keys remain.
     fn have(&mut self, fault: Option<Fault>, now_us: u64) {
+        let fault = fault.or(self.unusable_keys.map(Fault::Keys));
         if self.fault() != fault {
             let since_ms = now_us / 1000;
             self.trouble = fault.map(|fault| Trouble { fault, since_ms });

@@ -1,5 +1,6 @@
 //! The messages between a computer and a standalone receiver.
 
+use super::trust::TrustError;
 use crate::hm01b0::{CameraError, Exposure};
 use link::framing::MESSAGE_MAX;
 use link::panel::SIDE;
@@ -112,6 +113,9 @@ pub enum Fault {
     /// All of the camera's frames have lacked lines for a second.
     #[error("the camera's frames are cut short, none was whole for a second: look at PCLK, HREF and VSYNC, and keep their wires short")]
     NoWholeFrames,
+    /// The list of trusted keys is unusable, and lasts until another program is flashed.
+    #[error("no message is verified, because the program was built with a wrong list of trusted keys (VOCC_TRUST): {0}")]
+    Keys(#[from] TrustError),
 }
 
 /// A current fault.

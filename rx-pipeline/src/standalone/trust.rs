@@ -1,39 +1,47 @@
 //! The public keys that a receiver trusts.
 
 use link::framing::Signed;
-use link::signing::{KEY_BYTES, KeyError, PublicKey, TrustedKey, Verdict, verdict};
+use link::signing::{KEY_BYTES, PublicKey, TrustedKey, Verdict, verdict};
+use serde::{Deserialize, Serialize};
 
 /// The most trusted keys.
 pub const KEYS_MAX: usize = 16;
 
-/// Why a text is no list of public keys.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+/// Why a text is not a list of public keys.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum TrustError {
+    /// The text has no key.
+    #[error("there is no key: take the lines that `vocc keys show` prints")]
+    Empty,
     /// A line of another kind.
-    #[error("line {line} is none of `[[key]]`, `name = …` and `public = …`: take the lines that `vocc keys show` prints")]
+    #[error("line {line} is not `[[key]]`, `name = …` or `public = …`: take the lines that `vocc keys show` prints")]
     Line {
         /// Its number, from 1.
-        line: usize,
+        line: u16,
     },
-    /// The digits are no key.
+    /// The digits are not a key.
     #[error("line {line}: the key is not {} hexadecimal digits in quotes: take the line that `vocc keys show` prints", 2 * KEY_BYTES)]
     Digits {
         /// The line's number, from 1.
-        line: usize,
+        line: u16,
     },
-    /// The digits are no valid key.
-    #[error("line {line}: {why}")]
+    /// The digits are not a valid key.
+    #[error("line {line}: the key is not an Ed25519 public key, or is a weak one: get it again from its owner")]
     Key {
         /// The line's number, from 1.
-        line: usize,
-        /// The reason.
-        why: KeyError,
+        line: u16,
+    },
+    /// Two keys have the same name.
+    #[error("line {line}: a key above has the same first four bytes, by which messages name it: leave one of the two out")]
+    SameId {
+        /// The line's number, from 1.
+        line: u16,
     },
     /// Too many keys.
     #[error("line {line}: there are more than {KEYS_MAX} keys: leave some out")]
     TooMany {
         /// The number of the line with the first key too many, from 1.
-        line: usize,
+        line: u16,
     },
 }
 
@@ -42,7 +50,7 @@ pub enum TrustError {
 pub struct Trust(heapless::Vec<TrustedKey, KEYS_MAX>);
 
 impl Trust {
-    /// The keys in a text that `vocc keys show` has printed; none if it is empty.
+    /// The keys in a text that `vocc keys show` has printed.
     ///
     /// # Errors
     /// [`TrustError`] names the first line that cannot be used.
@@ -55,14 +63,17 @@ impl Trust {
                 comment if comment.starts_with('#') => {}
                 "public" => {
                     let bytes = bytes(value.trim()).ok_or(TrustError::Digits { line })?;
-                    let key = PublicKey::from_bytes(bytes).map_err(|why| TrustError::Key { line, why })?;
+                    let key = PublicKey::from_bytes(bytes).map_err(|_| TrustError::Key { line })?;
+                    if trust.0.iter().any(|other| other.key().id() == key.id()) {
+                        return Err(TrustError::SameId { line });
+                    }
                     let key = TrustedKey::new(key, None);
                     trust.0.push(key).map_err(|_| TrustError::TooMany { line })?;
                 }
                 _ => return Err(TrustError::Line { line }),
             }
         }
-        Ok(trust)
+        if trust.is_empty() { Err(TrustError::Empty) } else { Ok(trust) }
     }
 
     /// Whether there are no keys: nothing is checked.
@@ -115,7 +126,6 @@ mod tests {
 
     #[test]
     fn the_lines_of_keys_are_read() {
-        assert!(Trust::parse("").unwrap().is_empty());
         let trust = Trust::parse(&format!("{}\n{}", lines(1), lines(2))).unwrap();
         let keys = [1, 2].map(|seed| TrustedKey::new(SecretKey::from_seed([seed; 32]).unwrap().public(), None));
         assert_eq!(trust.0, keys);
@@ -136,13 +146,11 @@ mod tests {
             assert!(matches!(told, TrustError::Digits { line: 1 | 4 }), "{wrong}: {told}");
         }
         let weak = format!("public = \"01{}\"", "00".repeat(31));
-        assert_eq!(
-            why(&weak),
-            TrustError::Key {
-                line: 1,
-                why: KeyError::Public
-            }
-        );
+        assert_eq!(why(&weak), TrustError::Key { line: 1 });
+        assert_eq!(why(&format!("{whole}{whole}")), TrustError::SameId { line: 8 });
+        for empty in ["", "[[key]]\nname = \"truck\"\n"] {
+            assert_eq!(why(empty), TrustError::Empty);
+        }
         let many: String = (1..=17).map(lines).collect();
         assert_eq!(why(&many), TrustError::TooMany { line: 4 * 17 });
     }

@@ -35,7 +35,7 @@ pub struct View {
     pub panels: Vec<PanelView>,
     /// The air before each panel, its veil as a linear value.
     pub air: Vec<Air>,
-    /// The air before the background.
+    /// The air before the background, its veil as a linear value.
     pub background_air: Air,
     /// Linear value of the plain background, without the air before it.
     pub background: f64,

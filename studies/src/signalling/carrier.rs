@@ -1,4 +1,4 @@
-//! Searches a carrier without visible flicker that a camera can read.
+//! Searches for a carrier without visible flicker that a camera can read.
 //!
 //! At f Hz, an exposure of T holds φ = f·T cycles. Whole cycles show nothing, so that the contrast is at most d/φ with the distance d of φ
 //! from the nearest whole number. It is that on a share 1 − 2·d of all phases, and falls linearly to 0 on the others: the mean of |c| is

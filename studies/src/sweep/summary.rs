@@ -32,19 +32,19 @@ pub struct Summary {
     pub ber_95: [f64; 2],
     /// The bit error rate of the frames that show one symbol; `None` if that is not known of each frame, or with rare events.
     pub ber_one_symbol: Option<f64>,
-    /// Its 95 % interval.
+    /// Its 95 % interval; `None` in the same cases.
     pub ber_one_symbol_95: Option<[f64; 2]>,
-    /// Frames that are exposed across a change of symbols.
+    /// Frames that are exposed across a change of symbols; `None` in the same cases.
     pub frames_across: Option<u64>,
-    /// Wrong bits of these.
+    /// Wrong bits of these; `None` in the same cases.
     pub bit_errors_across: Option<u64>,
     /// Panels with any wrong bit; `None` with splitting, which uses single bits.
     pub panel_errors: Option<u64>,
-    /// The 95 % interval of their share.
+    /// The 95 % interval of their share; `None` with splitting.
     pub panel_error_rate_95: Option<[f64; 2]>,
     /// Between-class variance; `None` with splitting, which measures no features.
     pub bvar: Option<f64>,
-    /// Within-class variance.
+    /// Within-class variance; `None` with splitting.
     pub wvar: Option<f64>,
     /// Their ratio, if defined.
     pub b2w: Option<f64>,

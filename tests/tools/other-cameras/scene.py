@@ -187,7 +187,10 @@ class Scene:
 
 
 def expose_setting(scene, random):
-    """Chooses the white level; lowers the noise until a receiver that knows the camera can read the bits. Returns that distance (see error_distance)."""
+    """Chooses the white level; lowers the noise until a receiver that knows the camera can read the bits.
+
+    Returns the error_distance.
+    """
     sensor = scene.setting.sensor
     columns, region = region_of_leds(scene)
     brightest = float(np.percentile(region, 99.5))

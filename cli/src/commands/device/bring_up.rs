@@ -256,7 +256,7 @@ fn sensor_fault(sensor: [SensorReading; 2], status: &Status, kit: Kit) -> Option
             if lux.to_num::<f64>() < SATURATED_LX_MIN =>
         {
             Some(format!(
-                "one of its ranges has too much light, and the other reads {:.0} lx, far below the limit of either: see whether it is the \
+                "one of its ranges has too much light, and the other reads {:.0} lx, far below the limit of either: check that it is the \
                  sensor of the build",
                 lux.to_num::<f64>()
             ))

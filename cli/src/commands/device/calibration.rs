@@ -129,7 +129,7 @@ sensor_gain = {sensor_gain:?}
 # Light of an On LED at the low current over that at the full one: {} to {}; 1 where the current is not switched.
 low_current_share = {low_current_share:?}
 
-# The width of one LED's shining disc in m, 0.0001 to 1: the panel then tells receivers how large it is, so that they know how far away.
+# The width of one LED's bright disc in m, 0.0001 to 1: the panel then tells receivers how large it is, so that they know how far away.
 # led_diameter_m = 0.03
 
 # A limit, if there is to be one, with the width above: the most mean luminous intensity of the panel, straight ahead, in cd, 0.001 to

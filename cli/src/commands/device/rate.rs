@@ -120,7 +120,7 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
     let others = others.into_iter().flatten().collect::<Vec<_>>();
     if !others.is_empty() {
         output::tell(format_args!(
-            "vocc: {}: {} were asked for, but the board keeps what is shown above: its firmware may be too old, so flash the present one \
+            "vocc: {}: {} were asked for, but the board keeps what is shown above: its firmware may be too old, so flash the current one \
              (docs/hardware.md)",
             port.name(),
             others.join(" and ")

@@ -80,7 +80,7 @@ impl Rounds {
             Ok(())
         });
         if let Err(error) = kept {
-            output::tell(format_args!("vocc: cannot write {}: {error}; going on", path.display()));
+            output::tell(format_args!("vocc: cannot write {}: {error}; continuing", path.display()));
             self.file = None;
         }
     }

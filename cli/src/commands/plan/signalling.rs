@@ -23,8 +23,7 @@ const HEAD: &str = "symbols/s  code    delivered  net bit/s  s a message  raw er
 #[derive(clap::Args)]
 pub struct Options {
     /// Advise on a transmitter for this camera: symbol rate, code, expected net rate, and a carrier without visible flicker, if one
-    /// works. A preset or a TOML file, whose
-    /// `[camera]` replaces the scene's (default scene: day); --set camera.KEY=VALUE then changes it.
+    /// works. A preset or a TOML file, whose `[camera]` replaces the scene's (default scene: day); --set camera.KEY=VALUE then changes it.
     #[arg(long, value_name = "CAMERA")]
     camera: Option<OsString>,
     /// Length of the test messages in bytes.

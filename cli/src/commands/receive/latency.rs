@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use crate::frames::waiting::Moment;
 
-/// Bins per factor of two, which bound the relative error of a median.
+/// Bins per factor of two. A median is off by at most 2.2 %.
 const BINS_AN_OCTAVE: f64 = 16.0;
 /// Maximum error factor of a median.
 #[cfg(test)]

@@ -116,7 +116,7 @@ pub struct Arguments {
     foxglove: Option<u16>,
     #[command(flatten)]
     recorded: RecordingArguments,
-    /// Append the bytes of each message to this file as it arrives.
+    /// Write the bytes of all messages into this file, one message after another.
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
     #[command(flatten)]

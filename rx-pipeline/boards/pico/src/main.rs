@@ -52,10 +52,7 @@ use crate::{
 /// symbols only now and then.
 const SYMBOL_MILLIHERTZ: u32 = if cfg!(feature = "rp2040") { 9_000 } else { 20_400 };
 /// The public keys that are trusted: what `vocc keys show` prints, from the environment of the build. Without it there are none.
-const TRUSTED: &str = match option_env!("VOCC_TRUST") {
-    Some(keys) => keys,
-    None => "",
-};
+const TRUSTED: Option<&str> = option_env!("VOCC_TRUST");
 /// A camera that sends no whole frame for this long is set up again.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Interval at which the port and the lamp are served while no frames arrive.
@@ -186,15 +183,13 @@ fn application(was_reset: bool) -> &'static mut Application<&'static mut Reader>
         symbol_millihertz: SYMBOL_MILLIHERTZ,
         was_reset,
     };
-    let trust = match Trust::parse(TRUSTED) {
-        Ok(trust) => trust,
-        Err(error) => panic!("VOCC_TRUST: {error}"),
-    };
     let application = reader::take().and_then(|reader| Application::new(reader, settings).ok());
     match application {
         Some(application) => {
             let application = APPLICATION.init(application);
-            application.trust(trust);
+            if let Some(keys) = TRUSTED {
+                application.trust(Trust::parse(keys));
+            }
             application
         }
         None => panic!("the settings are out of their ranges"),

@@ -28,7 +28,7 @@ fn trust(key: &SecretKey) -> Trust {
 fn lines(trust: Trust, words: &[(&'static [u8], Option<Signature>)]) -> (Vec<String>, Verdict) {
     let (mut application, mut bench) = (in_integers(Mode::BINNED, 9_000), Bench::default());
     let mut scene = Scene::new(Mode::BINNED, 9_000, b"fog");
-    application.trust(trust);
+    application.trust(Ok(trust));
     application.start(&mut bench);
     for (word, signature) in words {
         scene.symbols = shown(word, *signature);
@@ -103,4 +103,27 @@ fn without_keys_nothing_is_checked() {
         "verdict: unsigned",
     ];
     assert_eq!((told, last), (expected.map(String::from).to_vec(), Verdict::Unsigned));
+}
+
+#[test]
+fn an_unusable_list_is_a_lasting_fault_and_nothing_is_proven() {
+    let (mut application, mut bench) = (in_integers(Mode::BINNED, 9_000), Bench::default());
+    let mut scene = Scene::new(Mode::BINNED, 9_000, b"ice");
+    scene.symbols = shown(b"ice", Some(key(1).sign(b"ice", 7)));
+    application.trust(Trust::parse("[[key]]\npublic = \"12\"\n"));
+    application.start(&mut bench);
+    let fault = Fault::Keys(TrustError::Digits { line: 2 });
+    assert_eq!(application.fault(), Some(fault));
+    for frames in [300, 100] {
+        run(&mut application, &mut bench, &mut scene, frames);
+    }
+    assert_eq!((application.message(), application.fault()), (&b"ice"[..], Some(fault)));
+    let text = bench.text();
+    assert!(text.contains(&format!("fault: {fault}\r\n")), "{text}");
+    assert!(text.contains("not checked") && !text.contains("proven: signed"), "{text}");
+    // Another fault passes, and this one stays.
+    application.no_frame(&mut bench);
+    assert_eq!(application.fault(), Some(Fault::NoFrames));
+    run(&mut application, &mut bench, &mut scene, 10);
+    assert_eq!(application.fault(), Some(fault));
 }

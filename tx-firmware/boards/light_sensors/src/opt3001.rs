@@ -1,7 +1,7 @@
 //! OPT3001: 0.01 to 83 865 lx in twelve ranges, selected automatically.
 //!
-//! The cross-check is the next range, in which the same light gives another register. For the last two ranges
-//! it is the range below, which real light overflows.
+//! The cross-check is the next range, in which the same light gives another register. For the last range it is
+//! the range below, which real light overflows.
 
 use embedded_hal::i2c::I2c;
 use fixed::types::I32F32;
