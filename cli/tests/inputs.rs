@@ -128,7 +128,7 @@ fn settings_are_taken_to_the_letter() {
         "frames = 256\n[grid]\npose.distance_m = [30, 40]\n\"pose.distance_m \" = [50, 60]\n",
     )
     .expect("written");
-    refused_soon(&place, &["sweep", "plan.toml"], &["pose.distance_m stands twice"]);
+    refused_soon(&place, &["sweep", "plan.toml"], &["pose.distance_m is listed twice"]);
     // Headers of a stream and of its frames.
     for stream in [
         "YUV4MPEG29 W2 H1 Cmono\nFRAME\nxx",

@@ -130,7 +130,7 @@ fn senseless_searches_are_refused() {
         (&["--yaws", "0,90"], &["pose.yaw_deg", "90"]),
         (&["--criterion", "wizard"], &["b2w, fisher, ber or reach"]),
         (&["--min-cd", "4"], &["--criterion reach"]),
-        (&["--criterion", "reach", "--distances", "30"], &["--distances", "leave"]),
+        (&["--criterion", "reach", "--distances", "30"], &["--distances", "omit"]),
         (&["--criterion", "reach", "--yaws", "30"], &["pose.yaw_deg"]),
         (&["--criterion", "reach", "--choose", "any"], &["margin, least-light or best"]),
         (&["--criterion", "reach", "--lamp", "disco"], &["rear-position", "stop"]),

@@ -219,7 +219,7 @@ fn files_that_hold_no_keys_are_refused_with_a_way_out_and_no_secret() {
     write("[[key]]\nname = \"a\"\npublic = \"12\"\n");
     receive(&bad, &["64 hexadecimal digits"]);
     write(&format!("[[key]]\nname = \"a\"\npublic = \"{}\"\n", "02".repeat(32)));
-    receive(&bad, &["none of Ed25519"]);
+    receive(&bad, &["not an Ed25519 key"]);
     write(&text_of(&trusted).repeat(2));
     receive(&bad, &["have the same id"]);
     let named = |name: &str| text_of(&trusted).replace("truck 12", name);
