@@ -261,6 +261,7 @@ pub const LARGEST: &[Work] = &[
         ..work("receive", "- --raw 8192x8192 --view --foxglove=0 --json")
     },
     work("device list", ""),
+    work("device hello", "--port %port --timeout 60"),
     work("device status", "--port %port --timeout 60"),
     work("device watch", "--interval 3600 --port %port --timeout 60"),
     work("device snapshot", "--port %port --timeout 60 --out @snapshot.png"),
