@@ -149,7 +149,7 @@ fn changes() -> [Request<'static>; 16] {
 fn a_locked_transmitter_changes_nothing_and_tells_everything() {
     let mut bench = locked();
     let before = bench.store.release();
-    bench.store = store(before.clone());
+    bench.store = store(before.clone()).beside_program(8192..8292);
     let shown = format!("{:?}", bench.transmitter);
     for request in changes() {
         assert!(request.changes());
