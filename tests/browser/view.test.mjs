@@ -78,7 +78,8 @@ test("view: a film is shown as it is printed", async (t) => {
   assert.equal(await page.locator("#texts img").count(), 0);
   assert.match(await page.textContent("#texts .verdict"), /^signed by truck 12 \([0-9a-f]+\), counter 7: proven$/);
   assert.equal(await page.isVisible("#unchecked"), false);
-  const forged = await page.evaluate(() => verdictOn({ verdict: "forged", signer: "1a2b3c4d", signer_name: "truck", counter: 7 })[0].textContent);
+  const proof = { verdict: "forged", signer: "1a2b3c4d", signer_name: "truck", counter: 7 };
+  const forged = await page.evaluate((told) => verdictOn(told)[0].textContent, proof);
   assert.equal(forged, "truck (1a2b3c4d) has not signed this, counter 7: forged");
   assert.equal(await page.textContent("#alert"), "");
   await textOf(page, "#learnt", /Blur, px\d/);

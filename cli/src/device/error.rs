@@ -144,8 +144,8 @@ pub enum DeviceError {
     },
     /// The firmware predates the intensity limit.
     #[error(
-        "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the current one (docs/hardware.md), or leave \
-         both out"
+        "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the current one (docs/hardware.md), or \
+         leave both out"
     )]
     NoIntensityLimit,
     /// A transmitter refused.

@@ -109,9 +109,9 @@ pub enum Request<'a> {
     /// Erases every trace of the key: messages sent from now on are not signed. Answered by [`Answer::Key`](super::Answer::Key). Added
     /// later: an older transmitter refuses it as unknown.
     EraseKey,
-    /// Shows this panel instead of messages, no brighter than they are; they continue after it where they stopped. Meanwhile the light sensor
-    /// is read in its two ranges alternately. Answered by [`Answer::Done`](super::Answer::Done). Added later: an older transmitter refuses
-    /// it as unknown.
+    /// Shows this panel instead of messages, no brighter than they are; they continue after it where they stopped. Meanwhile the light
+    /// sensor is read in its two ranges alternately. Answered by [`Answer::Done`](super::Answer::Done). Added later: an older transmitter
+    /// refuses it as unknown.
     TestPanel {
         /// Bit 8·row + column is On; at most [`TEST_LEDS_MAX`](super::TEST_LEDS_MAX) of them, so that no test is brighter than a message.
         bits: u64,

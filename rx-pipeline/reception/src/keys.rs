@@ -314,13 +314,11 @@ impl Trust {
         }
     }
 
-    /// Adds a verdict to a JSON object.
+    /// Adds a verdict to a JSON object, with the name of a trusted key.
     pub fn add_json(&self, told: &mut Value, verdict: &Verdict) {
-        told["verdict"] = verdict.name().into();
-        if let Some((signer, counter)) = verdict.claim() {
-            told["signer"] = signer.to_string().into();
+        add_verdict(told, verdict);
+        if let Some((signer, _)) = verdict.claim() {
             told["signer_name"] = self.name(signer).into();
-            told["counter"] = counter.into();
         }
     }
 
@@ -342,6 +340,15 @@ impl Trust {
         let text = toml::to_string(&seen)?;
         let text = format!("# The greatest counter of each key that `vocc receive` has seen.\n{text}");
         Ok(Some((path, text)))
+    }
+}
+
+/// Adds a verdict to a JSON object, with the key and the counter that the signature names.
+pub fn add_verdict(told: &mut Value, verdict: &Verdict) {
+    told["verdict"] = verdict.name().into();
+    if let Some((signer, counter)) = verdict.claim() {
+        told["signer"] = signer.to_string().into();
+        told["counter"] = counter.into();
     }
 }
 

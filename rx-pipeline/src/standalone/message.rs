@@ -223,7 +223,7 @@ pub struct Message<'a> {
     pub frames: u32,
     /// LEDs that error correction changed.
     pub corrected_bits: u32,
-    /// Who has signed it.
+    /// The verdict on its signature.
     pub verdict: Verdict,
 }
 

@@ -111,15 +111,15 @@ fn bytes(value: &str) -> Option<[u8; KEY_BYTES]> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use link::signing::SecretKey;
     use std::format;
     use std::string::String;
 
-    /// The lines of `vocc keys show`.
-    fn lines(seed: u8) -> String {
-        let public = SecretKey::from_seed([seed; 32]).unwrap().public().to_bytes();
+    /// The lines of `vocc keys show` for the key of that seed.
+    pub fn lines(seed: u8) -> String {
+        let public = SecretKey::from_seed([seed; KEY_BYTES]).unwrap().public().to_bytes();
         let digits: String = public.iter().map(|byte| format!("{byte:02x}")).collect();
         format!("# 1a2b3c4d\n[[key]]\nname = \"truck = {seed}\"\npublic = \"{digits}\"\n")
     }

@@ -1,5 +1,5 @@
-//! The receiver's core on an emulated Cortex-M7, and its verdicts on signed messages on an emulated Cortex-M33: both are the same as on this
-//! computer, within the memory and the instructions that `docs/embedded-receiver.md` and `docs/threats.md` state.
+//! The receiver's core on an emulated Cortex-M7, and its verdicts on signed messages on an emulated Cortex-M33: both are the same as on
+//! this computer, within the memory and the instructions that `docs/embedded-receiver.md` and `docs/threats.md` state.
 //!
 //! QEMU emulates the boards. The tests need `qemu-system-arm` and a compiler for the processors; if one of them is missing and cannot be
 //! installed, the tests are skipped.

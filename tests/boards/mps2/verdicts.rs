@@ -4,6 +4,7 @@ use std::io::Write;
 
 use link::framing::{MESSAGE_MAX, Signature, Signed};
 use link::signing::{SecretKey, Verdict};
+use reception::keys::NamedKey;
 use rx_pipeline::standalone::Trust;
 use serde::Serialize;
 use vocc_tests::firmware::{say, size};
@@ -18,8 +19,8 @@ const STACK_MAX: u32 = 10 * 1024;
 
 /// The lines of `vocc keys show`.
 fn lines(key: &SecretKey) -> String {
-    let digits: String = key.public().to_bytes().iter().map(|byte| format!("{byte:02x}")).collect();
-    format!("[[key]]\nname = \"truck\"\npublic = \"{digits}\"\n")
+    let (name, key) = ("truck".into(), key.public());
+    NamedKey { name, key }.to_toml().expect("TOML")
 }
 
 /// Messages with their signatures: genuine, shown again, signed anew, changed in each part, by an unknown key, and long.
@@ -91,7 +92,8 @@ pub fn verdicts_are_those_of_this_computer(images: &Images) {
     let stack_bytes = reports[0].stack_bytes;
     let flash = size(&std::fs::read(&images.verdicts).expect("the image is built")).flash;
     say(&format!(
-        "Cortex-M33: {} instructions for the verdict on {} bytes, {} on {MESSAGE_MAX}; stack {stack_bytes} bytes, flash {flash} with the board's start",
+        "Cortex-M33: {} instructions for the verdict on {} bytes, {} on {MESSAGE_MAX}; stack {stack_bytes} bytes, flash {flash} with the \
+         board's start",
         took(0),
         cases[0].0.len(),
         took(cases.len() - 1),

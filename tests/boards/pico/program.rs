@@ -3,20 +3,17 @@
 use std::path::Path;
 
 use link::serial::Request;
+use reception::bytes::hex;
 use tx_firmware::program::ProgramHash;
-use vocc_tests::firmware::say;
 
 use crate::emulator::Emulator;
 use crate::image::Programs;
-use crate::measure::JITTER_MAX_NS;
-use crate::signing::{after, record};
+use crate::signing::{after, assert_symbols_went_on};
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
 /// The function that computes the hash.
 const COMPUTES: &str = "11ProgramHash4read";
-/// Maximum time for the hash, in cycles: a quarter of a second.
-const CYCLES_MAX: u64 = 31_250_000;
 /// A byte of the second-stage boot loader behind its code: it changes nothing that runs.
 const SPARE_BYTE: usize = 0xf0;
 
@@ -39,7 +36,7 @@ pub fn names_the_program_that_was_flashed(programs: &Programs, folder: &Path) {
         let mut flash = std::fs::read(&flashed).expect("the flash is a file");
         // Nothing of the program is behind it.
         assert!(flash[length..].iter().all(|&byte| byte == 0xff), "{place}: {length} bytes");
-        assert_eq!(told["program_sha256"], hex(&ProgramHash::of(&flash[..length])));
+        assert_eq!(told["program_sha256"], hex(&ProgramHash::of(&flash[..length]).sha256));
         let image = image.to_str().expect("a name");
         let file = std::process::Command::new(&programs.vocc)
             .args(["device", "hello", "--json", "--no-board", "--image", image])
@@ -55,7 +52,7 @@ pub fn names_the_program_that_was_flashed(programs: &Programs, folder: &Path) {
         std::fs::write(&flashed, &flash).expect("the flash is a file");
         let other = hello();
         assert_eq!(other["program_bytes"], told["program_bytes"]);
-        assert_eq!(other["program_sha256"], hex(&ProgramHash::of(&flash[..length])));
+        assert_eq!(other["program_sha256"], hex(&ProgramHash::of(&flash[..length]).sha256));
         assert_ne!(other["program_sha256"], told["program_sha256"]);
     }
 }
@@ -66,22 +63,9 @@ pub fn symbols_go_on_while_the_program_is_hashed(programs: &Programs, folder: &P
     board.run_ms(100);
     let events = after(&mut board, 1, &Request::ReadProgramHash, 1_000);
     assert!(events.iter().all(|event| event.reset.is_none()));
-    let symbols = record(&events).symbols;
-    let lengths_ns = symbols.windows(2).map(|pair| pair[1].ns - pair[0].ns);
-    let (shortest_ns, longest_ns) = lengths_ns.fold((u64::MAX, 0), |(least, most), ns| (least.min(ns), most.max(ns)));
-    assert!(longest_ns - shortest_ns <= JITTER_MAX_NS as u64, "{shortest_ns} to {longest_ns} ns");
-    let cycles = events.last().and_then(|last| last.cycles.as_ref()).expect("cycles were counted");
-    let cycles = cycles[COMPUTES]["most"].as_u64().expect("it was computed");
-    say(&format!(
-        "the program's hash: {cycles} cycles with interrupts; symbols of {shortest_ns} to {longest_ns} ns meanwhile"
-    ));
-    assert!(cycles <= CYCLES_MAX);
+    assert_symbols_went_on(&events, COMPUTES, "the program's hash");
     // Once after a start.
     let events = after(&mut board, 2, &Request::ReadProgramHash, 1_000);
     let cycles = events.last().and_then(|last| last.cycles.as_ref()).expect("cycles were counted");
     assert_eq!(cycles[COMPUTES]["count"], 1);
-}
-
-fn hex(hash: &ProgramHash) -> String {
-    hash.sha256.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use link::serial::{Kind, REQUEST_FRAME_MAX, Request, Seed, encode, wire_length};
 use link::signing::SecretKey;
+use reception::keys::NamedKey;
 use vocc_tests::driven_panel::CLOCK_HZ;
 use vocc_tests::firmware::say;
 
@@ -32,8 +33,8 @@ fn key() -> SecretKey {
 
 /// The lines of the transmitter's public key, as `vocc keys show` prints them.
 pub fn trusted() -> String {
-    let digits: String = key().public().to_bytes().iter().map(|byte| format!("{byte:02x}")).collect();
-    format!("[[key]]\nname = \"transmitter\"\npublic = \"{digits}\"\n")
+    let (name, key) = ("transmitter".into(), key().public());
+    NamedKey { name, key }.to_toml().expect("TOML")
 }
 
 /// The transmitter gets a key. The receiver proves its next text, drops few frames, and reads on.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use link::serial::{Answer, Request, SCHEMA};
+use reception::bytes::hex;
 use serde_json::json;
 use tx_firmware::program::ProgramHash;
 
@@ -38,7 +39,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         (Some(port), file) => greet(port, file, shared),
         (None, Some((name, hash))) => {
             match shared.json {
-                true => output::json(&json!({ "file_bytes": hash.length, "file_sha256": hex(&hash) }))?,
+                true => output::json(&json!({ "file_bytes": hash.length, "file_sha256": hex(&hash.sha256) }))?,
                 false => line(&format!("{name}: {}", words(&hash)))?,
             }
             Ok(Verdict::Yes)
@@ -62,9 +63,9 @@ fn greet(port: &Port, file: Option<(String, ProgramHash)>, shared: &Shared) -> a
             "firmware": identity.firmware,
             "schema": format!("{:08x}", identity.schema),
             "program_bytes": found.map(|hash| hash.length),
-            "program_sha256": found.as_ref().map(hex),
+            "program_sha256": found.map(|hash| hex(&hash.sha256)),
             "file_bytes": file.as_ref().map(|(_, hash)| hash.length),
-            "file_sha256": file.as_ref().map(|(_, hash)| hex(hash)),
+            "file_sha256": file.as_ref().map(|(_, hash)| hex(&hash.sha256)),
             "same": is_same,
         }))?;
     } else {
@@ -105,9 +106,5 @@ fn program_hash(client: &mut Connection) -> Result<Option<ProgramHash>, DeviceEr
 }
 
 fn words(hash: &ProgramHash) -> String {
-    format!("{} bytes, SHA-256 {}", hash.length, hex(hash))
-}
-
-fn hex(hash: &ProgramHash) -> String {
-    hash.sha256.iter().map(|byte| format!("{byte:02x}")).collect()
+    format!("{} bytes, SHA-256 {}", hash.length, hex(&hash.sha256))
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, ensure};
 use link::signing;
 use reception::bytes::hex_if_no_text;
+use reception::keys::add_verdict;
 use rx_pipeline::standalone::{self, CameraSettings, Request, Status};
 use serde_json::{Value, json};
 
@@ -300,15 +301,6 @@ fn message_as_json(message: &Message) -> Value {
         told["message_hex"] = hex.into();
     }
     told
-}
-
-/// Adds a verdict, with the key and the counter that the signature names.
-fn add_verdict(told: &mut Value, verdict: &signing::Verdict) {
-    told["verdict"] = verdict.name().into();
-    if let Some((signer, counter)) = verdict.claim() {
-        told["signer"] = signer.to_string().into();
-        told["counter"] = counter.into();
-    }
 }
 
 #[cfg(test)]

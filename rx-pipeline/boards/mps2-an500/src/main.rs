@@ -8,13 +8,12 @@
 
 mod clock;
 mod film;
+mod host;
 #[path = "../../pico/src/stack.rs"]
 mod stack;
 mod stopwatch;
 
-use core::panic::PanicInfo;
-
-use cortex_m_semihosting::{debug, hio};
+use cortex_m_semihosting::hio;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::{NoSearch, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings};
@@ -32,22 +31,7 @@ type Reader = Receiver<PIXELS, &'static mut ReceiverMemory<PIXELS>>;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let status = match read() {
-        Some(()) => debug::EXIT_SUCCESS,
-        None => debug::EXIT_FAILURE,
-    };
-    end(status)
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo<'_>) -> ! {
-    end(debug::EXIT_FAILURE)
-}
-
-fn end(status: debug::ExitStatus) -> ! {
-    loop {
-        debug::exit(status);
-    }
+    host::end(read())
 }
 
 fn read() -> Option<()> {

@@ -9,12 +9,12 @@
 mod cases;
 #[path = "../../mps2-an500/src/clock.rs"]
 mod clock;
+#[path = "../../mps2-an500/src/host.rs"]
+mod host;
 #[path = "../../pico/src/stack.rs"]
 mod stack;
 
-use core::panic::PanicInfo;
-
-use cortex_m_semihosting::{debug, hio};
+use cortex_m_semihosting::hio;
 use link::framing::{Signature, Signed};
 use rx_pipeline::standalone::Trust;
 
@@ -25,22 +25,7 @@ const REPORT_MAX: usize = 64;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let status = match judge() {
-        Some(()) => debug::EXIT_SUCCESS,
-        None => debug::EXIT_FAILURE,
-    };
-    end(status)
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo<'_>) -> ! {
-    end(debug::EXIT_FAILURE)
-}
-
-fn end(status: debug::ExitStatus) -> ! {
-    loop {
-        debug::exit(status);
-    }
+    host::end(judge())
 }
 
 fn judge() -> Option<()> {

@@ -19,11 +19,6 @@ fn key(seed: u8) -> SecretKey {
     SecretKey::from_seed([seed; KEY_BYTES]).unwrap()
 }
 
-fn trust(key: &SecretKey) -> Trust {
-    let digits: String = key.public().to_bytes().iter().map(|byte| format!("{byte:02x}")).collect();
-    Trust::parse(&format!("[[key]]\nname = \"truck\"\npublic = \"{digits}\"\n")).unwrap()
-}
-
 /// The lines about messages while each word is shown for a while.
 fn lines(trust: Trust, words: &[(&'static [u8], Option<Signature>)]) -> (Vec<String>, Verdict) {
     let (mut application, mut bench) = (in_integers(Mode::BINNED, 9_000), Bench::default());
@@ -54,7 +49,7 @@ fn each_message_gets_its_verdict() {
     let (own, other) = (key(1), key(2));
     let (signer, stranger) = (own.public().id(), other.public().id());
     let (told, last) = lines(
-        trust(&own),
+        Trust::parse(&trust::tests::lines(1)).unwrap(),
         &[
             (b"ice", Some(own.sign(b"ice", 7))),
             (b"fog", Some(own.sign(b"ice", 8))),

@@ -6,12 +6,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use link::signing;
+use reception::keys::add_verdict;
 use rx_pipeline::standalone::{Status, WireReading};
 use serde_json::{Value, json};
 use studies::stop::Stop;
 
 use super::reading::{asked_reading, reading_as_json, reading_in_short};
-use super::{Message, add_verdict, as_json, asked_message, asked_status, message_as_json, short, text};
+use super::{Message, as_json, asked_message, asked_status, message_as_json, short, text};
 use crate::commands::device::Watch;
 use crate::device::Client;
 use crate::options::{Connection, Shared};
