@@ -61,12 +61,26 @@ fn frames_are_those_of_a_new_renderer() {
         &["ambient.illuminance_lx=900"],
         &["effects.photograph=off"],
         &["camera.vignetting=true", "effects.vignetting=on"],
+        &["ambient.lamp_lx=30", "ambient.lamp_x_deg=3"],
     ] {
         let scene = picture.scene(settings);
         let rebuilt = frame(&first.rebuilt_for(&scene).expect("a visible scene"));
         let new = frame(&Renderer::new(&scene, Level::Fast).expect("a visible scene"));
         assert!(rebuilt == new, "{settings:?}");
         assert!(rebuilt != start, "{settings:?} changes nothing, so this shows nothing");
+    }
+}
+
+#[test]
+fn the_background_follows_the_lamp() {
+    let picture = Picture::new("lamp");
+    let lit = |settings: &[&str]| picture.scene(&[&["ambient.lamp_lx=30"], settings].concat());
+    let first = Renderer::new(&lit(&[]), Level::Fast).expect("a visible scene");
+    let start = frame(&first);
+    for moved in [&["ambient.lamp_x_deg=3"][..], &["ambient.lamp_lx=60"]] {
+        let rebuilt = frame(&first.rebuilt_for(&lit(moved)).expect("a visible scene"));
+        let new = frame(&Renderer::new(&lit(moved), Level::Fast).expect("a visible scene"));
+        assert!(rebuilt == new && rebuilt != start, "{moved:?}");
     }
 }
 

@@ -18,7 +18,7 @@ const ROUNDS: usize = 200;
 const FRAMES: u64 = 20;
 
 /// One effect at a time, in a scene at 50 m that activates it.
-const EFFECTS: [(&str, &[&str]); 15] = [
+const EFFECTS: [(&str, &[&str]); 16] = [
     ("none but the blur", &[]),
     ("no blur either", &["effects.blur=\"off\""]),
     ("atmosphere", &["effects.atmosphere=\"on\""]),
@@ -39,6 +39,7 @@ const EFFECTS: [(&str, &[&str]); 15] = [
         &["camera.distortion_k1=-0.1", "pose.x_m=5", "effects.distortion=\"on\""],
     ),
     ("vignetting", &["camera.vignetting=true", "effects.vignetting=\"on\""]),
+    ("flare", &["ambient.lamp_lx=30", "ambient.lamp_x_deg=20", "effects.flare=\"on\""]),
     ("noise", &["effects.noise=\"on\""]),
 ];
 

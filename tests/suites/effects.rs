@@ -21,7 +21,8 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
     let camera = (select(&Encoding::NAMES), 0.0..40.0f64, 0.0..3.0f64, 0.0..10.0f64, 0.0..2000.0f64);
     let leds = (0u8..4, 0u8..4, 0u8..8, 0.0..1.0f64, any::<u32>());
     let shake = (-4.0..-1.0f64, -4.0..-0.5f64, 0.1..5.0f64, 1.0..6.0f64);
-    (geometry, light, time, extras, camera, leds, shake).prop_map(|(geometry, light, time, extras, camera, leds, shake)| {
+    let lamp = (-4.0..-0.5f64, -40.0..40.0f64, -30.0..30.0f64);
+    (geometry, light, time, extras, camera, leds, shake, lamp).prop_map(|(geometry, light, time, extras, camera, leds, shake, lamp)| {
         let (distance, interval, roll, yaw, x) = geometry;
         let (reflectance, l2a, sigma, illuminance, transmission) = light;
         let (phase, ppm, pwm_hz, scan_rows, readout, speed) = time;
@@ -29,6 +30,7 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
         let (encoding, black, prnu, dsnu, hot) = camera;
         let (dead, stuck, row, row_light, seed) = leds;
         let (angle, shaken_roll, lowest, times) = shake;
+        let (lamp, lamp_x, lamp_y) = lamp;
         vec![
             format!("pose.distance_m={distance}"),
             format!("panel.interval={interval}"),
@@ -69,6 +71,9 @@ fn scenes() -> impl Strategy<Value = Vec<String>> {
             format!("camera.shake_roll_deg={}", 10f64.powf(shaken_roll)),
             format!("camera.shake_lowest_hz={lowest}"),
             format!("camera.shake_highest_hz={}", lowest * times),
+            format!("ambient.lamp_lx={}", illuminance * 10f64.powf(lamp)),
+            format!("ambient.lamp_x_deg={lamp_x}"),
+            format!("ambient.lamp_y_deg={lamp_y}"),
         ]
     })
 }
@@ -217,6 +222,46 @@ fn an_effect_at_its_neutral_value_changes_no_byte() {
 }
 
 #[test]
+fn flare_keeps_its_bound_on_the_whole_sensor() {
+    // The field of view ends at 14.8° and at 8.4°.
+    for [x, y, lx] in [
+        ["3", "2", "1"],
+        ["3", "2", "0.0001"],
+        ["14", "-8", "30"],
+        ["16", "0", "300"],
+        ["20", "5", "3000"],
+        ["40", "0", "3000"],
+    ] {
+        let scene = |mode: &str| {
+            let settings = [
+                format!("ambient.lamp_x_deg={x}"),
+                format!("ambient.lamp_y_deg={y}"),
+                format!("ambient.lamp_lx={lx}"),
+                format!("effects.flare={mode}"),
+            ];
+            Scene::load("day", &settings).expect("a valid scene")
+        };
+        let [with, without] = ["on", "off"].map(|mode| Renderer::new(&scene(mode), Level::Fine).expect("a visible scene"));
+        let bound = with
+            .plan()
+            .decisions
+            .iter()
+            .find(|d| d.effect == "flare")
+            .expect("a decision on each")
+            .bound_grey;
+        let [with, without] = [with, without].map(|renderer| {
+            let mut canvas = Canvas::<f32>::new(renderer.sensor());
+            renderer.draw(&renderer.moment(1, 0), &[renderer.steady(0, PanelFrame::default())], &mut canvas);
+            let greys = canvas.values().iter().map(|&linear| renderer.curve().unrounded(linear.into()));
+            greys.collect::<Vec<f64>>()
+        });
+        let most = greatest_difference(&with, &without);
+        // Off LEDs are darker than the background, where the bound is that of a panel in the brightest place.
+        assert!(most <= bound + 1e-3 && most > bound / 3.0, "{x}°, {y}°, {lx} lx: {most} of {bound}");
+    }
+}
+
+#[test]
 fn clear_air_is_called_for_at_70_m_and_not_at_30() {
     for (distance, called_for) in [(30, false), (70, true)] {
         let scene = Scene::load("paper", &[format!("pose.distance_m={distance}")]).expect("a valid scene");
@@ -295,6 +340,7 @@ fn a_camera_s_effects_are_left_out_below_the_tolerance() {
         ("broken_leds", "panel.dim_row_light=0.1", "panel.stuck_leds=1"),
         ("carrier", "link.carrier_cycles=0", "link.carrier_cycles=16"),
         ("shake", "camera.shake_deg=0.000001", "camera.shake_roll_deg=0.1"),
+        ("flare", "ambient.lamp_lx=0.00001", "ambient.lamp_lx=1"),
     ] {
         for (setting, called_for) in [(little, false), (much, true)] {
             let scene = Scene::load("day", &[setting.to_string()]).expect("a valid scene");

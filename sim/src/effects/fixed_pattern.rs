@@ -24,7 +24,7 @@ impl Effect for FixedPattern {
     /// The pattern has no outliers: see [`bell`].
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let (gain, offset) = spread(view);
-        range.change(BELL_MOST * (range.peak * gain + offset))
+        range.change(BELL_MOST * ((range.peak + range.lamp) * gain + offset))
     }
 
     fn widen(&self, view: &View, range: &mut LinearRange) {
@@ -32,6 +32,7 @@ impl Effect for FixedPattern {
         let [gain, offset] = [gain, offset].map(|spread| BELL_MOST * spread);
         range.floor = (range.floor * (1.0 - gain) - offset).max(0.0);
         range.peak = range.peak * (1.0 + gain) + offset;
+        range.lamp *= 1.0 + gain;
         range.pixel_gain += gain;
         range.pixel_offset += offset;
     }

@@ -22,6 +22,7 @@ mod codec;
 mod distortion;
 mod encoding;
 mod fixed_pattern;
+mod flare;
 mod hot_pixels;
 mod led_spread;
 mod mosaic;
@@ -82,7 +83,7 @@ pub(crate) const LENS_BLUR: &dyn Effect = &blur::LensBlur;
 pub(crate) const ENCODING: &dyn Effect = &encoding::Encoding;
 
 /// All effects, in the order in which light meets them.
-pub(crate) const ALL: [&dyn Effect; 26] = [
+pub(crate) const ALL: [&dyn Effect; 27] = [
     &broken_leds::BrokenLeds,
     &led_spread::LedSpread,
     &pwm::Pwm,
@@ -102,6 +103,7 @@ pub(crate) const ALL: [&dyn Effect; 26] = [
     LENS_BLUR,
     &point_spread::PointSpread,
     &vignetting::Vignetting,
+    &flare::Flare,
     &mosaic::Mosaic,
     &fixed_pattern::FixedPattern,
     &hot_pixels::HotPixels,

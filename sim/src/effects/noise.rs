@@ -21,7 +21,7 @@ impl Effect for SensorNoise {
     /// The 1 − 10⁻⁹ quantile of the change, at the level where it is greatest.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let noise = Noise::new(&view.scene, &view.exposure, range.curve);
-        let [darkest, brightest] = [range.floor, range.peak].map(|linear| range.curve.unrounded(linear));
+        let [darkest, brightest] = [range.floor, range.peak + range.lamp].map(|linear| range.curve.unrounded(linear));
         let level = |k: i32| {
             let grey = darkest + (brightest - darkest) * f64::from(k) / 200.0;
             range.curve.linear(grey)

@@ -170,7 +170,8 @@ impl Renderer {
         let photographs = [self, other].map(|renderer| renderer.photograph().map(Photograph::relative));
         mine.scene.camera == theirs.scene.camera
             && self.plan.included().eq(other.plan.included())
-            && self.plain_background() == other.plain_background()
+            && mine.exposure == theirs.exposure
+            && mine.scene.ambient == theirs.scene.ambient
             && self.formation.background_air == other.formation.background_air
             && match photographs {
                 [Some(mine), Some(theirs)] => std::ptr::eq(mine, theirs),

@@ -77,6 +77,12 @@ table! {
         read_noise_e: f64 = LinkCamera::USUAL_READ_NOISE_E, in 0.0..=1000.0, unit "electrons";
         /// Time from the first row's exposure to the last's; 0 is a global shutter. At most one frame period.
         readout_s: f64 = 0.0, in 0.0..=1.0 / camera.frame_rate_hz, unit "s", # "0: global shutter";
+        /// The part of a lamp's light that the lens scatters over the whole image.
+        glare_percent: f64 = 2.0, in 0.0..=20.0, unit "%", # "veiling glare of ambient.lamp_lx";
+        /// The mean angle by which it is scattered.
+        glare_deg: f64 = 10.0, in 0.1..=60.0, unit "°", # "mean angle of that glare";
+        /// Reflectance of each coated surface of the lens: a ghost has its square of a lamp's light.
+        coating_percent: f64 = 1.0, in 0.0..=10.0, unit "%", # "reflectance of a lens surface: ghosts of the lamp";
         /// Radial distortion: a point at radius ρ (in units of the focal length) is imaged at ρ·(1 + k₁·ρ²).
         distortion_k1: f64 = 0.0, in -0.5..=0.5;
         /// The camera's vibration: root mean square of its pitch, and of its yaw.
@@ -182,6 +188,14 @@ table! {
         background_reflectance: f64 = 0.18, in 0.01..=1.0, unit "part";
         /// A grey photograph behind the panel (PNG, JPEG or PGM); none: a plain background.
         background_image: Option<String> = None, such as "\"road.png\"";
+        /// The sun, or a head lamp: illuminance that it alone causes at the lens, on a plane that faces it; 0 is no lamp.
+        lamp_lx: f64 = 0.0, in 0.0..=*ILLUMINANCE_LX.end(), unit "lx", # "a low sun 30000, a high beam at 50 m 30; 0: none";
+        /// Its direction, to the right of the optical axis.
+        lamp_x_deg: f64 = 0.0, in -80.0..=80.0, unit "°", # "right";
+        /// Its direction, below the optical axis.
+        lamp_y_deg: f64 = 0.0, in -80.0..=80.0, unit "°", # "down";
+        /// Its apparent diameter.
+        lamp_diameter_deg: f64 = 0.53, in 0.001..=10.0, unit "°", # "the sun's";
     }
 }
 

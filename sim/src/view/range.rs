@@ -17,6 +17,8 @@ pub struct LinearRange {
     pub floor: f64,
     /// The greatest linear value of a pixel, without noise. It may be above that of grey 255.
     pub peak: f64,
+    /// The greatest linear value that the light of a lamp adds to a pixel: see `effects::flare`.
+    pub lamp: f64,
     /// The Gaussian with the steepest possible edges of the image: 0 if the lens blur is left out.
     pub sigma_px: f64,
     /// The greatest number of panels behind each other in a pixel.
@@ -55,6 +57,7 @@ impl LinearRange {
         let mut range = Self {
             floor: f64::INFINITY,
             peak: 0.0,
+            lamp: 0.0,
             sigma_px: sharpest_sigma_px(&view.scene.camera),
             layers: view.layers,
             pixel_gain: 1.0,
