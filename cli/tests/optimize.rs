@@ -439,7 +439,8 @@ fn a_panel_with_a_carrier_has_a_table_by_reach_that_notes_it() {
     let path = paths("optimize/carrier");
     let table = path("table.toml");
     let day = "optimize day --set link.carrier_cycles=16 --set camera.exposure_s=0.00025 --intervals 1";
-    let search = [&words(day)[..], &words("--json --frames 64 --tolerance 1 -o"), &[&table]].concat();
+    let short = "--json --frames 64 --tolerance 1 --message-bytes 8 --within 0.4 -o";
+    let search = [&words(day)[..], &words(short), &[&table]].concat();
     let found = lines(&vocc(&search));
     let reach_m = found.last().expect("a line")["reach_m"].as_f64().expect("a reach");
     assert!((30.0..150.0).contains(&reach_m), "{found:?}");
