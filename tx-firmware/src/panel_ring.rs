@@ -151,6 +151,8 @@ mod tests {
         taken: usize,
         shown: Vec<u32>,
         ready_to_change: bool,
+        /// Panels that it shows again when another timing begins, as far as there is room.
+        again: usize,
         begun: Vec<(SymbolTiming, SymbolTiming, usize)>,
     }
 
@@ -168,6 +170,9 @@ mod tests {
 
         fn begin(&mut self, before: SymbolTiming, timing: SymbolTiming, room: usize) -> bool {
             self.begun.push((before, timing, room));
+            if self.ready_to_change {
+                self.taken = (self.taken + Self::PLACES - self.again.min(room)) % Self::PLACES;
+            }
             self.ready_to_change
         }
     }
@@ -186,6 +191,7 @@ mod tests {
             taken: 0,
             shown: vec![],
             ready_to_change: true,
+            again: 0,
             begun: vec![],
         };
         PanelRing::new(counter, timing(90_000))
@@ -259,6 +265,34 @@ mod tests {
         ring.begin_wanted_timing();
         let room = PanelRing::<Counter>::LEAD_MAX - LEAD;
         assert_eq!(ring.output.begun, [(timing(90_000), timing(45_000), room); 2]);
+    }
+
+    #[test]
+    fn panels_that_a_new_timing_shows_again_are_followed_by_the_waiting_ones() {
+        // From no panel to more than there is room for.
+        for again in 0..Counter::PLACES {
+            let mut ring = ring();
+            let mut next = 1;
+            fill(&mut ring, 6, &mut next);
+            for _ in 0..LEAD {
+                ring.output.symbol();
+            }
+            ring.output.again = again;
+            ring.set_timing(timing(45_000));
+            ring.begin_wanted_timing();
+            let shown = ring.output.shown.len();
+            let repeated = again.min(PanelRing::<Counter>::LEAD_MAX - LEAD);
+            for _ in 0..repeated {
+                ring.output.symbol();
+                fill(&mut ring, LEAD, &mut next);
+            }
+            for _ in 0..8 {
+                fill(&mut ring, LEAD, &mut next);
+                ring.output.symbol();
+            }
+            let expected: Vec<u32> = (1..=8).collect();
+            assert_eq!(ring.output.shown[shown + repeated..], expected, "{again} panels again");
+        }
     }
 
     #[test]
