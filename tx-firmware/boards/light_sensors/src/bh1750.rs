@@ -1,6 +1,9 @@
 //! BH1750: 1 to 54 612 lx, and to 121 000 lx with its shortest measuring time, the cross-check.
 //!
 //! Sunlight saturates both. A stuck register is full, too, but does not become 0 when it is cleared.
+//!
+//! A chip that is cleared and then measures nothing reads 0 in both ranges, as in the dark below 1 lx. No answer of the chip distinguishes
+//! the two: the panel dims as in the dark, which is safe, and no fault is reported.
 
 use bh1750::{BH1750, Resolution};
 use embedded_hal::{delay::DelayNs, i2c::I2c};

@@ -7,7 +7,7 @@
 mod bh1750;
 #[cfg(feature = "no-sensor")]
 mod no_sensor;
-#[cfg(feature = "opt3001")]
+#[cfg(any(test, feature = "opt3001"))]
 mod opt3001;
 #[cfg(test)]
 mod simulated_bus;

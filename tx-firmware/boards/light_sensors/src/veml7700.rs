@@ -2,6 +2,9 @@
 //!
 //! No daylight saturates the cross-check's range: a register that is full there is stuck, or a lamp touches the sensor. Nothing in the
 //! datasheet distinguishes these, so the reading is *stuck*, which is safe.
+//!
+//! A register that is always 0 may also be the dark, below 0.5 lx: it is 0 in both ranges then, and no flag says that a measurement ended.
+//! The panel dims as in the dark, which is safe, and no fault is reported.
 
 use embedded_hal::i2c::I2c;
 use fixed::types::I32F32;
