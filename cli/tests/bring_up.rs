@@ -2,12 +2,13 @@
 
 mod common;
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use common::{command, folder, json, name, says, text, vocc};
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
 /// A long timeout, because the processor may be shared.
@@ -112,6 +113,48 @@ fn a_board_that_lacks_something_is_no() {
     prints(&dark, 1, &["its duty is 0"]);
     let told: Value = serde_json::from_slice(&board.vocc(&["device", "test", "--json", "--step", "0.15"]).stdout).expect("JSON");
     assert_eq!((&told["shown"], &told["duty"]), (&json!([]), &json!(0.0)));
+}
+
+/// What a board does in the middle of a test ends it: one sentence says what happened, and whether a test panel may still be shown.
+#[test]
+fn a_board_that_fails_during_the_test_ends_it() {
+    let still_shown = "may still show its last test panel";
+    for (event, meant, is_shown) in [
+        ("halt", "its symbols stand still", true),
+        ("restart", "it restarted during the test", false),
+        ("freeze", "nothing answers after 8 tries", true),
+        ("unplug", "the connection broke", true),
+    ] {
+        let mut board = Simulator::start(&["--light-lx", "1000"]);
+        let arguments = ["device", "test", "--step", "0.15", "--timeout", "0.1", "--port", &board.port];
+        let mut test = command(&arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("vocc runs");
+        let mut printed = BufReader::new(test.stdout.take().expect("piped"))
+            .lines()
+            .map(|line| line.expect("text"));
+        assert!(printed.any(|line| line == "  row 2"), "{event}");
+        match event {
+            "freeze" => {
+                let pid = Pid::from_child(&board.child);
+                kill_process(pid, Signal::STOP).expect("it runs");
+            }
+            "unplug" => board.child.kill().expect("it runs"),
+            order => {
+                let input = board.child.stdin.as_mut().expect("piped");
+                writeln!(input, "{order}").expect("it reads");
+            }
+        }
+        let last = printed.last();
+        let ended = test.wait_with_output().expect("it ends");
+        says(&ended, 2, &[meant, &board.port]);
+        let told = text(&ended.stderr);
+        assert_eq!(told.contains(still_shown), is_shown, "{event}: {told}");
+        assert_eq!(told.lines().count(), 1, "{event}: {told}");
+        assert_ne!(last.as_deref(), Some("  row 7, column 7"), "{event}");
+    }
 }
 
 /// Asserts an exit status and words on standard output.

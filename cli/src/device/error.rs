@@ -142,6 +142,15 @@ pub enum DeviceError {
         /// The rate in use.
         symbol_rate_hz: f64,
     },
+    /// The board answers, and shows no new symbols.
+    #[error("it answers, and its symbols stand still: it showed no new one in {0} s; restart it, and repeat the test")]
+    Halted(
+        /// Time waited, s.
+        u64,
+    ),
+    /// The board counts its symbols from 0 again.
+    #[error("it restarted during the test: look at its supply and at `vocc device status`, and repeat the test")]
+    Restarted,
     /// The firmware predates the intensity limit.
     #[error(
         "its firmware is too old for max_cd and led_diameter_m, and nothing was changed: flash the current one (docs/hardware.md), or \

@@ -30,8 +30,10 @@ const STORE_TIME: Duration = Duration::from_millis(500);
 const SYMBOLS_MIN: f64 = 10.0;
 /// Interval between checks for a stop.
 const NAP: Duration = Duration::from_millis(20);
-/// Maximum factor by which a board's clock is slower than this computer's.
-const SLOWEST: u32 = 20;
+/// Added to the error of a board that may not have ended its test panel.
+const STILL_SHOWN: &str = "the test broke off, and the panel may still show its last test panel";
+/// Time without a new symbol after which a board stands still. An emulated one may be 20 times slower than a board.
+const STANDSTILL: Duration = Duration::from_secs(5);
 /// Maximum ratio of the light between the sensor's ranges, because it may change between the readings.
 const RANGES_RATIO_MAX: f64 = 2.0;
 /// Minimum reading of one range while the other is saturated: half of the lowest of their limits, the 35 000 lx of a VEML7700.
@@ -104,10 +106,17 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         .with_context(|| port.name());
     }
     let tested = test_board(&mut client, symbol_rate_hz, arguments, port, shared);
-    // Ends the test at once, also after Ctrl-C and errors; without an answer, the test panel ends soon.
+    // Ends the test at once, also after Ctrl-C and errors; without an answer, a board that works ends it soon.
     let ended = test(&mut client, PanelFrame::default(), u8::MAX, Duration::ZERO).with_context(|| port.name());
-    let verdict = tested?;
-    ended.map(|()| verdict)
+    let is_shown = ended.is_err() || is_halted(&tested);
+    let outcome = tested.and_then(|verdict| ended.map(|()| verdict));
+    if is_shown { outcome.context(STILL_SHOWN) } else { outcome }
+}
+
+/// Whether the test ended because the board shows no new panels.
+fn is_halted(tested: &anyhow::Result<Verdict>) -> bool {
+    let error = tested.as_ref().err().and_then(|error| error.downcast_ref());
+    matches!(error, Some(DeviceError::Halted(_)))
 }
 
 /// Tests a board. May leave a test panel on.
@@ -320,9 +329,20 @@ fn wait(client: &mut Connection, time: Duration, symbol_rate_hz: f64, stop: Stop
     while begun.elapsed() < time && !stop.is_asked() {
         std::thread::sleep(NAP.min(time.saturating_sub(begun.elapsed())));
     }
-    // Do not wait long for a board that does not count.
-    let most = time.saturating_mul(SLOWEST);
-    while begun.elapsed() < most && !stop.is_asked() && symbols(client)?.saturating_sub(first) < wanted {
+    let (mut shown, mut changed) = (first, Instant::now());
+    while !stop.is_asked() {
+        let now = symbols(client)?;
+        if now < shown {
+            return Err(DeviceError::Restarted);
+        }
+        if now - first >= wanted {
+            break;
+        }
+        if now > shown {
+            (shown, changed) = (now, Instant::now());
+        } else if changed.elapsed() >= STANDSTILL {
+            return Err(DeviceError::Halted(STANDSTILL.as_secs()));
+        }
         std::thread::sleep(NAP);
     }
     Ok(())

@@ -46,6 +46,8 @@ pub struct Board {
     next_symbol: Duration,
     /// Number of readings since the start.
     readings: u32,
+    /// Whether its symbol clock stands still.
+    is_halted: bool,
 }
 
 impl Board {
@@ -63,7 +65,13 @@ impl Board {
             began,
             next_symbol: began,
             readings: 0,
+            is_halted: false,
         })
+    }
+
+    /// Stops the symbols until the board is restarted.
+    pub fn halt(&mut self) {
+        self.is_halted = true;
     }
 
     /// The board after a power cut in place of the next symbol.
@@ -85,6 +93,9 @@ impl Board {
 
     /// Runs until `now`. Returns the next symbol that begins before, if any.
     pub fn advance(&mut self, now: Duration, sensor: &mut LightSensor) -> Option<Symbol> {
+        if self.is_halted {
+            self.next_symbol = now + Duration::from_nanos(1);
+        }
         let at = self.next_symbol;
         loop {
             let since_start = SENSOR_PERIOD * self.readings;

@@ -146,6 +146,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         match orders.next() {
             Input::Line(line) => match line.parse() {
                 Ok(Order::Restart) => board = board.restarted()?,
+                Ok(Order::Halt) => board.halt(),
                 Ok(Order::Sensor(health)) => sensor.health = health,
                 Ok(Order::Light(lux)) => {
                     sensor.illuminance_lx = lux;

@@ -28,6 +28,8 @@ pub enum Order {
     Light(f64),
     /// Sets the state of the light sensor.
     Sensor(Health),
+    /// Stops the symbols: the panel stays as it is, and the serial port answers.
+    Halt,
     /// Cuts and restores the power.
     Restart,
 }
@@ -53,9 +55,10 @@ impl std::str::FromStr for Order {
             ["sensor", "works"] => Ok(Self::Sensor(Health::Works)),
             ["sensor", "missing"] => Ok(Self::Sensor(Health::Missing)),
             ["sensor", "stuck"] => Ok(Self::Sensor(Health::Stuck)),
+            ["halt"] => Ok(Self::Halt),
             ["restart"] => Ok(Self::Restart),
             _ => Err(format!(
-                "{line:?} is not a command: give `light 5000` (lx), `sensor works`, `sensor missing`, `sensor stuck` or `restart`"
+                "{line:?} is not a command: give `light 5000` (lx), `sensor works`, `sensor missing`, `sensor stuck`, `halt` or `restart`"
             )),
         }
     }
@@ -162,6 +165,7 @@ mod tests {
     fn orders_are_read_and_others_are_told_what_there_is() {
         assert_eq!("light 5000".parse(), Ok(Order::Light(5000.0)));
         assert_eq!(" sensor  stuck".parse(), Ok(Order::Sensor(Health::Stuck)));
+        assert_eq!("halt".parse(), Ok(Order::Halt));
         assert_eq!("restart".parse(), Ok(Order::Restart));
         for (line, word) in [
             ("light", "light 5000"),
