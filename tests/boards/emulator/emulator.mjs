@@ -11,7 +11,7 @@
 // Commands, in addition to those of `harness.mjs`:
 //
 //   {"lux": 5000, "fault": "none"}   the light on the sensor, and its fault: none, missing, stuck, silent, hanging,
-//                                   holding: it holds the data line when the processor starts
+//                                   holding: it holds the data line, from now on and at each start
 //   {"hang": true}                   stops the processor, or lets it continue
 //   {"boot_loader": true}            restarts in the boot loader, which runs no program
 //   {"power": false}                 the board loses its supply; the registers keep theirs

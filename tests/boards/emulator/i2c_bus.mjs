@@ -1,5 +1,6 @@
 // A device on an I2C bus. A byte takes nine clocks of the bus, and a device that hangs holds the clock line down. A device that was being
-// read when the processor was reset holds the data line until it has received the clocks for the rest of its byte, and needs a STOP then.
+// read when the processor was reset, or that missed clocks, holds the data line until it has received the clocks for the rest of its byte,
+// and needs a STOP then.
 
 const WRITE = 0, BITS = 9, NANOS_PER_SECOND = 1e9, LOW = 0;
 // Both boards have the bus on these pins, with pull-ups.
@@ -50,6 +51,8 @@ export class I2cBus {
       if (left > 0 || before !== LOW || this.clock.value === LOW) return;
       ignoreClock();
       ignoreData();
+      // The transfer that it did not complete has been given up.
+      this.held = null;
       this.hang(false);
     });
   }

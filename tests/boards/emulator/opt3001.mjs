@@ -44,11 +44,8 @@ export class Opt3001 {
   fail(fault) {
     this.fault = fault;
     this.bus.hang(fault === 'hanging');
-  }
-
-  // It was being read when the processor was reset.
-  hold() {
-    this.bus.holdFor(CLOCKS_LEFT);
+    // It was being read when the processor was reset, or misses clocks of a read.
+    if (fault === 'holding') this.bus.holdFor(CLOCKS_LEFT);
   }
 
   take() {

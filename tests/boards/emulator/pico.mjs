@@ -18,7 +18,6 @@ export class Pico extends Board {
     const light = this.sensor ?? { lux: 0, fault: 'none' };
     this.sensor = Object.assign(new Opt3001(mcu, mcu.i2c[0]), { lux: light.lux });
     this.sensor.fail(light.fault);
-    if (light.fault === 'holding') this.sensor.hold();
     this.module?.connect(mcu);
     this.panel = this.module ?? new Panel(mcu, this.report, this.edges, this.stage, this.faults);
   }

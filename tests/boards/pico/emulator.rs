@@ -51,7 +51,7 @@ pub enum Fault {
     Stuck,
     Silent,
     Hanging,
-    /// It holds the data line at the next start, as if a reset had come while it was being read.
+    /// It holds the data line, as if it had missed clocks, and at the next start, as if a reset had come while it was being read.
     Holding,
 }
 

@@ -55,6 +55,7 @@ fn main() -> ExitCode {
         restart::a_panic_is_dark_and_restarts,
         restart::a_hard_fault_is_dark_and_restarts,
         restart::a_sensor_that_holds_the_bus_is_made_to_let_go,
+        restart::a_sensor_that_misses_clocks_is_made_to_let_go,
         desk_kit::the_desk_kit_is_read_by_a_camera_on_the_desk,
         desk_kit::the_desk_kit_is_dark_when_it_cannot_go_on,
         bring_up::faults_of_the_wires_are_named,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::emulator::{Emulator, Event, Fault};
 use crate::image::Programs;
@@ -76,6 +76,25 @@ pub fn a_sensor_that_holds_the_bus_is_made_to_let_go(programs: &Programs, folder
     board.enter(PANIC);
     assert_eq!(resets(&board.run_ms(80)), ["forced"]);
     is_back(&mut board, programs, folder);
+}
+
+/// The sensor misses clocks while it is being read, and then holds the bus: the board frees it without a restart.
+pub fn a_sensor_that_misses_clocks_is_made_to_let_go(programs: &Programs, folder: &Path) {
+    let mut board = shining(programs, folder);
+    board.light(9_000.0, Fault::Holding);
+    let mut record = Record::default();
+    let events = board.run_ms(3_500);
+    record.extend(&events);
+    assert!(resets(&events).is_empty());
+    assert!(record.last_pulses().luminance_cd_m2() > 1_000.0, "{:?}", record.last_pulses());
+    board.real_time(true);
+    let terminal = Terminal::open(board.socket());
+    let status = vocc(programs, folder, &["device", "status"], terminal.name()).json();
+    assert_eq!(
+        (&status["light"], &status["faults"]),
+        (&json!("measured"), &json!(["no_table", "no_calibration"])),
+        "{status}"
+    );
 }
 
 /// A panic makes the LEDs dark at once and restarts.

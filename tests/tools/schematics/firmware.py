@@ -14,7 +14,7 @@ PICO = {
         (("clock",), rf"clock: {PIN}"),
         (("data",), rf"data: {PIN}"),
         (("transmit", "receive"), rf"BufferedUart::new\(\s*board\.UART0,\s*{PIN},\s*{PIN},"),
-        (("scl", "sda"), rf"I2c::new_async\(board\.I2C0, {PIN}, {PIN},"),
+        (("scl", "sda"), rf"Bus::new\(board\.I2C0, {PIN}, {PIN},"),
     ),
 }
 RECEIVER = {
@@ -22,7 +22,7 @@ RECEIVER = {
     "pin": PICO["pin"],
     "roles": (
         (("transmit", "receive"), rf"BufferedUart::new\(\s*chip\.UART0,\s*{PIN},\s*{PIN},"),
-        (("scl", "sda"), rf"I2c::new_async\(chip\.I2C0, {PIN}, {PIN},"),
+        (("scl", "sda"), rf"Bus::new\(chip\.I2C0, {PIN}, {PIN},"),
         (("lamp",), rf"lamp: Output::new\({PIN}"),
         (tuple(f"data{bit}" for bit in range(8)), r"data: \(" + rf"\s*{PIN}," * 8),
         (("pixel_clock",), rf"pixel_clock: {PIN}"),

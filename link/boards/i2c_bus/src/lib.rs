@@ -1,4 +1,5 @@
-//! Frees an I2C bus whose data line is held low by a chip that was being read when its controller was reset.
+//! Frees an I2C bus whose data line is held low by a chip that was being read when its controller was reset, or when a disturbance took a
+//! clock from it.
 //!
 //! The chip waits for the clocks of the rest of its byte, and no transfer can begin before. NXP UM10204, 3.1.16: within nine clocks it
 //! releases the line.

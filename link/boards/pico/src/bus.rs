@@ -5,25 +5,18 @@ use core::{future::Future, future::poll_fn, pin::pin, task::Poll};
 use embassy_futures::block_on;
 use embassy_rp::{
     Peri,
-    gpio::{Level, OutputOpenDrain, Pin},
-    i2c::{self, Async, I2c},
-    peripherals::I2C0,
+    gpio::{Level, OutputOpenDrain},
+    i2c::{self, Async, I2c, InterruptHandler},
+    interrupt::typelevel::{Binding, I2C0_IRQ},
+    peripherals::{I2C0, PIN_4, PIN_5},
 };
 use embassy_time::{Delay, Duration, Instant};
 use embedded_hal::i2c::{ErrorKind, ErrorType, Operation};
 
+const FREQUENCY_HZ: u32 = 400_000;
+
 /// Time limit of a transfer: about forty times its length. A chip that holds the clock line for longer is broken.
 const PATIENCE: Duration = Duration::from_millis(5);
-
-/// Frees a bus whose data line is held by a chip that was being read when this processor was reset. Call it before the controller takes the
-/// pins.
-pub fn free(clock: Peri<'_, impl Pin>, data: Peri<'_, impl Pin>) {
-    let mut clock = OutputOpenDrain::new(clock, Level::High);
-    let mut data = OutputOpenDrain::new(data, Level::High);
-    clock.set_pullup(true);
-    data.set_pullup(true);
-    i2c_bus::free(&mut clock, &mut data, &mut Delay);
-}
 
 /// Why a transfer failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,26 +36,61 @@ impl embedded_hal::i2c::Error for BusError {
 }
 
 /// A bus for blocking drivers. It is used at the lowest priority level, so everything else continues while it waits.
-pub struct Bus(I2c<'static, I2C0, Async>);
+///
+/// Each transfer frees the bus and sets the controller up anew, because a chip may hold the data line at any time: a reset or a disturbance
+/// may have taken a clock from it while it was being read.
+pub struct Bus<I> {
+    controller: Peri<'static, I2C0>,
+    clock: Peri<'static, PIN_5>,
+    data: Peri<'static, PIN_4>,
+    interrupts: I,
+}
 
-impl Bus {
-    /// Takes over the controller.
-    pub fn new(controller: I2c<'static, I2C0, Async>) -> Self {
-        Self(controller)
+impl<I: Binding<I2C0_IRQ, InterruptHandler<I2C0>> + Copy> Bus<I> {
+    /// Takes over the controller, SCL and SDA.
+    pub fn new(controller: Peri<'static, I2C0>, clock: Peri<'static, PIN_5>, data: Peri<'static, PIN_4>, interrupts: I) -> Self {
+        Self {
+            controller,
+            clock,
+            data,
+            interrupts,
+        }
+    }
+
+    /// The controller, on a bus that no chip holds.
+    fn ready(&mut self) -> I2c<'_, I2C0, Async> {
+        let mut clock = OutputOpenDrain::new(self.clock.reborrow(), Level::High);
+        let mut data = OutputOpenDrain::new(self.data.reborrow(), Level::High);
+        clock.set_pullup(true);
+        data.set_pullup(true);
+        i2c_bus::free(&mut clock, &mut data, &mut Delay);
+        drop((clock, data));
+        let mut config = i2c::Config::default();
+        config.frequency = FREQUENCY_HZ;
+        I2c::new_async(
+            self.controller.reborrow(),
+            self.clock.reborrow(),
+            self.data.reborrow(),
+            self.interrupts,
+            config,
+        )
     }
 }
 
-impl ErrorType for Bus {
+impl<I> ErrorType for Bus<I> {
     type Error = BusError;
 }
 
-impl embedded_hal::i2c::I2c for Bus {
+impl<I: Binding<I2C0_IRQ, InterruptHandler<I2C0>> + Copy> embedded_hal::i2c::I2c for Bus<I> {
     fn transaction(&mut self, address: u8, operations: &mut [Operation<'_>]) -> Result<(), BusError> {
         let address = u16::from(address);
+        let mut controller = self.ready();
         match operations {
-            [Operation::Write(bytes)] => in_time(self.0.write_async(address, bytes.iter().copied())),
-            [Operation::Read(buffer)] => in_time(self.0.read_async(address, buffer)),
-            [Operation::Write(bytes), Operation::Read(buffer)] => in_time(self.0.write_read_async(address, bytes.iter().copied(), buffer)),
+            [Operation::Write(bytes)] => in_time(controller.write_async(address, bytes.iter().copied())),
+            [Operation::Read(buffer)] => in_time(controller.read_async(address, buffer)),
+            [Operation::Write(bytes), Operation::Read(buffer)] => {
+                in_time(controller.write_read_async(address, bytes.iter().copied(), buffer))
+            }
             _ => Err(BusError::Unsupported),
         }
     }

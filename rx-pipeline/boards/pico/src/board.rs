@@ -16,14 +16,14 @@ use rx_pipeline::{
     standalone::{Camera, Clock, Machine, Port},
 };
 
-use crate::{capture, stack, usb};
+use crate::{Irqs, capture, stack, usb};
 
 /// Longer than any part of a search that does not feed the watchdog.
 pub const WATCHDOG: Duration = Duration::from_secs(8);
 
 /// The board.
 pub struct Pico {
-    pub camera: Hm01b0<Bus, Delay>,
+    pub camera: Hm01b0<Bus<Irqs>, Delay>,
     pub receive: BufferedUartRx,
     pub transmit: BufferedUartTx,
     pub lamp: Output<'static>,

@@ -35,7 +35,7 @@ use embassy_rp::{
     watchdog::Watchdog,
 };
 use embassy_time::{Delay, Duration, Instant, with_timeout};
-use pico::bus::{self, Bus};
+use pico::bus::Bus;
 use rx_pipeline::{
     hm01b0::Hm01b0,
     standalone::{Application, Port, Settings, Trust},
@@ -110,12 +110,9 @@ async fn main(_spawner: Spawner) {
     // Without an adapter, the line stays high: no break.
     pac::PADS_BANK0.gpio(1).modify(|pad| pad.set_pue(true));
     let (transmit, receive) = uart.split();
-    bus::free(chip.PIN_5.reborrow(), chip.PIN_4.reborrow());
-    let mut bus = i2c::Config::default();
-    bus.frequency = 400_000;
-    let bus = i2c::I2c::new_async(chip.I2C0, chip.PIN_5, chip.PIN_4, Irqs, bus);
+    let bus = Bus::new(chip.I2C0, chip.PIN_5, chip.PIN_4, Irqs);
     let mut board = Pico {
-        camera: Hm01b0::new(Bus::new(bus), Delay, MODE),
+        camera: Hm01b0::new(bus, Delay, MODE),
         receive,
         transmit,
         lamp: Output::new(chip.PIN_25, Level::Low),

@@ -37,7 +37,7 @@ use embassy_time::Delay;
 use light_sensors::Sensor;
 use link::{panel::PanelFrame, serial::Faults};
 use on_embassy::light::{self, WATCHDOG};
-use pico::bus::{self, Bus};
+use pico::bus::Bus;
 use static_cell::StaticCell;
 use tx_firmware::{calibration::Calibration, panel_ring::PanelRing, store::Remembered};
 
@@ -147,12 +147,6 @@ async fn main(_spawner: Spawner) {
         ports.spawn(task);
     }
 
-    bus::free(board.PIN_5.reborrow(), board.PIN_4.reborrow());
-    let mut bus = i2c::Config::default();
-    bus.frequency = 400_000;
-    let bus = i2c::I2c::new_async(board.I2C0, board.PIN_5, board.PIN_4, Irqs, bus);
-    light::follow(Sensor::new(Bus::new(bus), Delay), shared, symbols::position, || {
-        watchdog.feed(WATCHDOG)
-    })
-    .await;
+    let bus = Bus::new(board.I2C0, board.PIN_5, board.PIN_4, Irqs);
+    light::follow(Sensor::new(bus, Delay), shared, symbols::position, || watchdog.feed(WATCHDOG)).await;
 }
