@@ -464,9 +464,8 @@ fn a_panel_is_calibrated_from_pictures_by_what_a_transmitter_can_do() {
     let place = folder("simulated-calibration");
     let pictures = place.join("pictures");
     std::fs::create_dir(&pictures).expect("a folder");
-    let trial = measured(&text(&vocc(&["device", "calibration", "--template"]).stdout))
-        .replace("shortest_pulse_ns = 100", "shortest_pulse_ns = 0")
-        .replace("low_current_share = 0.125", "low_current_share = 1.0");
+    let trial =
+        measured(&text(&vocc(&["device", "calibration", "--template"]).stdout)).replace("shortest_pulse_ns = 100", "shortest_pulse_ns = 0");
     let light = ["camera.frame_rate_hz=4", "ambient.illuminance_lx=10000", "panel.reflectance=0.4"];
     let sets = SCENE.iter().chain(&light);
     let bench: Vec<&str> = sets.flat_map(|&set| ["--set", set]).collect();

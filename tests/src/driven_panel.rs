@@ -4,8 +4,8 @@ use serde::Deserialize;
 
 /// Frequency of the transmitter's system clock, Hz.
 pub const CLOCK_HZ: f64 = 125e6;
-/// Ratio of the light at low current to that at full current, for the board's typical panel.
-pub const LOW_CURRENT_SHARE: f64 = 0.125;
+/// Ratio of the light at low current to that at full current, by the resistors of the road kit in kΩ.
+pub const LOW_CURRENT_SHARE: f64 = 1.1 / (1.1 + 5.6);
 /// Luminance of an On LED of the typical panel at full duty, cd/m².
 pub const FULL_CD_M2: f64 = 26_000.0;
 /// Reflectance of the LEDs' surface.

@@ -1,6 +1,6 @@
 //! What the pulses of the dimming cost in accuracy, at each light and the exposure that a camera takes there.
 
-use tx_firmware::calibration::BENCH;
+use tx_firmware::calibration::SWITCHED;
 use tx_firmware::dimming::Duty;
 use tx_firmware::drive::{Drive, Pulses, exposure_ns};
 
@@ -9,7 +9,7 @@ const REFLECTANCE: f64 = 0.4;
 const L2A_MOST: f64 = 4.0;
 
 fn main() {
-    let drive = Drive::new(&BENCH, CLOCK_HZ);
+    let drive = Drive::new(&SWITCHED, CLOCK_HZ);
     println!("  full, cd/m²      L2A        lx  exposure    duty, %    PWM, kHz  ripple, %  step, %  current");
     for full_lx in [16_000, 100_000] {
         let full_cd_m2 = L2A_MOST * f64::from(full_lx) * REFLECTANCE;
@@ -20,7 +20,7 @@ fn main() {
                     continue;
                 }
                 let pulses = drive.pulses(Duty::saturating_from_num(duty), Pulses::default());
-                let given = pulses.duty(BENCH.low_current_share).to_num::<f64>();
+                let given = pulses.duty(SWITCHED.low_current_share).to_num::<f64>();
                 println!(
                     "{full_cd_m2:>13.0} {l2a:>8} {lx:>9}    1/{:<4.0} {:>11.4} {:>11.1} {:>10.2} {:>8.3}  {}",
                     1e9 / f64::from(exposure_ns(lx)),

@@ -30,6 +30,9 @@ pub const SENSOR_GAIN: RangeInclusive<U12F20> = U12F20::lit("0.01")..=U12F20::li
 pub const BENCH_FULL_DUTY_LX: u32 = 4_000;
 
 /// The bench measurements of the panel of `docs/hardware/road-kit.md`: the default of a board until its own panel is measured.
+///
+/// One program serves panels with and without a [current switch](SWITCHED), and this is the safe value for both: with a share *s* below 1,
+/// a panel without the switch would give 1/*s* of the light that was asked for.
 pub const BENCH: Measured = Measured {
     luminance_full_cd_m2: U32F32::lit("26000"),
     shortest_pulse_ns: 100,
@@ -37,7 +40,14 @@ pub const BENCH: Measured = Measured {
     reflectance: U1F31::lit("0.4"),
     interval: Interval::lit("1"),
     sensor_gain: U12F20::lit("1"),
-    low_current_share: U1F31::lit("0.125"),
+    low_current_share: U1F31::ONE,
+};
+
+/// [`BENCH`] with the current switch of `docs/hardware/road-kit.md`. A register's current is proportional to 1/R, so the low one is
+/// R_switched/(R_switched + R_always) of the full one, with 1.1 kΩ and 5.6 kΩ.
+pub const SWITCHED: Measured = Measured {
+    low_current_share: U1F31::from_bits(((1_100u64 << U1F31::FRAC_NBITS) / (1_100 + 5_600)) as u32),
+    ..BENCH
 };
 
 /// A measured value out of its range.
@@ -113,7 +123,6 @@ pub enum CalibrationError {
 /// let measured = Measured {
 ///     luminance_full_cd_m2: U32F32::lit("8000"),
 ///     pwm_period_ns: 20_000,
-///     low_current_share: U1F31::lit("1"),
 ///     ..BENCH
 /// };
 /// let calibration = Calibration::new(measured)?;
@@ -265,7 +274,6 @@ mod tests {
         luminance_full_cd_m2: U32F32::lit("8000"),
         shortest_pulse_ns: 200,
         pwm_period_ns: 20_000,
-        low_current_share: U1F31::ONE,
         ..BENCH
     };
 

@@ -62,7 +62,6 @@ pub const DUTY_ERROR: f64 = 1.0 / (1u64 << 32) as f64 + LUMINANCE_ERROR_CD_M2;
 ///     luminance_full_cd_m2: U32F32::lit("8000"),
 ///     pwm_period_ns: 20_000,
 ///     reflectance: U1F31::lit("0.5"),
-///     low_current_share: U1F31::lit("1"),
 ///     ..BENCH
 /// })?;
 /// let l2a = L2a::lit("2");
@@ -272,7 +271,7 @@ mod tests {
             prop_assert!(pulses.duty(BENCH.low_current_share).to_num::<f64>() * full_cd_m2 <= most_cd_m2);
 
             // A MAX7219 lights 1/32 to 31/32; its full luminance is that of 31/32.
-            let steps = Measured { shortest_pulse_ns: 40_323, pwm_period_ns: 1_250_000, low_current_share: U1F31::ONE, ..BENCH };
+            let steps = Measured { shortest_pulse_ns: 40_323, pwm_period_ns: 1_250_000, ..BENCH };
             let calibration = Calibration::new(steps).unwrap().limited_to(Some(limit));
             if calibration.luminance_floor_cd_m2() <= calibration.luminance_most_cd_m2() {
                 let step = intensity(given(calibration.luminance_most_cd_m2()));

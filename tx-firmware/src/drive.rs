@@ -149,13 +149,13 @@ impl<O: PulseOutput> Dimmer<O> {
 /// The rule of the [module](self) for one board and panel.
 ///
 /// ```
-/// use tx_firmware::{calibration::BENCH, dimming::Duty, drive::{Drive, Pulses}};
+/// use tx_firmware::{calibration::SWITCHED, dimming::Duty, drive::{Drive, Pulses}};
 ///
-/// let drive = Drive::new(&BENCH, 125_000_000);
+/// let drive = Drive::new(&SWITCHED, 125_000_000);
 /// let pulses = |duty| drive.pulses(Duty::from_num(duty), Pulses::default());
 /// assert_eq!(pulses(0.5), Pulses { lit: 486, period: 972, low_current: false }); // 129 kHz
 /// assert_eq!(pulses(0.004), Pulses { lit: 13, period: 3250, low_current: false }); // 38 kHz
-/// assert_eq!(pulses(0.001), Pulses { lit: 13, period: 1625, low_current: true });
+/// assert_eq!(pulses(0.001), Pulses { lit: 13, period: 2134, low_current: true });
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Drive {
@@ -270,18 +270,18 @@ mod tests {
     extern crate std;
 
     use super::*;
-    use crate::calibration::BENCH;
+    use crate::calibration::{BENCH, SWITCHED};
     use properties::prelude::*;
     use std::vec::Vec;
 
     const CLOCK_HZ: u32 = 125_000_000;
 
     fn drive() -> Drive {
-        Drive::new(&BENCH, CLOCK_HZ)
+        Drive::new(&SWITCHED, CLOCK_HZ)
     }
 
     fn floor() -> f64 {
-        drive().floor_at_full_current().to_num::<f64>() * BENCH.low_current_share.to_num::<f64>()
+        drive().floor_at_full_current().to_num::<f64>() * SWITCHED.low_current_share.to_num::<f64>()
     }
 
     /// The lit time from the start of a period to `time_ns`, summed pulse by pulse.
@@ -309,7 +309,7 @@ mod tests {
         if pulses.period == 0 {
             0.0
         } else {
-            pulses.duty(BENCH.low_current_share).to_num()
+            pulses.duty(SWITCHED.low_current_share).to_num()
         }
     }
 
@@ -368,11 +368,7 @@ mod tests {
 
     #[test]
     fn without_a_switch_light_below_the_floor_is_dimmer_than_asked_for() {
-        let panel = Measured {
-            low_current_share: U1F31::ONE,
-            ..BENCH
-        };
-        let drive = Drive::new(&panel, CLOCK_HZ);
+        let drive = Drive::new(&BENCH, CLOCK_HZ);
         let pulses = |duty| drive.pulses(duty, Pulses::default());
         let floor = drive.floor_at_full_current();
         // 13/6125 is not a whole number of duty steps.
@@ -414,7 +410,7 @@ mod tests {
             // The light of an exposure with any start, compared with the requested light.
             let start_ns = phase * f64::from(pulses.period) * 1e9 / f64::from(CLOCK_HZ);
             let exposure_ns = f64::from(exposure);
-            let current = if pulses.low_current { 0.125 } else { 1.0 };
+            let current = if pulses.low_current { SWITCHED.low_current_share.to_num() } else { 1.0 };
             let light = current * (lit_ns(pulses, start_ns + exposure_ns) - lit_ns(pulses, start_ns));
             let error = light / (exposure_ns * duty.to_num::<f64>()) - 1.0;
             let bound = f64::from(pulses.ripple_ppm(exposure, CLOCK_HZ) + pulses.step_ppm() + 2) / 1e6;
@@ -433,9 +429,23 @@ mod tests {
         fn more_duty_is_never_less_light_but_for_a_step(duty in any::<u32>(), more in 0u32..1 << 24) {
             let pulses = drive().pulses(Duty::from_bits(duty), Pulses::default());
             let brighter = drive().pulses(Duty::from_bits(duty.saturating_add(more)), pulses);
-            let [dim, bright] = [pulses, brighter].map(|pulses| pulses.duty(BENCH.low_current_share).to_num::<f64>());
+            let [dim, bright] = [pulses, brighter].map(|pulses| pulses.duty(SWITCHED.low_current_share).to_num::<f64>());
             let step = f64::from(pulses.step_ppm() + brighter.step_ppm()) / 1e6;
             prop_assert!(bright >= dim * (1.0 - step));
+        }
+
+        #[test]
+        fn without_a_calibration_no_panel_is_brighter_than_asked_for_whether_it_has_the_switch_or_not(
+            duty in any::<u32>(), low_current in any::<bool>(),
+        ) {
+            let before = Pulses { low_current, ..Pulses::default() };
+            let pulses = Drive::new(&BENCH, CLOCK_HZ).pulses(Duty::from_bits(duty), before);
+            let asked = Duty::from_bits(duty).to_num::<f64>();
+            let step = f64::from(pulses.step_ppm()) / 1e6;
+            for share in [U1F31::ONE, SWITCHED.low_current_share] {
+                let given = pulses.duty(share).to_num::<f64>();
+                prop_assert!(given <= asked * (1.0 + 2.0 * step) + 1e-9, "{given} for {asked}, {pulses:?}");
+            }
         }
 
         #[test]

@@ -445,7 +445,6 @@ mod tests {
         luminance_full_cd_m2: U32F32::lit("8000"),
         pwm_period_ns: 20_000,
         reflectance: U1F31::lit("0.5"),
-        low_current_share: U1F31::ONE,
         ..BENCH
     };
 

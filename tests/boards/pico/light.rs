@@ -7,7 +7,9 @@ use tx_firmware::drive::{FIDELITY_PPM, RIPPLE_MAX_PPM};
 
 use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
-use crate::panel::{FULL_CD_M2, REFLECTANCE, Record, l2a};
+use crate::panel::{FULL_CD_M2, LOW_CURRENT_SHARE, REFLECTANCE, Record, l2a};
+use crate::terminal::Terminal;
+use crate::vocc::vocc;
 
 /// Maximum relative error of the luminance: the rest of the smoothing after it has settled, half a count of an OPT3001's mantissa of at
 /// least 2048 counts, and the step of the pulses.
@@ -24,10 +26,21 @@ fn wanted_cd_m2(lux: f64) -> f64 {
     (l2a(lux) * lux * REFLECTANCE).min(FULL_CD_M2)
 }
 
-/// (c) After the light has changed and settled, the LEDs have the luminance L* = r·E·R, measured at the output-enable line.
+/// (c) After the light has changed and settled, the LEDs have the luminance L* = r·E·R, measured at the output-enable line. The calibration
+/// has the share of the low current, which dim light needs.
 pub fn the_luminance_follows_the_light_up_and_down(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up(programs, folder, &["--edges"]);
     let mut record = Record::default();
+    board.light(50.0, Fault::None);
+    record.extend(&board.real_time(true));
+    let terminal = Terminal::open(board.socket());
+    let calibration = format!(
+        "luminance_full_cd_m2 = {FULL_CD_M2:?}\nshortest_pulse_ns = 100\npwm_period_ns = 49000\nreflectance = {REFLECTANCE}\n\
+         interval = 1.0\nsensor_gain = 1.0\nlow_current_share = {LOW_CURRENT_SHARE}\n"
+    );
+    std::fs::write(folder.join("switched.toml"), calibration).expect("the folder can be written");
+    vocc(programs, folder, &["device", "calibration", "switched.toml"], terminal.name()).json();
+    record.extend(&board.real_time(false));
     let up = [50.0, 120.0, 700.0, 2_500.0, 9_000.0, 16_000.0];
     let down = up.iter().rev().skip(1);
     for &lux in up.iter().chain(down) {

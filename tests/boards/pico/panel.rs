@@ -5,7 +5,7 @@ use link::framing::Framer;
 use link::l2a_table::{Illuminance, Interval, L2aTable};
 use link::panel::PanelFrame;
 
-pub use vocc_tests::driven_panel::{FULL_CD_M2, Pulses, REFLECTANCE};
+pub use vocc_tests::driven_panel::{FULL_CD_M2, LOW_CURRENT_SHARE, Pulses, REFLECTANCE};
 
 use crate::emulator::{CLOCK_HZ, Event};
 

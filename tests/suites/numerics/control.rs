@@ -5,7 +5,7 @@ use link::l2a_table::{AXIS_STEP_MIN_LOG2, Illuminance, Interval, L2A_ERROR_MAX, 
 use link::serial::Measured;
 use micromath::F32Ext;
 use tx_firmware::ambient::{Ambient, BRIGHTEST_LX, DARKEST_LX, Smoothing};
-use tx_firmware::calibration::{BENCH, Calibration, LOW_CURRENT_SHARE, LUMINANCE_CD_M2, PWM_PERIOD_NS, REFLECTANCE, SENSOR_GAIN};
+use tx_firmware::calibration::{BENCH, Calibration, LOW_CURRENT_SHARE, LUMINANCE_CD_M2, PWM_PERIOD_NS, REFLECTANCE, SENSOR_GAIN, SWITCHED};
 use tx_firmware::dimming::{DUTY_ERROR, Dimming, Duty, L2A_MAX, LUMINANCE_ERROR_CD_M2, duty_cycle};
 use tx_firmware::drive::{Drive, Pulses};
 
@@ -211,9 +211,9 @@ fn lights(nodes: &[Illuminance]) -> Vec<Illuminance> {
 #[test]
 fn more_light_never_gives_less_luminance_but_for_one_step() {
     let table = L2aTable::shipped();
-    let calibration = calibration(BENCH);
-    let reflectance = BENCH.reflectance.to_num::<f64>();
-    let drive = Drive::new(&BENCH, 125_000_000);
+    let calibration = calibration(SWITCHED);
+    let reflectance = SWITCHED.reflectance.to_num::<f64>();
+    let drive = Drive::new(&SWITCHED, 125_000_000);
     let mut naive_falls = 0;
     for interval in ["0.5", "0.77", "1", "1.5", "2", "3"].map(|text| text.parse().expect("an interval")) {
         let mut last = (0.0, 0.0, Pulses::default());
@@ -225,7 +225,7 @@ fn more_light_never_gives_less_luminance_but_for_one_step() {
             let step = light.to_num::<f64>() * reflectance / 8192.0;
             assert!(luminance >= last.0 - step, "{light} lx: {luminance} after {}", last.0);
             let pulses = drive.pulses(dimming.duty, last.2);
-            let given = pulses.duty(BENCH.low_current_share).to_num::<f64>();
+            let given = pulses.duty(SWITCHED.low_current_share).to_num::<f64>();
             let rounding = 1e-6 * f64::from(pulses.step_ppm() + last.2.step_ppm());
             let step = step / 26_000.0 + given * rounding;
             assert!(given >= last.1 - step, "{light} lx: {given} after {}", last.1);

@@ -446,6 +446,16 @@ def page_demands_another_fuse(root, _firmware, _rules):
     return pages.check_fuse(text, [TLC()]) if text else ()
 
 
+def page_has_another_low_current(root, _firmware, _rules):
+    text = changed(root, pages.ROAD, "= 0.164 of", "= 0.125 of")
+    return pages.check_low_current(text, (root / pages.CALIBRATION).read_text(), [TLC()]) if text else ()
+
+
+def firmware_has_other_resistors(root, _firmware, _rules):
+    text = changed(root, pages.CALIBRATION, "(1_100 + 5_600)", "(1_100 + 8_200)")
+    return pages.check_low_current((root / pages.ROAD).read_text(), text, [TLC()]) if text else ()
+
+
 ELSEWHERE = (
     ("the firmware's latch moved", firmware_moved, ("latch", "GPIO 17", "GPIO 16")),
     ("the firmware does not pull the serial port", firmware_without_pull, ("GPIO 1 ", "floats")),
@@ -454,6 +464,8 @@ ELSEWHERE = (
     ("a page with the wrong pin of a register", page_swaps_register_pins, ("columns 0 to 7 of 74HC595",)),
     ("a page with the wrong pin of the Nucleo", page_of_the_nucleo, ("shift clock", "PA6")),
     ("a page with another fuse", page_demands_another_fuse, ("light-safety.md", "5 A", "2 A")),
+    ("a page with another low current", page_has_another_low_current, ("road-kit.md", "0.164")),
+    ("other resistors of the low current in the firmware", firmware_has_other_resistors, ("calibration.rs", "5600")),
 )
 FAULTS = (*WIRING, *ELSEWHERE)
 

@@ -5,11 +5,13 @@ import io
 import re
 
 from parts import PICO, REGISTER_HC, REGISTER_STP, REGISTER_TLC, REGISTER_TPIC
+from rules import quantity
 
 FOLDER = "docs/hardware"
 ROAD = "docs/hardware/road-kit.md"
 SAFETY = "docs/hardware/light-safety.md"
 PORTING = "docs/porting.md"
+CALIBRATION = "tx-firmware/src/calibration.rs"
 # The emulator's stage before output enable.
 EMULATOR = "tests/boards/emulator/output_enable.mjs"
 # The pages that name pins of the Pico.
@@ -175,6 +177,7 @@ def check(root, circuits, drawn, svg, firmware):
     for circuit in circuits:
         if "R1" in circuit.components and (not stage or circuit.components["R1"].value != f"{stage[1]} kΩ"):
             yield f"{EMULATOR} has not the {circuit.components['R1'].value} of R1 in {circuit.name} at its gate"
+    yield from check_low_current((root / ROAD).read_text(), (root / CALIBRATION).read_text(), circuits)
     yield from check_fuse((root / SAFETY).read_text(), circuits)
     roles, _ = firmware.read(root, "tx-firmware/boards/nucleo-g474")
     text = (root / PORTING).read_text()
@@ -185,6 +188,19 @@ def check(root, circuits, drawn, svg, firmware):
             value = circuit.components[ref].value
             if not re.search(rf"^\| [^|]*\| [^|]*{words}[^|]*; {re.escape(value)} to ground", text, re.M):
                 yield f"{PORTING}: {words!r} is without the {value} of {ref}"
+
+
+def check_low_current(page, firmware, circuits):
+    """The page and the firmware have the share of the low current that the resistors give."""
+    for circuit in (circuit for circuit in circuits if "R21" in circuit.components):
+        always, switched = (quantity(circuit.components[ref].value) for ref in ("R11", "R21"))
+        share = switched / (switched + always)
+        kilohms = f"{switched / 1e3:g}/({switched / 1e3:g} + {always / 1e3:g}) = {share:.3f}"
+        if kilohms not in page:
+            yield f"{ROAD} has not the share of the low current in {circuit.name}, {kilohms}"
+        stated = re.search(r"\(\(([\d_]+)u64 << \S+ / \(([\d_]+) \+ ([\d_]+)\)\)", firmware)
+        if not stated or [int(ohms) for ohms in stated.groups()] != [switched, switched, always]:
+            yield f"{CALIBRATION} has not the resistors of the low current in {circuit.name}: {switched:g} and {always:g} Ω"
 
 
 def check_fuse(text, circuits):

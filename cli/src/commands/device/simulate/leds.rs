@@ -1,10 +1,10 @@
-//! The LEDs of the simulated board: the pulses of a Pico's timer, on the bench's panel.
+//! The LEDs of the simulated board: the pulses of a Pico's timer, on the bench's panel with a current switch.
 
 use std::convert::Infallible;
 
 use link::panel::PanelFrame;
 use link::serial::Measured;
-use tx_firmware::calibration::{BENCH, BENCH_FULL_DUTY_LX};
+use tx_firmware::calibration::{BENCH_FULL_DUTY_LX, SWITCHED};
 use tx_firmware::dimming::Duty;
 use tx_firmware::drive::{Drive, Pulses};
 use tx_firmware::matrix::LedMatrix;
@@ -32,8 +32,8 @@ impl Leds {
     /// clean one loses light in proportion to the missing time.
     pub fn light(&self) -> f64 {
         let pulse_ns = f64::from(self.pulses.lit) * 1e9 / f64::from(CLOCK_HZ);
-        let whole = (pulse_ns / f64::from(BENCH.shortest_pulse_ns)).min(1.0);
-        self.pulses.duty(BENCH.low_current_share).to_num::<f64>() * whole
+        let whole = (pulse_ns / f64::from(SWITCHED.shortest_pulse_ns)).min(1.0);
+        self.pulses.duty(SWITCHED.low_current_share).to_num::<f64>() * whole
     }
 }
 
