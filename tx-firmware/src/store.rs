@@ -64,8 +64,6 @@ pub use signing::RESERVED;
 const RECORD: usize = 1024;
 type Record = [u8; RECORD];
 const BLANK: Record = [0xff; RECORD];
-/// In place of content that the flash cannot read, such as a torn word with error correction: neither blank nor a record.
-const UNREADABLE: Record = [0; RECORD];
 
 const FORMAT_AT: usize = 0;
 const NUMBER: Range<usize> = 1..5;
@@ -422,7 +420,7 @@ impl<F: NorFlash> Store<F> {
 
     /// An item of the current record.
     fn load(&mut self, item: Range<usize>) -> Result<Option<&[u8]>, StoreError> {
-        if let Found::Foreign = self.find() {
+        if let Found::Foreign = self.find()? {
             return Err(StoreError::Damaged);
         }
         let (length, value) = self.record[item].split_first_chunk().unwrap_or((&[0xff; 2], &[]));
@@ -436,7 +434,7 @@ impl<F: NorFlash> Store<F> {
 
     /// Writes the current record with this item, or without it, as the next record.
     fn save_or_remove(&mut self, item: Range<usize>, value: Option<&[u8]>) -> Result<(), StoreError> {
-        let found = self.find();
+        let found = self.find()?;
         let address = self.blank_place(found)?;
         self.write(found, address, item, value)
     }
@@ -463,7 +461,7 @@ impl<F: NorFlash> Store<F> {
         let crc = crc_of(&record);
         record[CRC_AT..].copy_from_slice(&crc);
         self.flash.write(address, &record).map_err(|_| StoreError::Flash)?;
-        if self.read(address) != record {
+        if self.read(address)? != record {
             return Err(StoreError::Flash);
         }
         self.record = record;
@@ -479,7 +477,7 @@ impl<F: NorFlash> Store<F> {
         }
         let unit = F::ERASE_SIZE as u32;
         while !address.is_multiple_of(unit) {
-            if self.read(address) == BLANK {
+            if self.read(address)? == BLANK {
                 return Ok(address);
             }
             address = self.next(address);
@@ -508,13 +506,13 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Finds the current record, on the first call.
-    fn find(&mut self) -> Found {
+    fn find(&mut self) -> Result<Found, StoreError> {
         if let Some(found) = self.found {
-            return found;
+            return Ok(found);
         }
         let (mut is_foreign, mut is_other_format, mut newest, mut is_earlier) = (false, false, None, false);
         for address in self.addresses.clone().step_by(RECORD) {
-            let record = self.read(address);
+            let record = self.read(address)?;
             if record == BLANK {
                 continue;
             }
@@ -541,14 +539,13 @@ impl<F: NorFlash> Store<F> {
             None => Found::Nothing,
         };
         self.found = Some(found);
-        found
+        Ok(found)
     }
 
-    /// The content of a place; [`UNREADABLE`] if the flash cannot read it.
-    fn read(&mut self, address: u32) -> Record {
+    fn read(&mut self, address: u32) -> Result<Record, StoreError> {
         let mut record = BLANK;
-        let read = self.flash.read(address, &mut record);
-        if read.is_ok() { record } else { UNREADABLE }
+        self.flash.read(address, &mut record).map_err(|_| StoreError::Flash)?;
+        Ok(record)
     }
 }
 

@@ -147,7 +147,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     fn stored_lock(&mut self) -> Result<Option<StoredLock>, StoreError> {
-        if let Found::Foreign = self.find() {
+        if let Found::Foreign = self.find()? {
             return Ok(None);
         }
         self.load(LOCK)?

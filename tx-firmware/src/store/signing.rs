@@ -65,7 +65,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     pub(super) fn remove_key(&mut self) -> Result<(), StoreError> {
-        let is_without = matches!(self.find(), Found::Record(_)) && self.stored_key()?.is_none();
+        let is_without = matches!(self.find()?, Found::Record(_)) && self.stored_key()?.is_none();
         if !is_without {
             self.save_alone(None)?;
         }
@@ -87,7 +87,7 @@ impl<F: NorFlash> Store<F> {
     }
 
     fn stored_key(&mut self) -> Result<Option<StoredKey>, StoreError> {
-        if let Found::Foreign = self.find() {
+        if let Found::Foreign = self.find()? {
             return Ok(None);
         }
         let Some(bytes) = self.load(SIGNING_KEY)? else {
@@ -102,7 +102,7 @@ impl<F: NorFlash> Store<F> {
 
     /// Writes the current record with this key, or without one, at the start of the next erase unit.
     fn save_alone(&mut self, key: Option<&[u8]>) -> Result<(), StoreError> {
-        let found = self.find();
+        let found = self.find()?;
         let Range { start, end } = self.addresses;
         let unit = F::ERASE_SIZE as u32;
         let address = match found {
@@ -116,7 +116,7 @@ impl<F: NorFlash> Store<F> {
 
     /// Erases all non-blank units except that of the current record.
     fn erase_others(&mut self) -> Result<(), StoreError> {
-        let Found::Record(counts) = self.find() else {
+        let Found::Record(counts) = self.find()? else {
             return Ok(());
         };
         let Range { start, end } = self.addresses;
@@ -124,7 +124,7 @@ impl<F: NorFlash> Store<F> {
         for other in (start..end).step_by(F::ERASE_SIZE).filter(|&other| other != counts - counts % unit) {
             let mut is_used = false;
             for place in (other..other + unit).step_by(RECORD) {
-                is_used = is_used || self.read(place) != BLANK;
+                is_used = is_used || self.read(place)? != BLANK;
             }
             if is_used {
                 self.erase_unit(other)?;

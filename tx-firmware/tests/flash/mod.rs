@@ -1,8 +1,5 @@
 // A NOR flash memory in RAM, whose power can be cut at any written word and any erase.
 
-use std::collections::BTreeSet;
-use std::ops::Range;
-
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
 /// Bytes of the whole memory.
@@ -23,9 +20,6 @@ pub struct Flash<const WRITE: usize> {
     pub erased: u64,
     /// The changed part of a torn word or unit.
     pub tear: Tear,
-    /// The addresses of the words that a power cut tore, if the memory has error correction: they cannot be read, or written before they
-    /// are erased.
-    pub torn: Option<BTreeSet<usize>>,
 }
 
 /// The changed part of a torn word or unit.
@@ -69,16 +63,6 @@ impl<const WRITE: usize> Flash<WRITE> {
             operations: 0,
             erased: 0,
             tear: Tear::Bits(0),
-            torn: None,
-        }
-    }
-
-    /// An erased memory with error correction.
-    #[allow(dead_code, reason = "not every test cuts the power")]
-    pub fn with_error_correction() -> Self {
-        Self {
-            torn: Some(BTreeSet::new()),
-            ..Self::new()
         }
     }
 
@@ -95,14 +79,6 @@ impl<const WRITE: usize> Flash<WRITE> {
     fn operate(&mut self, from: usize, to: &[u8]) -> Result<(), Failure> {
         let torn = self.power == Power::For(0);
         self.operations += 1;
-        if let Some(words) = &mut self.torn {
-            let changed = (from..from + to.len()).step_by(WRITE);
-            if torn {
-                words.extend(changed);
-            } else {
-                changed.for_each(|word| _ = words.remove(&word));
-            }
-        }
         for (index, &new) in to.iter().enumerate() {
             let byte = &mut self.bytes[from + index];
             let changed = if torn { self.tear.mask(index) } else { 0xff };
@@ -121,12 +97,6 @@ impl<const WRITE: usize> Flash<WRITE> {
             Power::Gone => Err(Failure(NorFlashErrorKind::Other)),
             Power::Stays | Power::For(_) => Ok(()),
         }
-    }
-
-    /// Fails if a word in these addresses is torn.
-    fn corrected(&self, addresses: Range<usize>) -> Result<(), Failure> {
-        let torn = self.torn.as_ref().and_then(|words| words.range(addresses).next());
-        torn.map_or(Ok(()), |_| Err(Failure(NorFlashErrorKind::Other)))
     }
 
     fn check(&self, from: u32, to: u32, unit: usize) -> Result<(), Failure> {
@@ -173,7 +143,6 @@ impl<const WRITE: usize> ReadNorFlash for Flash<WRITE> {
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Failure> {
         let from = offset as usize;
         self.check(offset, offset + bytes.len() as u32, 1)?;
-        self.corrected(from..from + bytes.len())?;
         bytes.copy_from_slice(&self.bytes[from..from + bytes.len()]);
         Ok(())
     }
@@ -200,7 +169,6 @@ impl<const WRITE: usize> NorFlash for Flash<WRITE> {
         self.check(offset, offset + bytes.len() as u32, WRITE)?;
         for (index, word) in bytes.chunks(WRITE).enumerate() {
             let from = offset as usize + index * WRITE;
-            self.corrected(from..from + WRITE)?;
             // Programming clears bits but sets none.
             let new: Vec<u8> = word.iter().zip(&self.bytes[from..]).map(|(new, old)| new & old).collect();
             self.operate(from, &new)?;
