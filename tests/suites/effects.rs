@@ -92,6 +92,20 @@ fn draw(scene: &Scene, region: Region, frame: u64) -> Vec<f64> {
     canvas.values().iter().map(|&linear| renderer.curve().unrounded(linear)).collect()
 }
 
+/// The unrounded grey levels of a region with a still panel, at the renderer's own level.
+fn draw_still(renderer: &Renderer, region: Region, panel: PanelFrame) -> Vec<f64> {
+    let mut canvas = Canvas::<f32>::new(region);
+    renderer.draw(&renderer.moment(1, 0), &[renderer.steady(0, panel)], &mut canvas);
+    let greys = canvas.values().iter().map(|&linear| renderer.curve().unrounded(linear.into()));
+    greys.collect()
+}
+
+/// The bound that a renderer has planned with for an effect.
+fn bound_grey(renderer: &Renderer, effect: &str) -> f64 {
+    let decision = renderer.plan().decisions.iter().find(|decision| decision.effect == effect);
+    decision.expect("a decision on each").bound_grey
+}
+
 fn greatest_difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
@@ -143,7 +157,7 @@ properties! {
             let one_apart = scene(&settings, deterministic().into_iter().map(|other| (other, if other == name { opposite } else { rest })));
             let with = if others { &all_alike } else { &one_apart };
             let renderer = Renderer::new(with, Level::Reference).expect("a visible scene");
-            let bound = renderer.plan().decisions.iter().find(|d| d.effect == name).expect("a decision on each").bound_grey;
+            let bound = bound_grey(&renderer, name);
             let region = renderer.surroundings(0);
             let image = match drawn.take_if(|(of, _)| *of == region) {
                 Some((_, image)) => image,
@@ -176,12 +190,9 @@ properties! {
             ];
             let scene = Scene::load("paper", &settings).expect("a valid scene");
             let renderer = Renderer::new(&scene, Level::Fine).expect("a visible scene");
-            let bound = renderer.plan().decisions.iter().find(|d| d.effect == "point_spread").expect("a decision on each").bound_grey;
+            let bound = bound_grey(&renderer, "point_spread");
             let sensor = Region { x: 860, y: 440, width: 200, height: 200 };
-            let mut canvas = Canvas::<f32>::new(sensor);
-            renderer.draw(&renderer.moment(1, 0), &[renderer.steady(0, PanelFrame::from_bits(0x0f0f_3333_5555_8001))], &mut canvas);
-            let greys: Vec<f64> = canvas.values().iter().map(|&linear| renderer.curve().unrounded(linear.into())).collect();
-            (greys, bound)
+            (draw_still(&renderer, sensor, PanelFrame::from_bits(0x0f0f_3333_5555_8001)), bound)
         };
         let ((with, bound), (without, _)) = (greys("on"), greys("off"));
         let difference = greatest_difference(&with, &without);
@@ -242,19 +253,8 @@ fn flare_keeps_its_bound_on_the_whole_sensor() {
             Scene::load("day", &settings).expect("a valid scene")
         };
         let [with, without] = ["on", "off"].map(|mode| Renderer::new(&scene(mode), Level::Fine).expect("a visible scene"));
-        let bound = with
-            .plan()
-            .decisions
-            .iter()
-            .find(|d| d.effect == "flare")
-            .expect("a decision on each")
-            .bound_grey;
-        let [with, without] = [with, without].map(|renderer| {
-            let mut canvas = Canvas::<f32>::new(renderer.sensor());
-            renderer.draw(&renderer.moment(1, 0), &[renderer.steady(0, PanelFrame::default())], &mut canvas);
-            let greys = canvas.values().iter().map(|&linear| renderer.curve().unrounded(linear.into()));
-            greys.collect::<Vec<f64>>()
-        });
+        let bound = bound_grey(&with, "flare");
+        let [with, without] = [with, without].map(|renderer| draw_still(&renderer, renderer.sensor(), PanelFrame::default()));
         let most = greatest_difference(&with, &without);
         // Off LEDs are darker than the background, where the bound is that of a panel in the brightest place.
         assert!(most <= bound + 1e-3 && most > bound / 3.0, "{x}°, {y}°, {lx} lx: {most} of {bound}");

@@ -27,7 +27,8 @@ impl Effect for Flare {
     fn about(&self) -> About {
         About {
             name: "flare",
-            model: "the sun or a lamp: its image, veiling glare exp(-r/k)/r (Seibert et al. 1984), and ghosts opposite to it (Lee & Eisemann 2013)",
+            model: "the sun or a lamp: its image, veiling glare exp(-r/k)/r (Seibert et al. 1984), and ghosts opposite to it \
+                    (Lee & Eisemann 2013)",
             keys: &[
                 "ambient.lamp_lx",
                 "ambient.lamp_x_deg",
@@ -89,8 +90,8 @@ impl LampLight {
         }
     }
 
-    /// A bound of it at any pixel: glare falls with the distance, so that it is greatest at the sensor's pixel next to the lamp, and no disc
-    /// is brighter than in its middle.
+    /// A bound of it at any pixel: glare falls with the distance, so that it is greatest at the sensor's pixel next to the lamp, and no
+    /// disc is brighter than in its middle.
     fn greatest(&self, view: &View) -> f64 {
         let [width, height] = [view.scene.camera.width_px, view.scene.camera.height_px].map(|pixels| (pixels - 1) as f64);
         let nearest = |place: DVec2| place.clamp(DVec2::ZERO, DVec2::new(width, height));
