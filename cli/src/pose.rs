@@ -1,6 +1,6 @@
 //! A panel's pose in metres and degrees, as text and as JSON.
 
-use reception::whereabouts::{PoseResult, Whereabouts, told_size};
+use reception::panel_pose::{PanelPose, PoseResult, configured_size};
 use rx_pipeline::pose::{Known, PanelSize};
 use serde_json::{Value, json};
 
@@ -24,18 +24,18 @@ impl PanelArguments {
 
     /// The panel's size, if set.
     pub fn size(&self) -> anyhow::Result<Option<PanelSize>> {
-        Ok(told_size(self.led_diameter, self.interval)?)
+        Ok(configured_size(self.led_diameter, self.interval)?)
     }
 }
 
 /// The pose as JSON, with the closing speed once it is known.
-pub fn whereabouts_json(whereabouts: &Whereabouts) -> Value {
-    let mut pose = as_json(whereabouts.measured());
-    if let Some(Known { value, sigma }) = whereabouts.speed_m_s() {
+pub fn panel_pose_json(panel_pose: &PanelPose) -> Value {
+    let mut pose = as_json(panel_pose.measured());
+    if let Some(Known { value, sigma }) = panel_pose.speed_m_s() {
         pose["closing_speed_m_s"] = value.into();
         pose["closing_speed_sigma_m_s"] = sigma.into();
     }
-    if let Some(Known { value, sigma }) = whereabouts.time_to_collision_s() {
+    if let Some(Known { value, sigma }) = panel_pose.time_to_collision_s() {
         pose["time_to_collision_s"] = value.into();
         pose["time_to_collision_sigma_s"] = sigma.into();
     }
@@ -43,14 +43,14 @@ pub fn whereabouts_json(whereabouts: &Whereabouts) -> Value {
 }
 
 /// The pose as text to append to a line, if it `is_asked`.
-pub fn whereabouts_text(whereabouts: &Whereabouts, is_asked: bool) -> String {
+pub fn panel_pose_text(panel_pose: &PanelPose, is_asked: bool) -> String {
     if !is_asked {
         return String::new();
     }
-    let mut text = format!("; {}", as_text(whereabouts.measured()));
-    if let Some(speed) = whereabouts.speed_m_s() {
+    let mut text = format!("; {}", as_text(panel_pose.measured()));
+    if let Some(speed) = panel_pose.speed_m_s() {
         text += &format!("; approaching at {} m/s", with_sigma(speed));
-        if let Some(time) = whereabouts.time_to_collision_s() {
+        if let Some(time) = panel_pose.time_to_collision_s() {
             text += &format!(", arriving in {} s", with_sigma(time));
         }
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 use image::{ExtendedColorType, Rgb, RgbImage};
 use link::panel::{LEDS, SIDE};
-use reception::whereabouts::Whereabouts;
+use reception::panel_pose::PanelPose;
 use rx_pipeline::corners::Homography;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading;
@@ -36,7 +36,7 @@ const LONGEST_PX: f64 = 240.0;
 /// Draws a reading: cells in blue, the outline in yellow, and on each LED a mark, green for On and red for Off, brighter if more reliable.
 /// If the pose is known: the panel's axes from its centre (rows, columns, and into it), its range as text, and at the left an arrow, down
 /// if it comes nearer.
-pub fn reading(path: &Path, frame: &Frame, reading: &Reading, whereabouts: &Whereabouts) -> anyhow::Result<()> {
+pub fn reading(path: &Path, frame: &Frame, reading: &Reading, panel_pose: &PanelPose) -> anyhow::Result<()> {
     let homography = reading.corners.homography();
     let far = (SIDE - 1) as f64 + RIM;
     let ends = [[-RIM, -RIM], [far, -RIM], [far, far], [-RIM, far]].map(|corner| homography.to_image(corner));
@@ -74,7 +74,7 @@ pub fn reading(path: &Path, frame: &Frame, reading: &Reading, whereabouts: &Wher
         let colour = Rgb(full.map(|c| (c * sure) as u8));
         canvas.mark(homography.to_image([(led % SIDE) as f64, (led / SIDE) as f64]), colour);
     }
-    canvas.pose(whereabouts);
+    canvas.pose(panel_pose);
     let size = [canvas.picture.width(), canvas.picture.height()];
     write_encoded(path, &canvas.picture, size, ExtendedColorType::Rgb8)
 }
@@ -122,15 +122,15 @@ impl Canvas {
         }
     }
 
-    fn pose(&mut self, whereabouts: &Whereabouts) {
-        let (Some(pose), Some([middle, ends @ ..])) = (whereabouts.pose(), whereabouts.axes_px()) else {
+    fn pose(&mut self, panel_pose: &PanelPose) {
+        let (Some(pose), Some([middle, ends @ ..])) = (panel_pose.pose(), panel_pose.axes_px()) else {
             return;
         };
         for (end, colour) in ends.into_iter().zip(AXES) {
             self.stroke(self.place(middle), self.place(end), colour, 1);
         }
         let mut words = format!("{} m", with_sigma(pose.numbers().range_m));
-        if let Some(speed) = whereabouts.speed_m_s() {
+        if let Some(speed) = panel_pose.speed_m_s() {
             words += &format!(", nearer by {} m/s", with_sigma(speed));
             let long = (SPEED_PX * speed.value).clamp(-LONGEST_PX, LONGEST_PX) as i64;
             let from = [3 * MARGIN_PX, i64::from(self.picture.height()) / 2];

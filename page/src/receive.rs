@@ -6,7 +6,7 @@ use link::camera::Encoding;
 use reception::bytes::hex_if_no_text;
 use reception::colour::Channel;
 use reception::keys::Trust;
-use reception::signers::{News, Signers};
+use reception::signers::{Delivery, Signers};
 use reception::stream::{SIDE_MAX, Stream};
 use reception::{Message, PanelEvent, PanelReport, Reception, ReceptionSettings, Stamp, USUAL_FPS, learnt};
 use rx_pipeline::camera::Learnt;
@@ -159,20 +159,20 @@ impl Film {
 
     /// Adds a message to the list, or the verdict on an earlier one to `proofs`.
     fn event(&mut self, event: &PanelEvent, proofs: &mut Vec<Value>) {
-        match self.signers.news(0, event) {
-            Some(News::Message(message, verdict)) => {
+        match self.signers.delivery(0, event) {
+            Some(Delivery::Message(message, verdict)) => {
                 let mut told = as_json(&message);
                 if self.trust().is_checking() {
                     self.trust().add_json(&mut told, &verdict);
                 }
                 self.messages.push(told);
             }
-            Some(News::Proof(data, verdict)) => {
+            Some(Delivery::Proof(data, verdict)) => {
                 let mut told = text_json(&data);
                 self.trust().add_json(&mut told, &verdict);
                 proofs.push(told);
             }
-            Some(News::Withheld) | None => {}
+            Some(Delivery::Withheld) | None => {}
         }
     }
 

@@ -5,8 +5,8 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use reception::colour::Channel;
 use reception::deep::Compander;
+use reception::panel_pose::{PoseInput, PoseMeter, configured_size};
 use reception::still::{StillDecoder, StillReading};
-use reception::whereabouts::{PoseInput, PoseMeter, told_size};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
@@ -117,7 +117,7 @@ pub fn decode(
     let told = camera.map(camera_of).transpose()?;
     let channel: Channel = check(channel.parse())?;
     let mut deep = compander(depth, told.as_ref())?;
-    let mut meter = PoseMeter::new(check(told_size(led_diameter_m, interval))?);
+    let mut meter = PoseMeter::new(check(configured_size(led_diameter_m, interval))?);
     let told = told.unwrap_or_default();
     let image = Image::of(image, "image")?;
     let pixels = image.pixels()?;

@@ -17,8 +17,8 @@ use reception::deep::Compander;
 use reception::diagnostics::{self, Diagnostics};
 use reception::keys::Trust;
 use reception::loss;
-use reception::signers::{News, Signers};
-use reception::whereabouts::told_size;
+use reception::panel_pose::configured_size;
+use reception::signers::{Delivery, Signers};
 use reception::{PANELS_MAX, PanelEvent, PanelReport, Reception, ReceptionSettings, Stamp, USUAL_FPS};
 use rx_pipeline::frame::Frame;
 use rx_pipeline::receiver::Reading as PanelReading;
@@ -242,7 +242,7 @@ impl Receiver {
             method: untrained(detector)?,
             fps,
             symbol_rate_hz: symbol_rate,
-            panel_size: check(told_size(led_diameter_m, interval))?,
+            panel_size: check(configured_size(led_diameter_m, interval))?,
         };
         Ok(Self {
             reception: check(Reception::with_panels(settings, panels))?,
@@ -454,13 +454,13 @@ impl Receiver {
 
     /// The message to deliver after an event, if any. Proofs are appended to the others.
     fn message(&mut self, py: Python<'_>, panel: usize, event: &PanelEvent) -> PyResult<Option<Py<Message>>> {
-        let Some(news) = self.signers.news(panel, event) else {
+        let Some(delivery) = self.signers.delivery(panel, event) else {
             return Ok(None);
         };
         self.keep_counters(py)?;
-        match news {
-            News::Withheld => Ok(None),
-            News::Message(message, proof) => {
+        match delivery {
+            Delivery::Withheld => Ok(None),
+            Delivery::Message(message, proof) => {
                 let claim = self.claim(&proof);
                 let message = Message {
                     text: String::from_utf8_lossy(&message.data).into_owned(),
@@ -476,7 +476,7 @@ impl Receiver {
                 };
                 Py::new(py, message).map(Some)
             }
-            News::Proof(data, proof) => {
+            Delivery::Proof(data, proof) => {
                 let claim = self.claim(&proof);
                 let proof = Proof {
                     text: String::from_utf8_lossy(&data).into_owned(),
@@ -528,10 +528,10 @@ impl Receiver {
         orientation: Option<Orientation>,
     ) -> PyResult<Reading> {
         let PanelReading { corners, detection } = reading;
-        let whereabouts = self.reception.whereabouts(panel);
-        let (pose, no_pose) = match whereabouts.measured() {
+        let panel_pose = self.reception.panel_pose(panel);
+        let (pose, no_pose) = match panel_pose.measured() {
             Ok(pose) => {
-                let closing = [whereabouts.speed_m_s(), whereabouts.time_to_collision_s()];
+                let closing = [panel_pose.speed_m_s(), panel_pose.time_to_collision_s()];
                 (Some(Py::new(py, pose::as_record(py, pose, closing))?), None)
             }
             Err(why) => (None, Some(why.clone())),

@@ -40,7 +40,7 @@ pub use otsu::otsu_threshold;
 
 pub(crate) use detection::{bits_where, lit, wrong_bits};
 #[cfg(feature = "carrier")]
-pub(crate) use soft::no_surer_than;
+pub(crate) use soft::limited_to;
 pub(crate) use soft::{correlation, soft_panel};
 
 use crate::features::Features;

@@ -103,7 +103,7 @@ use crate::detect::Lights;
 use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
 use crate::settings::LikelihoodSettings;
-use crop::{Crop, Sight};
+use crop::{Crop, ImagePrior};
 use curve::CurveEvidence;
 use estimate::Estimate;
 use leds::{LedMoments, is_clear_cut};
@@ -165,7 +165,7 @@ const UNSURE_MIN: f32 = 0.004;
 /// ```
 pub struct MaximumLikelihood<const PIXELS: usize> {
     /// The configured curve.
-    told: Encoding,
+    configured: Encoding,
     experience: Experience,
     proven: Proven,
     /// Estimates from the camera's own pixels, kept while larger ones are used.
@@ -202,7 +202,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// takes no room in flash.
     pub const fn empty() -> Self {
         Self {
-            told: Encoding::Gamma(0.0),
+            configured: Encoding::Gamma(0.0),
             experience: Experience::NONE,
             proven: Proven::NONE,
             in_own_pixels: OwnPixels::NONE,
@@ -221,7 +221,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// As [`Self::prepare`], with other settings.
     pub fn prepare_with(&mut self, camera: Camera, settings: LikelihoodSettings) {
         let camera = camera.clamped();
-        self.told = camera.encoding;
+        self.configured = camera.encoding;
         self.model.prepare(camera, settings);
         (self.experience, self.proven, self.in_own_pixels) = (Experience::NONE, Proven::NONE, OwnPixels::NONE);
         #[cfg(feature = "carrier")]
@@ -241,7 +241,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             };
         } else if side == 1 {
             self.experience.curve = self.in_own_pixels.curve;
-            self.model.see_by(self.experience.curve.encoding(self.told));
+            self.model.see_by(self.experience.curve.encoding(self.configured));
         }
         self.model.pixels = [side as f32, mixing_variance];
         self.experience.forget_levels();
@@ -287,7 +287,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             (seen, Some(deviation))
         } else {
             let camera = Camera {
-                encoding: own.curve.encoding(self.told),
+                encoding: own.curve.encoding(self.configured),
                 blur_sigma_px: own.blur_px.map_or(told, |[blur, _]| blur),
                 ..self.model.camera
             };
@@ -313,15 +313,15 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// Continues with the estimates of another detector.
     pub fn set_experience(&mut self, experience: Experience) {
         self.experience = experience;
-        self.model.see_by(experience.curve.encoding(self.told));
+        self.model.see_by(experience.curve.encoding(self.configured));
     }
 
     /// Sets the delay of each line relative to the one above, in exposures, until frames show another one; 0, which is final, if all are
     /// exposed at once. A delay that is NaN or beyond ±2 is ignored.
     #[cfg(feature = "read-lines")]
-    pub fn tell_line_delay(&mut self, delay: f32) {
+    pub fn set_line_delay(&mut self, delay: f32) {
         if delay.abs() <= LINE_DELAY_MAX {
-            self.experience.line_delay = LineDelay::told(delay);
+            self.experience.line_delay = LineDelay::configured(delay);
         }
     }
 
@@ -507,8 +507,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     }
 
     /// The prior knowledge of the panel's image.
-    fn sight(&self, is_plain_around: bool) -> Sight {
-        Sight {
+    fn image_prior(&self, is_plain_around: bool) -> ImagePrior {
+        ImagePrior {
             is_plain_around,
             spot_sigma_px: self.experience.spot_sigma_px().unwrap_or(0.0),
         }
@@ -516,10 +516,10 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
 
     /// The panel in pixels that suit the width of its spots, and the initial variance of these.
     fn look(&mut self, frame: &Frame<'_>, corners: &Corners, spot_sigma_px: Option<f32>) -> Result<(Crop, f32), DetectError> {
-        let sight = self.sight(self.experience.is_plain_around);
-        let crop = Crop::new(frame, corners, PIXELS, sight);
+        let image_prior = self.image_prior(self.experience.is_plain_around);
+        let crop = Crop::new(frame, corners, PIXELS, image_prior);
         if self.experience.spot_sigma_px().is_some() {
-            return Ok((crop, sight.spot_sigma_px * sight.spot_sigma_px));
+            return Ok((crop, image_prior.spot_sigma_px * image_prior.spot_sigma_px));
         }
         let usual = match spot_sigma_px {
             Some(sigma_px) => (sigma_px * sigma_px) / (crop.scale.bin * crop.scale.bin) as f32,
@@ -527,7 +527,15 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         };
         let variance = self.model.first_variance(frame, &crop, usual)?;
         let spot_sigma_px = crop.scale.bin as f32 * libm::sqrtf(variance);
-        let wider = Crop::new(frame, corners, PIXELS, Sight { spot_sigma_px, ..sight });
+        let wider = Crop::new(
+            frame,
+            corners,
+            PIXELS,
+            ImagePrior {
+                spot_sigma_px,
+                ..image_prior
+            },
+        );
         let ratio = crop.scale.bin as f32 / wider.scale.bin as f32;
         Ok((wider, variance * ratio * ratio))
     }
@@ -536,21 +544,21 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     /// continues with them.
     fn look_around(&mut self, frame: &Frame<'_>, corners: &Corners, crop: &mut Crop, estimate: &mut Estimate) -> Result<bool, DetectError> {
         let noise = estimate.levels.noise;
-        let sight = |is_plain_around| Sight {
+        let image_prior = |is_plain_around| ImagePrior {
             is_plain_around,
             spot_sigma_px: crop.scale.bin as f32 * libm::sqrtf(estimate.levels.variance),
         };
         if self.experience.is_plain_around {
             self.experience.is_plain_around = self.model.is_plain_around(crop, noise);
             if !self.experience.is_plain_around {
-                *crop = Crop::new(frame, corners, PIXELS, sight(false));
+                *crop = Crop::new(frame, corners, PIXELS, image_prior(false));
             }
             return Ok(!self.experience.is_plain_around);
         }
         if !self.experience.levels.age().is_multiple_of(LOOK_AROUND_FRAMES) {
             return Ok(false);
         }
-        let wider = Crop::new(frame, corners, PIXELS, sight(true));
+        let wider = Crop::new(frame, corners, PIXELS, image_prior(true));
         if wider.scale.bin != crop.scale.bin {
             return Ok(false);
         }
@@ -583,10 +591,10 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             return;
         };
         if curve.update(now, tried, &gain, most_frames) {
-            self.model.see_by(curve.encoding(self.told));
+            self.model.see_by(curve.encoding(self.configured));
             let [from, to] = &gain.levels;
-            levels.go_over(from, to);
-            leds.go_over();
+            levels.convert(from, to);
+            leds.discount();
         }
     }
 

@@ -230,7 +230,7 @@ impl Effort {
     }
 
     /// Whether it searches all levels of a frame at once.
-    pub(crate) fn takes_its_time(self) -> bool {
+    pub(crate) fn searches_all_levels(self) -> bool {
         matches!(self, Self::Spots | Self::Full)
     }
 

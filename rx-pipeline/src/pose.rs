@@ -22,8 +22,8 @@
 //! slant and motion within the exposure. If such errors make the image unlike any square lattice's, [`Pose::inflation`] gives the amount.
 
 mod appearance;
+mod clipped_light;
 mod closing;
-mod cut;
 mod disc;
 mod equations;
 mod gauss;

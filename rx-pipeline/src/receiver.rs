@@ -7,14 +7,14 @@ mod coarser;
 mod history;
 mod integer;
 mod levels;
-#[cfg(feature = "carrier")]
-mod lit;
 mod memory;
 #[cfg(not(feature = "maximum-likelihood"))]
 mod no_likelihood;
 mod outcome;
 mod proof;
 mod reader;
+#[cfg(feature = "carrier")]
+mod recent_levels;
 mod search;
 mod settings;
 mod signed;
@@ -187,7 +187,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
             let is_doubtful = reader.is_doubtful() && (misses_a_line || !decoder.reads_by_lines());
             is_any_doubtful |= is_doubtful;
             if !is_doubtful {
-                again.calm_down();
+                again.shorten();
             }
             // Two tracks of one panel: drop the second.
             let twice = matches!(&followed, Some(Ok(Reading { corners, .. }))
@@ -310,13 +310,13 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
     /// let memory = Box::<ReceiverMemory<4096>>::default();
     /// let mut receiver = Receiver::new(ReceiverSettings::default(), memory, NoSearch)?;
     /// // 20.4 ms from the first of 1080 lines to the last, exposed for 0.87 ms.
-    /// receiver.tell_line_delay(20.4 / 1079.0 / 0.87);
+    /// receiver.set_line_delay(20.4 / 1079.0 / 0.87);
     /// # Ok::<(), rx_pipeline::receiver::ReceiverError>(())
     /// ```
     #[cfg(feature = "read-lines")]
-    pub fn tell_line_delay(&mut self, delay: f32) {
+    pub fn set_line_delay(&mut self, delay: f32) {
         for panel in &mut self.memory.borrow_mut().panels {
-            panel.tell_line_delay(delay);
+            panel.set_line_delay(delay);
         }
     }
 

@@ -204,7 +204,7 @@ impl Level {
         libm::expf(-0.5 * off * off / self.variance) / libm::sqrtf(core::f32::consts::TAU * self.variance)
     }
 
-    fn no_surer_than(self, variance: f32) -> Self {
+    fn with_variance_from(self, variance: f32) -> Self {
         Self {
             variance: self.variance.max(variance),
             ..self

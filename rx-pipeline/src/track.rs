@@ -111,7 +111,7 @@ impl Gate {
 
 /// Averages over frames that show the panel.
 #[derive(Clone, Copy, Debug)]
-struct Usual {
+struct Averages {
     /// Share of the light that the panel explains.
     explained: f32,
     /// Mean square of the explained light per pixel, and of the residual (grey levels squared).
@@ -119,7 +119,7 @@ struct Usual {
     left: f32,
 }
 
-impl Usual {
+impl Averages {
     fn of(slope: &Slope) -> Self {
         let pixels = slope.pixels.max(1) as f32;
         Self {
@@ -152,7 +152,7 @@ pub(crate) struct Track {
     /// Change of the lattice per frame.
     speed: Lattice,
     speed_known: bool,
-    usual: Option<Usual>,
+    usual: Option<Averages>,
     /// The largest recent distance from the expected place (pitches); none for a panel whose place was given, because its lines are then
     /// known.
     astray: Option<f32>,
@@ -398,7 +398,7 @@ impl Track {
             ..observation
         };
         let (spots, slope) = self.settled(start, observation, window, residuals).ok_or(nothing)?;
-        let now = Usual::of(&slope);
+        let now = Averages::of(&slope);
         let explained = now.explained;
         let is_as_usual = self.usual.is_some_and(|usual| usual.leaves_as_little(now));
         if explained.is_nan() || explained < needed && !is_as_usual {
@@ -626,19 +626,19 @@ mod tests {
 
     #[test]
     fn a_symbol_of_few_leds_is_known_by_what_it_leaves() {
-        let usual = Usual {
+        let usual = Averages {
             explained: 0.95,
             signal: 400.0,
             left: 20.0,
         };
-        let few = Usual {
+        let few = Averages {
             explained: 0.88,
             signal: 150.0,
             ..usual
         };
         assert!(usual.leaves_as_little(few));
-        assert!(!usual.leaves_as_little(Usual { left: 30.0, ..few }));
-        let dark = Usual { signal: 100.0, ..few };
+        assert!(!usual.leaves_as_little(Averages { left: 30.0, ..few }));
+        let dark = Averages { signal: 100.0, ..few };
         assert!(!usual.leaves_as_little(dark));
     }
 }

@@ -290,9 +290,9 @@ impl Road {
         }
     }
 
-    /// Sets the receiver's delay of each camera line relative to the one above: see [`Receiver::tell_line_delay`].
-    pub fn tell_line_delay(&mut self, exposures: f32) {
-        self.receiver.tell_line_delay(exposures);
+    /// Sets the receiver's delay of each camera line relative to the one above: see [`Receiver::set_line_delay`].
+    pub fn set_line_delay(&mut self, exposures: f32) {
+        self.receiver.set_line_delay(exposures);
     }
 
     /// Moves panels to their positions at frame `frame`.

@@ -107,7 +107,7 @@ fn run(
     };
     let (mut road, mut errors) = (Road::new(scene, &settings)?, FrameErrors::default());
     if at_once {
-        road.tell_line_delay(0.0);
+        road.set_line_delay(0.0);
     }
     let frames = (seconds as f64 * scene.camera.frame_rate_hz).ceil() as u64;
     for frame in 0..frames {

@@ -4,8 +4,8 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use reception::bytes::hex_if_no_text;
+use reception::panel_pose::{PoseInput, PoseMeter, PoseResult};
 use reception::still::{Place, StillDecoder, StillError, StillReading};
-use reception::whereabouts::{PoseInput, PoseMeter, PoseResult};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::BUSY_PEAKS;

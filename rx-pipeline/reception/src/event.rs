@@ -86,7 +86,7 @@ impl PanelEvent {
     }
 
     /// Whether the event has more information about the signer than `told`, the last such report since the message.
-    pub(crate) fn is_news_after(&self, told: Option<&Self>) -> bool {
+    pub(crate) fn adds_to(&self, told: Option<&Self>) -> bool {
         match (told, self) {
             (Some(_), Self::Unsigned) => false,
             (told, _) => told != Some(self),

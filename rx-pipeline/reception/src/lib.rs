@@ -23,7 +23,7 @@
 //! | part | does |
 //! |---|---|
 //! | [`Reception`] | frame after frame, with up to [`PANELS_MAX`] panels; finds the symbol rate, diagnoses missing messages |
-//! | [`whereabouts`] | where panels are, in metres |
+//! | [`panel_pose`] | where panels are, in metres |
 //! | [`learnt`] | the learnt camera, in words |
 //! | [`diagnostics`] | reports on frames and panels in the terms of ROS diagnostics |
 //! | [`loss`] | why frames gave no reading, as one word per kind |
@@ -46,6 +46,7 @@ mod event;
 pub mod keys;
 pub mod learnt;
 pub mod loss;
+pub mod panel_pose;
 mod panels;
 pub mod picture;
 mod reception;
@@ -54,7 +55,6 @@ pub mod signers;
 pub mod still;
 pub mod stream;
 mod symbol_rate;
-pub mod whereabouts;
 
 pub use event::{Message, PanelEvent, SignedMessage};
 pub use reception::{PanelReport, Reception, ReceptionError, ReceptionSettings, Stamp};

@@ -29,7 +29,7 @@ pub trait Panels: Send + Sync {
     /// Whether a panel seems to have a carrier.
     fn has_carrier(&self, panel: usize) -> bool;
     /// Sets the initial delay between lines, in exposures.
-    fn tell_line_delay(&mut self, exposures: f32);
+    fn set_line_delay(&mut self, exposures: f32);
 }
 
 impl<const PANELS: usize> Panels for WholeFrames<PANELS> {
@@ -50,8 +50,8 @@ impl<const PANELS: usize> Panels for WholeFrames<PANELS> {
         self.has_carrier_each().get(panel).is_some_and(|&has_carrier| has_carrier)
     }
 
-    fn tell_line_delay(&mut self, exposures: f32) {
-        Self::tell_line_delay(self, exposures);
+    fn set_line_delay(&mut self, exposures: f32) {
+        Self::set_line_delay(self, exposures);
     }
 }
 

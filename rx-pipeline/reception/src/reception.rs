@@ -13,9 +13,9 @@ use rx_pipeline::receiver::{Loss, Outcome, Reading, ReceiverError, ReceiverSetti
 use crate::deep::SampleKind;
 use crate::diagnosis::{Diagnosis, LinkRates};
 use crate::event::PanelEvent;
+use crate::panel_pose::{PanelPose, PoseInput, PoseMeter};
 use crate::panels::{self, MakePanels, Panels};
 use crate::symbol_rate::{self, RateSearch};
-use crate::whereabouts::{PoseInput, PoseMeter, Whereabouts};
 use crate::{PANELS_MAX, USUAL_FPS};
 
 /// The settings of a reception.
@@ -151,9 +151,9 @@ struct Panel {
     /// Exists from the first reading on.
     rates: Option<RateSearch>,
     orientation: Option<Orientation>,
-    whereabouts: Whereabouts,
+    panel_pose: PanelPose,
     /// The last report about the signer since the last message.
-    told: Option<PanelEvent>,
+    reported: Option<PanelEvent>,
 }
 
 impl Reception {
@@ -185,8 +185,8 @@ impl Reception {
         let panel = |_| Panel {
             rates: None,
             orientation: None,
-            whereabouts: Whereabouts::UNKNOWN,
-            told: None,
+            panel_pose: PanelPose::UNKNOWN,
+            reported: None,
         };
         Ok(Self {
             settings,
@@ -263,7 +263,7 @@ impl Reception {
             None => {
                 let mut receiver = (self.make_receiver)(self.settings.of_receiver(), size)?;
                 if let Some(delay) = self.settings.line_delay {
-                    receiver.tell_line_delay(delay);
+                    receiver.set_line_delay(delay);
                 }
                 self.size = Some(size);
                 self.receiver.insert(receiver)
@@ -277,9 +277,9 @@ impl Reception {
         });
         for report in &reports {
             report.events.iter().for_each(|event| diagnosis.count_event(event));
-            let whereabouts = &mut self.panels[report.panel].whereabouts;
+            let panel_pose = &mut self.panels[report.panel].panel_pose;
             match &report.reading {
-                Ok(_) if report.orientation.is_some_and(Orientation::is_mirrored) => whereabouts.pass_over_mirrored(),
+                Ok(_) if report.orientation.is_some_and(Orientation::is_mirrored) => panel_pose.set_mirrored(),
                 Ok(reading) => {
                     // The camera as learnt before this frame.
                     let camera = self.learnt[report.panel].map_or(self.settings.camera, |learnt| learnt.seen);
@@ -289,9 +289,9 @@ impl Reception {
                         camera: &camera,
                         lens,
                     };
-                    Profile::timed(&mut profile, Stage::Pose, || whereabouts.measure(&mut self.meter, time_s, &input));
+                    Profile::timed(&mut profile, Stage::Pose, || panel_pose.measure(&mut self.meter, time_s, &input));
                 }
-                Err(loss) => whereabouts.lose(loss),
+                Err(loss) => panel_pose.lose(loss),
             }
         }
         self.learnt = learnt(receiver.as_ref(), &self.panels);
@@ -309,7 +309,7 @@ impl Reception {
         receiver.finish(&mut |panel, event| {
             if let Some(rates) = &mut panels[panel].rates {
                 let mut brought = rates.finish(PanelEvent::of(&event));
-                panels[panel].vouch(&mut brought);
+                panels[panel].push_signer_event(&mut brought);
                 events.extend(brought.into_iter().map(|event| (panel, event)));
             }
         });
@@ -349,9 +349,9 @@ impl Reception {
     }
 
     /// Where a panel is.
-    pub fn whereabouts(&self, panel: usize) -> &Whereabouts {
-        static UNKNOWN: Whereabouts = Whereabouts::UNKNOWN;
-        self.panels.get(panel).map_or(&UNKNOWN, |panel| &panel.whereabouts)
+    pub fn panel_pose(&self, panel: usize) -> &PanelPose {
+        static UNKNOWN: PanelPose = PanelPose::UNKNOWN;
+        self.panels.get(panel).map_or(&UNKNOWN, |panel| &panel.panel_pose)
     }
 
     /// Symbols a second: the rate that decoded messages, or else the configured or assumed one.
@@ -392,14 +392,14 @@ impl Panel {
     }
 
     /// Appends the event about the signer, if there is a new one.
-    fn vouch(&mut self, events: &mut Vec<PanelEvent>) {
+    fn push_signer_event(&mut self, events: &mut Vec<PanelEvent>) {
         if events.iter().any(|event| matches!(event, PanelEvent::Message(_))) {
-            self.told = None;
+            self.reported = None;
         }
-        let vouched = self.rates.as_mut().and_then(RateSearch::take_vouched);
-        if let Some(vouched) = vouched.filter(|vouched| vouched.is_news_after(self.told.as_ref())) {
-            self.told = Some(vouched.clone());
-            events.push(vouched);
+        let signer_event = self.rates.as_mut().and_then(RateSearch::take_signer_event);
+        if let Some(signer_event) = signer_event.filter(|signer_event| signer_event.adds_to(self.reported.as_ref())) {
+            self.reported = Some(signer_event.clone());
+            events.push(signer_event);
         }
     }
 
@@ -413,13 +413,13 @@ impl Panel {
         }
         let mut events = rates.frame(own, stamp, detection);
         if let Some(geometry) = rates.take_geometry()
-            && self.whereabouts.set_size(geometry)
+            && self.panel_pose.set_size(geometry)
         {
             events.push(PanelEvent::Geometry(geometry));
         }
         let symbol = rates.symbol().or(outcome.symbol);
         let orientation = rates.orientation().or(outcome.orientation);
-        self.vouch(&mut events);
+        self.push_signer_event(&mut events);
         let before = core::mem::replace(&mut self.orientation, orientation);
         if orientation != before
             && let Some(orientation) = orientation
@@ -568,7 +568,7 @@ mod tests {
                 corrected_bits: 0,
             };
             assert_eq!(events, [PanelEvent::Message(message), PanelEvent::Unsigned]);
-            let range_m = reception.whereabouts(0).pose().unwrap().numbers().range_m.value;
+            let range_m = reception.panel_pose(0).pose().unwrap().numbers().range_m.value;
             assert!((10.0..17.0).contains(&range_m), "{range_m} m");
             assert!(reception.learnt().is_some() && reception.learnt_each().len() == panels);
         }
@@ -600,7 +600,7 @@ mod tests {
                     };
                     assert_eq!(orientation.is_mirrored(), held.is_mirrored);
                     (known, turns) = (known + 1, orientation.quarter_turns());
-                    let pose = reception.whereabouts(0).measured();
+                    let pose = reception.panel_pose(0).measured();
                     if held.is_mirrored {
                         assert_eq!(reading.detection.bits, shown.seen(orientation));
                         assert!(pose.as_ref().is_err_and(|why| why.contains("mirrored")), "{pose:?}");

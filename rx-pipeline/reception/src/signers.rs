@@ -5,9 +5,9 @@ use link::signing::Verdict;
 use crate::keys::Trust;
 use crate::{Message, PANELS_MAX, PanelEvent};
 
-/// News about a panel's messages.
+/// Delivery about a panel's messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum News {
+pub enum Delivery {
     /// A message to deliver, and what is known of its signer.
     Message(Message, Verdict),
     /// A message that is not delivered before it is proven.
@@ -45,15 +45,15 @@ impl Signers {
         &mut self.trust
     }
 
-    /// The news in an event of a panel, if it is about a message or its signer.
-    pub fn news(&mut self, panel: usize, event: &PanelEvent) -> Option<News> {
+    /// The delivery in an event of a panel, if it is about a message or its signer.
+    pub fn delivery(&mut self, panel: usize, event: &PanelEvent) -> Option<Delivery> {
         let latest = self.latest.get_mut(panel)?;
         let (data, verdict) = match event {
             PanelEvent::Message(message) => {
                 *latest = Some(message.clone());
                 return Some(match self.only_trusted {
-                    true => News::Withheld,
-                    false => News::Message(message.clone(), Verdict::Unproven),
+                    true => Delivery::Withheld,
+                    false => Delivery::Message(message.clone(), Verdict::Unproven),
                 });
             }
             PanelEvent::Signed(signed) => (signed.data.clone(), self.trust.verdict(signed)),
@@ -63,9 +63,9 @@ impl Signers {
         let is_delivered = self.only_trusted && matches!(verdict, Verdict::Proven { .. });
         let message = latest.take_if(|latest| is_delivered && latest.data == data);
         Some(match message {
-            Some(message) => News::Message(message, verdict),
+            Some(message) => Delivery::Message(message, verdict),
             // One that was delivered before and is signed again, too.
-            None => News::Proof(data, verdict),
+            None => Delivery::Proof(data, verdict),
         })
     }
 }
@@ -95,13 +95,13 @@ mod tests {
 
     /// The names of the verdicts on each event, in capitals if the message is delivered with it.
     fn verdicts(signers: &mut Signers, events: &[PanelEvent]) -> Vec<String> {
-        let news = events.iter().map(|event| match signers.news(0, event) {
-            Some(News::Message(_, verdict)) => verdict.name().to_uppercase(),
-            Some(News::Proof(_, verdict)) => verdict.name().into(),
-            Some(News::Withheld) => "withheld".into(),
+        let delivery = events.iter().map(|event| match signers.delivery(0, event) {
+            Some(Delivery::Message(_, verdict)) => verdict.name().to_uppercase(),
+            Some(Delivery::Proof(_, verdict)) => verdict.name().into(),
+            Some(Delivery::Withheld) => "withheld".into(),
             None => "nothing".into(),
         });
-        news.collect()
+        delivery.collect()
     }
 
     fn trust(key: &SecretKey) -> Trust {
@@ -126,7 +126,7 @@ mod tests {
             verdicts(&mut signers, &events),
             ["nothing", "UNPROVEN", "proven", "replayed", "unknown", "unsigned"]
         );
-        assert_eq!(signers.news(1, &PanelEvent::Unsigned), None);
+        assert_eq!(signers.delivery(1, &PanelEvent::Unsigned), None);
         let mut signers = Signers::new(trust(&own), true);
         assert_eq!(
             verdicts(&mut signers, &events),
@@ -144,9 +144,9 @@ mod tests {
     fn a_verdict_names_the_owner_of_a_trusted_key_alone() {
         let [own, other] = [1, 2].map(|seed| SecretKey::from_seed([seed; 32]).unwrap());
         let mut signers = Signers::new(trust(&own), false);
-        let mut text = |event| match signers.news(0, &event) {
-            Some(News::Proof(_, verdict)) => signers.trust().text(&verdict),
-            news => panic!("{news:?}"),
+        let mut text = |event| match signers.delivery(0, &event) {
+            Some(Delivery::Proof(_, verdict)) => signers.trust().text(&verdict),
+            delivery => panic!("{delivery:?}"),
         };
         let id = own.public().id();
         assert_eq!(text(signed(&own, 7)), format!("proven: signed by truck 12 ({id}), counter 7"));

@@ -19,22 +19,26 @@ const OTHERS_HZ: [f32; 12] = [100.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30.0, 27.0, 2
 /// Usual exposures, in seconds. For each, a transmitter may be configured with a rate of its own.
 const EXPOSURES_S: [f64; 10] = [0.04, 1.0 / 30.0, 0.02, 1.0 / 60.0, 0.01, 1.0 / 120.0, 0.005, 0.004, 0.002, 0.001];
 /// The symbol rate that a camera can follow, as a share of its frame rate.
-const FOLLOWED: f32 = SymbolRate::SHARE_OF_FRAMES as f32;
+const SHARE_OF_FRAMES: f32 = SymbolRate::SHARE_OF_FRAMES as f32;
 /// Rates with a smaller relative difference are one.
-const APART: f32 = 0.01;
+const SAME_RATE: f32 = 0.01;
 /// Rates of exposures with a smaller relative difference are one, because a clock follows a rate with such an error.
-const FOLLOWED_APART: f32 = 5e-4;
+const SAME_CLOCK_RATE: f32 = 5e-4;
 /// Minimum number of LEDs that differ between readings of different symbols. Readings of one symbol differ in fewer; random bits differ in
 /// 32 ± 4.
 const DIFFERENT_LEDS: u32 = 13;
 /// Maximum relative error of a rate observed in some tens of frames.
-const AS_SEEN: f32 = 0.15;
+const OBSERVED_ERROR_MAX: f32 = 0.15;
 /// Number of pairs of frames from which the rate of changes is known.
 const PAIRS_MIN: u32 = 20;
 
 /// The rate that is assumed if none is configured, with a camera of `fps` frames a second.
 pub fn usual(fps: f32) -> f32 {
-    if TRANSMITTERS_HZ <= fps { TRANSMITTERS_HZ } else { FOLLOWED * fps }
+    if TRANSMITTERS_HZ <= fps {
+        TRANSMITTERS_HZ
+    } else {
+        SHARE_OF_FRAMES * fps
+    }
 }
 
 /// A rate on trial.
@@ -46,7 +50,7 @@ struct Trial {
     /// The size that the panel has announced.
     geometry: Option<Geometry>,
     /// The last decoded event about the signer.
-    vouched: Option<PanelEvent>,
+    signer_event: Option<PanelEvent>,
 }
 
 /// The rates tried for one panel.
@@ -61,7 +65,7 @@ pub struct RateSearch {
     /// The size that the panel has announced at the receiver's own rate.
     geometry: Option<Geometry>,
     /// The event about the signer that was decoded at the receiver's own rate.
-    vouched: Option<PanelEvent>,
+    signer_event: Option<PanelEvent>,
     changes: Changes,
     fps: f32,
 }
@@ -73,7 +77,7 @@ impl Trial {
             decoder: Box::new(MessageDecoder::new(rate_hz / fps).ok()?),
             has_message: false,
             geometry: None,
-            vouched: None,
+            signer_event: None,
         })
     }
 
@@ -103,8 +107,8 @@ impl Trial {
                 self.geometry = Some(geometry);
                 None
             }
-            vouched @ (PanelEvent::Signed(_) | PanelEvent::Unsigned) => {
-                self.vouched = Some(vouched);
+            signer_event @ (PanelEvent::Signed(_) | PanelEvent::Unsigned) => {
+                self.signer_event = Some(signer_event);
                 None
             }
             _ => None,
@@ -115,18 +119,18 @@ impl Trial {
 impl RateSearch {
     /// A search for a rate that is not configured: it tries all usual rates except the receiver's own, and the rates of usual exposures. If
     /// the rate is configured, it tries none. `fps` is the camera's frames a second.
-    pub fn beside(own_hz: f32, fps: f32, is_told: bool) -> Self {
-        let others = OTHERS_HZ.into_iter().chain([TRANSMITTERS_HZ, fps, FOLLOWED * fps]);
-        let others = others.filter(|rate| !is_told && (rate / own_hz - 1.0).abs() > APART);
+    pub fn beside(own_hz: f32, fps: f32, is_configured: bool) -> Self {
+        let others = OTHERS_HZ.into_iter().chain([TRANSMITTERS_HZ, fps, SHARE_OF_FRAMES * fps]);
+        let others = others.filter(|rate| !is_configured && (rate / own_hz - 1.0).abs() > SAME_RATE);
         let mut trials: Vec<Trial> = others.filter_map(|rate| Trial::new(rate, fps)).collect();
         trials.sort_by(|a, b| a.rate_hz.total_cmp(&b.rate_hz));
-        trials.dedup_by(|a, b| (a.rate_hz / b.rate_hz - 1.0).abs() < APART);
+        trials.dedup_by(|a, b| (a.rate_hz / b.rate_hz - 1.0).abs() < SAME_RATE);
         // Transmitters are configured for a whole number of frames a second.
         let of_exposure = |exposure_s| SymbolRate::for_camera(f64::from(fps.round()), exposure_s);
         let of_exposures = EXPOSURES_S.into_iter().filter_map(|exposure_s| of_exposure(exposure_s).ok());
-        for rate in of_exposures.map(|rate| rate.hz() as f32).filter(|_| !is_told) {
+        for rate in of_exposures.map(|rate| rate.hz() as f32).filter(|_| !is_configured) {
             let mut tried = trials.iter().map(|trial| trial.rate_hz).chain([own_hz]);
-            if tried.all(|other| (other / rate - 1.0).abs() > FOLLOWED_APART) {
+            if tried.all(|other| (other / rate - 1.0).abs() > SAME_CLOCK_RATE) {
                 trials.extend(Trial::new(rate, fps));
             }
         }
@@ -160,10 +164,10 @@ impl RateSearch {
     }
 
     /// Takes the event about the signer since the last call, at the receiver's own rate or at another.
-    pub fn take_vouched(&mut self) -> Option<PanelEvent> {
+    pub fn take_signer_event(&mut self) -> Option<PanelEvent> {
         let trials = self.trials.iter_mut();
-        let by_trial = trials.filter_map(|trial| trial.vouched.take()).last();
-        self.vouched.take().or(by_trial)
+        let by_trial = trials.filter_map(|trial| trial.signer_event.take()).last();
+        self.signer_event.take().or(by_trial)
     }
 
     /// Changes of the panel per second in the frames so far; none if the frames are too few.
@@ -226,7 +230,7 @@ impl RateSearch {
         match own {
             // A panel's size is reported once, whichever rate decoded it.
             Some(PanelEvent::Geometry(geometry)) => self.geometry = Some(geometry),
-            Some(event @ (PanelEvent::Signed(_) | PanelEvent::Unsigned)) => self.vouched = Some(event),
+            Some(event @ (PanelEvent::Signed(_) | PanelEvent::Unsigned)) => self.signer_event = Some(event),
             Some(event) if self.found_hz.is_none() && !self.repeats(&event) => events.push(event),
             _ => {}
         }
@@ -257,7 +261,7 @@ impl RateSearch {
         };
         let away = |trial: &&Trial| (trial.rate_hz / changes_hz - 1.0).abs();
         let able = self.trials.iter().filter(|trial| trial.has_message);
-        let able = able.filter(|trial| away(trial) < AS_SEEN);
+        let able = able.filter(|trial| away(trial) < OBSERVED_ERROR_MAX);
         let nearest = able.min_by(|a, b| away(a).total_cmp(&away(b)));
         if let Some(&Trial { rate_hz, .. }) = nearest {
             self.found_hz = Some(rate_hz);

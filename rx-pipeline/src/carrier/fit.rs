@@ -2,7 +2,7 @@
 
 use super::history::{FRAMES, Sighting};
 use super::waveform::{PHASES, SHAPES, WAVEFORMS};
-use crate::detect::no_surer_than;
+use crate::detect::limited_to;
 use link::panel::SoftPanel;
 
 /// A frame with less contrast is blind: its bits count as erased (share of the greatest contrast).
@@ -85,7 +85,7 @@ impl Fit {
             Shown::Complement => seen.flipped(u64::MAX),
             Shown::Symbol => *seen,
         };
-        no_surer_than(&symbol, self.sure)
+        limited_to(&symbol, self.sure)
     }
 
     /// The share of frames in which the signs of two carriers differ, up to one common sign.

@@ -89,7 +89,7 @@ const FOLLOW_FRAMES: u32 = 4;
 
 /// The light of a frame.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct FrameLight {
     number: u64,
     /// The time of the frame (frame periods).
     time: f64,
@@ -101,7 +101,7 @@ struct Seen {
     unit: f32,
 }
 
-impl Seen {
+impl FrameLight {
     const NONE: Self = Self {
         number: 0,
         time: 0.0,
@@ -145,7 +145,7 @@ pub(super) struct Wave {
 }
 
 impl Wave {
-    fn contrast(&self, seen: &Seen, led: usize) -> f32 {
+    fn contrast(&self, seen: &FrameLight, led: usize) -> f32 {
         let cycles = self.frequency * (seen.time - self.time);
         let phase = (cycles - libm::floor(cycles)) as f32 + self.slope * (seen.line(led) - self.line) + self.phase;
         WAVEFORMS[self.shape][step(f64::from(frac(phase)))]
@@ -159,7 +159,7 @@ impl Wave {
         }
     }
 
-    fn contrasts(&self, seen: &Seen) -> [f32; LEDS] {
+    fn contrasts(&self, seen: &FrameLight) -> [f32; LEDS] {
         core::array::from_fn(|led| self.contrast(seen, led))
     }
 }
@@ -168,7 +168,7 @@ impl Wave {
 #[derive(Clone, Debug)]
 pub(super) struct Lines {
     /// A ring whose oldest frame is at `next`, once it is full.
-    seen: [Seen; FRAMES],
+    seen: [FrameLight; FRAMES],
     len: usize,
     next: usize,
     /// The mean light of each LED, shrunk towards 0 while few frames are known.
@@ -199,7 +199,7 @@ pub(super) enum Known {
 
 impl Lines {
     pub const NONE: Self = Self {
-        seen: [Seen::NONE; FRAMES],
+        seen: [FrameLight::NONE; FRAMES],
         len: 0,
         next: 0,
         means: [0.0; LEDS],
@@ -241,7 +241,7 @@ impl Lines {
         if self.len > 0 && (is_late || changed > OTHER_PLACE * libm::hypotf(growth[0], growth[1])) {
             *self = Self::NONE;
         }
-        self.seen[self.next] = Seen {
+        self.seen[self.next] = FrameLight {
             number,
             time,
             middle: 0.25 * (a + b + c + d),
@@ -325,7 +325,7 @@ impl Lines {
 
     /// Whether the wave's residual in the last frames is much larger than before (mean square).
     fn is_contradicted(&self, wave: &Wave) -> bool {
-        let of_frame = |seen: &Seen| -> f32 {
+        let of_frame = |seen: &FrameLight| -> f32 {
             let off = |led: usize| self.light(seen, led).abs() - wave.amplitude * wave.contrast(seen, led).abs();
             (0..LEDS).map(off).map(|off| off * off).sum()
         };
@@ -367,17 +367,17 @@ impl Lines {
     }
 
     /// The frame `back` frames before the last.
-    fn last(&self, back: usize) -> &Seen {
+    fn last(&self, back: usize) -> &FrameLight {
         &self.seen[(self.next + 2 * FRAMES - 1 - back) % FRAMES]
     }
 
     /// The last frames, at most `count`, the latest first.
-    fn latest(&self, count: usize) -> impl Iterator<Item = &Seen> + Clone {
+    fn latest(&self, count: usize) -> impl Iterator<Item = &FrameLight> + Clone {
         (0..self.len.min(count)).map(|back| self.last(back))
     }
 
     /// The deviation of an LED's light from its mean.
-    fn light(&self, seen: &Seen, led: usize) -> f32 {
+    fn light(&self, seen: &FrameLight, led: usize) -> f32 {
         seen.unit * f32::from(seen.light[led]) - self.means[led]
     }
 
@@ -396,7 +396,7 @@ impl Lines {
     }
 
     /// The log-likelihood ratios of a frame's LEDs (nats), smaller on lines with less contrast and no surer than the sign.
-    fn llrs(&self, seen: &Seen, wave: &Wave) -> [f32; LEDS] {
+    fn llrs(&self, seen: &FrameLight, wave: &Wave) -> [f32; LEDS] {
         let scale = 2.0 * wave.amplitude / wave.variance.max(f32::MIN_POSITIVE);
         core::array::from_fn(|led| (scale * self.light(seen, led) * wave.contrast(seen, led)).clamp(-wave.sure, wave.sure))
     }
@@ -414,7 +414,7 @@ impl Lines {
     }
 
     /// Correlates a frame's squares, relative to their mean, with a wave of that slope (cycles a line).
-    fn along(&self, seen: &Seen, slope: f32, line: f32, mean_square: f32) -> Sum {
+    fn along(&self, seen: &FrameLight, slope: f32, line: f32, mean_square: f32) -> Sum {
         let per = 1.0 / mean_square;
         let mut sum = Sum::ZERO;
         for led in 0..LEDS {

@@ -7,7 +7,7 @@ use link::panel::SoftPanel;
 
 /// A reading with the sign as seen, not the carrier's.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct SignedReading {
     number: u64,
     /// The time of the frame (frame periods).
     time: f64,
@@ -17,14 +17,14 @@ struct Seen {
 /// The last readings, a ring whose oldest is at `next`.
 #[derive(Clone, Debug)]
 pub(super) struct Readings {
-    seen: [Seen; FRAMES],
+    seen: [SignedReading; FRAMES],
     len: usize,
     next: usize,
 }
 
 impl Readings {
     pub const NONE: Self = Self {
-        seen: [Seen {
+        seen: [SignedReading {
             number: 0,
             time: 0.0,
             soft: SoftPanel::ERASED,
@@ -34,7 +34,7 @@ impl Readings {
     };
 
     pub fn push(&mut self, number: u64, time: f64, soft: &SoftPanel) {
-        self.seen[self.next] = Seen { number, time, soft: *soft };
+        self.seen[self.next] = SignedReading { number, time, soft: *soft };
         self.next = (self.next + 1) % FRAMES;
         self.len = (self.len + 1).min(FRAMES);
     }

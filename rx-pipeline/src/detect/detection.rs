@@ -1,6 +1,6 @@
 //! The result of a detector on one panel.
 
-use super::soft::{no_surer_than, soft_panel};
+use super::soft::{limited_to, soft_panel};
 use link::orientation::Orientation;
 #[cfg(feature = "read-lines")]
 use link::panel::SIDE;
@@ -76,11 +76,11 @@ impl Detection {
         Self {
             #[cfg(feature = "carrier")]
             lights: self.lights.filter(|_| probability >= SURE_PLACE),
-            soft: no_surer_than(&self.soft, most),
+            soft: limited_to(&self.soft, most),
             confidence: 0.5 + probability * (self.confidence - 0.5),
             mixed: self.mixed.map(|mixture| Mixture {
-                ending: no_surer_than(&mixture.ending, most),
-                beginning: no_surer_than(&mixture.beginning, most),
+                ending: limited_to(&mixture.ending, most),
+                beginning: limited_to(&mixture.beginning, most),
                 ..mixture
             }),
             ..*self

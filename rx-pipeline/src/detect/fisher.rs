@@ -55,7 +55,7 @@ pub enum FisherScaling {
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Written", into = "Written")]
+#[serde(try_from = "Serialized", into = "Serialized")]
 pub struct Fisher {
     weights: [f32; 3],
     offset: f32,
@@ -64,17 +64,17 @@ pub struct Fisher {
 
 /// A discriminant as serialised, before validation.
 #[derive(Serialize, Deserialize)]
-struct Written([f32; 3], f32, FisherScaling);
+struct Serialized([f32; 3], f32, FisherScaling);
 
-impl TryFrom<Written> for Fisher {
+impl TryFrom<Serialized> for Fisher {
     type Error = FisherError;
 
-    fn try_from(Written(weights, offset, scaling): Written) -> Result<Self, FisherError> {
+    fn try_from(Serialized(weights, offset, scaling): Serialized) -> Result<Self, FisherError> {
         Self::new(weights, offset, scaling)
     }
 }
 
-impl From<Fisher> for Written {
+impl From<Fisher> for Serialized {
     fn from(fisher: Fisher) -> Self {
         Self(fisher.weights, fisher.offset, fisher.scaling)
     }

@@ -8,7 +8,7 @@ pub(crate) fn soft_panel(llr: &[f32; LEDS]) -> SoftPanel {
 }
 
 /// The soft values, limited to `nats` either way.
-pub(crate) fn no_surer_than(panel: &SoftPanel, nats: f32) -> SoftPanel {
+pub(crate) fn limited_to(panel: &SoftPanel, nats: f32) -> SoftPanel {
     let most = libm::floorf(nats / LLR_STEP).clamp(0.0, 127.0) as Llr;
     SoftPanel(panel.0.map(|llr| llr.clamp(-most, most)))
 }

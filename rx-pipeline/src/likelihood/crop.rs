@@ -21,7 +21,7 @@ const WIDE_PITCH_MIN_PX: f32 = 2.6;
 
 /// The prior knowledge of a panel's image.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sight {
+pub(super) struct ImagePrior {
     /// Whether the surroundings of its cells are plain, so that they are used too.
     pub is_plain_around: bool,
     /// The standard deviation of its spots, in px of the frame; 0 if unknown.
@@ -64,10 +64,10 @@ impl Crop {
         frame: &Frame<'_>,
         corners: &Corners,
         capacity: usize,
-        Sight {
+        ImagePrior {
             is_plain_around,
             spot_sigma_px,
-        }: Sight,
+        }: ImagePrior,
     ) -> Self {
         let homography = corners.homography();
         let centre: [[f32; 2]; LEDS] = core::array::from_fn(|led| {

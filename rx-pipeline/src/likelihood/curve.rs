@@ -107,8 +107,12 @@ impl CurveEvidence {
     };
 
     /// The curve that explains the frames best so far.
-    pub fn encoding(&self, told: Encoding) -> Encoding {
-        if self.gamma > 0.0 { Encoding::Gamma(self.gamma) } else { told }
+    pub fn encoding(&self, configured: Encoding) -> Encoding {
+        if self.gamma > 0.0 {
+            Encoding::Gamma(self.gamma)
+        } else {
+            configured
+        }
     }
 
     /// The number of the curve to try next: one hardly tried yet, or the best so far; `None` after `most_frames` with other curves.
@@ -155,7 +159,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.expect_with_noise(&mut here);
         self.fit(&mut here, &LevelPrior::NONE);
         let so_far = self.roots();
-        let left = self.left(&so_far, &so_far);
+        let left = self.residual_sums(&so_far, &so_far);
         let other = Camera {
             encoding: Encoding::Gamma(GAMMAS[tried]),
             ..self.camera
@@ -172,7 +176,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
                 self.fit(&mut there, &LevelPrior::NONE);
             }
         }
-        let left_there = self.left(&self.roots(), &so_far);
+        let left_there = self.residual_sums(&self.roots(), &so_far);
         self.metric = metric;
         loaded.ok()?;
         let nats = |squares: f32| 0.5 * left.pixels * libm::logf(left.squares / squares);
@@ -191,13 +195,13 @@ impl<const PIXELS: usize> Model<PIXELS> {
 
     /// The residuals of the pixels that are neither black nor white, with `roots` the root light of grey levels; and the same in the unit
     /// of `units`.
-    fn left(&self, roots: &[f32; 256], units: &[f32; 256]) -> Left {
+    fn residual_sums(&self, roots: &[f32; 256], units: &[f32; 256]) -> ResidualSums {
         let unit: [f32; 256] = core::array::from_fn(|grey| {
             let (below, above) = (grey.saturating_sub(1), (grey + 1).min(255));
             (units[above] - units[below]) / (roots[above] - roots[below]).max(f32::MIN_POSITIVE)
         });
         let grey = |light: f32| roots.partition_point(|&root| root < light);
-        let mut left = Left::default();
+        let mut sums = ResidualSums::default();
         let [width, height] = self.image.size;
         for row in 0..height {
             let start = row * self.image.stride;
@@ -209,19 +213,19 @@ impl<const PIXELS: usize> Model<PIXELS> {
                 }
                 let rest = seen - expected;
                 let middle = grey(seen - 0.5 * rest).clamp(1, 254);
-                left.pixels += 1.0;
-                left.squares += rest * rest;
-                left.squares_in_units += (rest * unit[middle]) * (rest * unit[middle]);
-                left.log_units += libm::logf(unit[level.min(254)]);
+                sums.pixels += 1.0;
+                sums.squares += rest * rest;
+                sums.squares_in_units += (rest * unit[middle]) * (rest * unit[middle]);
+                sums.log_units += libm::logf(unit[level.min(254)]);
             }
         }
-        left
+        sums
     }
 }
 
 /// The residuals of an image.
 #[derive(Default)]
-struct Left {
+struct ResidualSums {
     pixels: f32,
     squares: f32,
     squares_in_units: f32,

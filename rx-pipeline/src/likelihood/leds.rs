@@ -124,7 +124,7 @@ impl LedMoments {
     }
 
     /// Continues after a change of the curve, with less weight on the old moments, which hold only roughly.
-    pub fn go_over(&mut self) {
+    pub fn discount(&mut self) {
         self.panels = self.panels.min(LEARN_PANELS);
     }
 

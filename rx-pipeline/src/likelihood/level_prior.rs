@@ -164,7 +164,7 @@ impl LevelPrior {
     }
 
     /// Converts the prior to another curve, under which a panel of levels `from` has levels `to`.
-    pub fn go_over(&mut self, from: &Levels, to: &Levels) {
+    pub fn convert(&mut self, from: &Levels, to: &Levels) {
         let contrast = to.contrast / from.contrast;
         let scale = Vector::from([
             to.background / from.background,

@@ -20,7 +20,7 @@ const SPREADS: [f32; 5] = [0.15, 0.35, 0.8, 1.8, 4.0];
 /// All of these, read from above and from below.
 const SLOPES: usize = 2 * SPREADS.len();
 /// The standard deviation of a configured delay (share of it).
-const TOLD_UNSURE: f32 = 0.3;
+const CONFIGURED_DEVIATION: f32 = 0.3;
 /// The standard deviation of a frame's delay beyond noise (share of it).
 const SEEN_UNSURE: f32 = 0.1;
 /// The weight that earlier frames keep from one frame to the next (share), because exposures change with the light. Higher: surer.
@@ -99,8 +99,8 @@ impl LineDelay {
     };
 
     /// A configured delay; 0 for a camera that exposes all lines at once.
-    pub fn told(delay: f32) -> Self {
-        let unsure = TOLD_UNSURE * delay;
+    pub fn configured(delay: f32) -> Self {
+        let unsure = CONFIGURED_DEVIATION * delay;
         let (at_once, precision) = if delay == 0.0 {
             (AT_ONCE_FRAMES, 0.0)
         } else {
@@ -157,7 +157,7 @@ impl LineDelay {
     }
 
     /// Adds the slope of a frame, and its precision.
-    fn saw(&mut self, slope: f32, precision: f32, rows: &Rows) {
+    fn add_slope(&mut self, slope: f32, precision: f32, rows: &Rows) {
         let delay = slope / rows.lines;
         // The errors of the model add to the noise.
         let unsure = SEEN_UNSURE * delay;
@@ -171,7 +171,7 @@ impl LineDelay {
     }
 
     /// Adds a clean edge, whose slope is a lower bound.
-    fn saw_edge(&mut self, slope: f32, rows: &Rows) {
+    fn add_edge(&mut self, slope: f32, rows: &Rows) {
         if self.precision == 0.0 {
             self.mean = slope / rows.lines;
             let unsure = EDGE_UNSURE * self.mean;

@@ -108,7 +108,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
 
     /// The light of each LED by least squares, at the expected position of the panel.
     pub fn least_squares(&mut self, frame: &Frame<'_>, crop: &Crop, levels: &Levels) -> Result<LeastSquares, DetectError> {
-        self.take_in(frame, crop, levels.noise)?;
+        self.load_expected(frame, crop, levels.noise)?;
         Ok(self.least_squares_of(levels.variance))
     }
 
@@ -116,7 +116,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn take_in(&mut self, frame: &Frame<'_>, crop: &Crop, noise: f32) -> Result<(), DetectError> {
+    pub fn load_expected(&mut self, frame: &Frame<'_>, crop: &Crop, noise: f32) -> Result<(), DetectError> {
         self.load(frame, crop, noise)?;
         self.spots.centre = crop.centre;
         Ok(())

@@ -33,7 +33,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
     /// The variance of spots, in px² of the image, that leaves the light of 64 LEDs the least residuals. It serves while the levels are
     /// unknown and `usual` is only a guess.
     pub fn first_variance(&mut self, frame: &Frame<'_>, crop: &Crop, usual: f32) -> Result<f32, DetectError> {
-        self.take_in(frame, crop, FIRST_NOISE)?;
+        self.load_expected(frame, crop, FIRST_NOISE)?;
         let (mut variance, mut least) = (usual, self.least_squares_of(usual).left);
         for blur in FIRST_BLURS_PX {
             let blur = blur / crop.scale.bin as f32;

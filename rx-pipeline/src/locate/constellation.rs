@@ -41,7 +41,7 @@ struct Step {
 pub(super) fn lattice(patch: &Patch) -> Option<Lattice> {
     let mean = patch.sample.iter().flatten().sum::<f32>() / (PATCH_SIDE * PATCH_SIDE) as f32;
     let spots = patch.sample.map(|row| row.map(|sample| sample - mean));
-    let mut agreements = Agreements::of(&spots);
+    let mut agreements = Autocorrelation::of(&spots);
     let (column, row) = steps(&mut agreements)?;
     let [column, row] = [column, row].map(|step| refined(&mut agreements, step));
     let shape = Lattice {
@@ -54,7 +54,7 @@ pub(super) fn lattice(patch: &Patch) -> Option<Lattice> {
 }
 
 /// The steps along rows and along columns.
-fn steps(agreements: &mut Agreements<'_>) -> Option<([f32; 2], [f32; 2])> {
+fn steps(agreements: &mut Autocorrelation<'_>) -> Option<([f32; 2], [f32; 2])> {
     let squared = |step: &Step| step.by[0] * step.by[0] + step.by[1] * step.by[1];
     let mut pairs: Vec<(f32, f32, [f32; 2], [f32; 2]), { 2 * PEAKS * PEAKS }> = Vec::new();
     for directions in DIRECTIONS {
@@ -80,7 +80,7 @@ fn steps(agreements: &mut Agreements<'_>) -> Option<([f32; 2], [f32; 2])> {
 }
 
 /// The steps of greatest agreement near a direction.
-fn peaks(agreements: &mut Agreements<'_>, [x, y]: [f32; 2]) -> Vec<Step, PEAKS> {
+fn peaks(agreements: &mut Autocorrelation<'_>, [x, y]: [f32; 2]) -> Vec<Step, PEAKS> {
     let mut peaks: Vec<Step, PEAKS> = Vec::new();
     for (dx, dy) in (-LONGEST..=LONGEST).flat_map(|dy| (-LONGEST..=LONGEST).map(move |dx| (dx, dy))) {
         let [along, aside] = [dx as f32 * x + dy as f32 * y, dy as f32 * x - dx as f32 * y];
@@ -106,7 +106,7 @@ fn peaks(agreements: &mut Agreements<'_>, [x, y]: [f32; 2]) -> Vec<Step, PEAKS> 
 }
 
 /// The step, refined as a fraction of a longer one, which is more precise.
-fn refined(agreements: &mut Agreements<'_>, step: [f32; 2]) -> [f32; 2] {
+fn refined(agreements: &mut Autocorrelation<'_>, step: [f32; 2]) -> [f32; 2] {
     let mut step = step;
     for times in [2.0, 4.0] {
         let far = agreements.near(step.map(|c| round(times * c)));
@@ -121,13 +121,13 @@ fn refined(agreements: &mut Agreements<'_>, step: [f32; 2]) -> [f32; 2] {
 const REACH: usize = LONGEST as usize + 1;
 
 /// The autocorrelation of a patch; short steps are cached.
-struct Agreements<'a> {
+struct Autocorrelation<'a> {
     spots: &'a Samples,
     /// By rows down and columns to the right, from −[`REACH`] on: NaN if not yet computed.
     known: [[f32; 2 * REACH + 1]; REACH + 1],
 }
 
-impl<'a> Agreements<'a> {
+impl<'a> Autocorrelation<'a> {
     fn of(spots: &'a Samples) -> Self {
         Self {
             spots,

@@ -178,7 +178,7 @@ impl View<'_, '_> {
     pub fn pose_candidates(self, blob: Blob) -> impl Iterator<Item = Lattice> {
         let spots_alone = self.earlier.is_none() && self.ground.leaves_only_spots();
         let on_spots = spots_alone.then(|| self.on_spots(&blob)).flatten();
-        let hills = core::iter::once_with(move || self.hills(&blob).into_maxima());
+        let hills = core::iter::once_with(move || self.climb_starts(&blob).into_maxima());
         on_spots.into_iter().chain(hills.flatten())
     }
 
@@ -189,7 +189,7 @@ impl View<'_, '_> {
         constellation::lattice(&patch).map(|lattice| patch.to_frame_lattice(&lattice.most_upright()))
     }
 
-    fn hills(&self, blob: &Blob) -> Hills {
+    fn climb_starts(&self, blob: &Blob) -> ClimbStarts {
         let step = ((blob.side_px / COARSE_SIDE) as usize).max(1);
         let patch = self.patch(blob, step);
         let pitch = blob.side_px / 8.0 / step as f32;
@@ -204,7 +204,7 @@ impl View<'_, '_> {
                 seeds.offer(evidence.of_overlapping(&pose.lattice(), &overlap), pose);
             }
         }
-        Hills { evidence, patch, seeds }
+        ClimbStarts { evidence, patch, seeds }
     }
 
     /// The likeliest pose with the shape of `expected`, its centre up to about a panel's width from there.
@@ -346,13 +346,13 @@ impl Sharpened {
 }
 
 /// The evidence around a blob, with the poses to climb it from.
-pub(super) struct Hills {
+pub(super) struct ClimbStarts {
     evidence: Evidence,
     patch: Patch,
     seeds: Ranking,
 }
 
-impl Hills {
+impl ClimbStarts {
     /// The evidence's maxima as lattices in the frame's pixels.
     fn into_maxima(self) -> impl Iterator<Item = Lattice> {
         let Self { evidence, patch, seeds } = self;

@@ -14,7 +14,7 @@ use crate::fit::Fit;
 use crate::spots::{LatticeModel, Observation, Residuals};
 pub use criteria::LEAST_PITCH_PX;
 pub(crate) use criteria::is_random;
-use criteria::{DISTINCT, Passed, examine};
+use criteria::{DISTINCT, FitQuality, examine};
 use led_likeness::LedLikeness;
 use settling::Settling;
 
@@ -112,7 +112,7 @@ pub(super) fn verify<const N: usize>(
         Scope::Change => pose_candidates::three_states(brightness),
         _ => pose_candidates::two_states(brightness),
     };
-    criteria::foresee(lattice, &state)?;
+    criteria::check_states(lattice, &state)?;
     let on = |state: i8| match view.ground {
         Ground::Holes if scope.is_single() => 1 - state,
         _ => state,
@@ -154,7 +154,7 @@ pub(super) fn verify<const N: usize>(
         residuals.noise_around(&fitted.spots, window)
     };
     let noise = around.map_or(noise, |around| around.max(LEAST_NOISE_AROUND * noise));
-    let Passed { signal_to_noise, misfit } = examine(&fitted, noise, scope, settings)?;
+    let FitQuality { signal_to_noise, misfit } = examine(&fitted, noise, scope, settings)?;
     let lit_around = match scope {
         Scope::Board => LedLikeness::of(observation, &fitted.spots).lit_around(),
         _ => residuals.lit_around(&fitted.spots, window),

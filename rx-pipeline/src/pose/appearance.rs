@@ -78,7 +78,7 @@ impl Appearance {
     }
 
     /// Sets the prior spread.
-    pub(super) fn suppose_spread(&mut self) {
+    pub(super) fn set_prior_spread(&mut self) {
         self.spread = [self.square_of_contrast(USUAL_SPREAD); 2];
     }
 

@@ -73,7 +73,7 @@ impl Closing {
 
     /// The decrease of the range, in m/s: negative for a panel that moves away. `None` before its second pose.
     pub fn speed_m_s(&self) -> Option<Known> {
-        self.told(|place, velocity| -place.dot(&velocity) / place.norm())
+        self.propagated(|place, velocity| -place.dot(&velocity) / place.norm())
     }
 
     /// The time until the range is 0 at that speed, in seconds; `None` for a panel that does not clearly approach.
@@ -82,11 +82,11 @@ impl Closing {
         if speed.value < CLEARLY * speed.sigma || speed.value <= 0.0 {
             return None;
         }
-        self.told(|place, velocity| -place.norm_squared() / place.dot(&velocity))
+        self.propagated(|place, velocity| -place.norm_squared() / place.dot(&velocity))
     }
 
     /// A function of position and velocity, with its standard deviation by numerical derivatives.
-    fn told(&self, number: impl Fn(Vector3<f64>, Vector3<f64>) -> f64) -> Option<Known> {
+    fn propagated(&self, number: impl Fn(Vector3<f64>, Vector3<f64>) -> f64) -> Option<Known> {
         const STEP: f64 = 1e-5;
         let (_, Estimate { state, covariance }) = self.last.as_ref().filter(|_| self.is_known)?;
         let of = |state: &Vector6<f64>| number(state.fixed_rows::<3>(0).into_owned(), state.fixed_rows::<3>(3).into_owned());

@@ -9,8 +9,8 @@ use nalgebra::{Cholesky, Const, SMatrix, SVector};
 
 use super::PoseError;
 use super::appearance::{Appearance, Sums};
-use super::cut::Cut;
-use super::leds::{Leds, Shine};
+use super::clipped_light::ClippedLight;
+use super::leds::{LedRun, Leds};
 use super::pixels::Pixels;
 use super::plane::{Matrix8, PLANE, Vector8};
 
@@ -91,7 +91,7 @@ impl Equations {
         for row in 0..height {
             for from in (0..width).step_by(RUN) {
                 let to = width.min(from + RUN);
-                let shining: Vec<Shine<'_>, LEDS> = model.leds.on(row, from, to).collect();
+                let shining: Vec<LedRun<'_>, LEDS> = model.leds.on(row, from, to).collect();
                 self.run.draw(&shining, from, model, pixels, [row, from, to]);
                 self.run.weigh(pixels, model, [row, from, to], &mut self.sums);
                 self.add(&shining, from, to - from, &mut pulls);
@@ -117,7 +117,7 @@ impl Equations {
     }
 
     /// Adds a run of pixels.
-    fn add(&mut self, shining: &[Shine<'_>], from: usize, length: usize, pulls: &mut [[[f64; 2]; 2]; LEDS]) {
+    fn add(&mut self, shining: &[LedRun<'_>], from: usize, length: usize, pulls: &mut [[[f64; 2]; 2]; LEDS]) {
         let run = &self.run;
         let (mut squares, mut gradient) = ([Shared::zeros(); SHARED_COUNT], Shared::zeros());
         for (pixel, slopes) in run.slopes[..length].iter().enumerate() {
@@ -180,7 +180,7 @@ impl Run {
     /// Draws light and slopes of pixels `from..to` of a row.
     fn draw<const N: usize>(
         &mut self,
-        shining: &[Shine<'_>],
+        shining: &[LedRun<'_>],
         first: usize,
         model: &Model<'_>,
         pixels: &Pixels<N>,
@@ -226,11 +226,11 @@ impl Run {
             let rounding = pixels.rounding_variance(expected);
             let uneven = model.leds.uneven * lit;
             let variance = look.noise_of(expected) + rounding + uneven * uneven;
-            let Some(cut) = Cut::at(expected, variance, pixels.white) else {
+            let Some(clipped) = ClippedLight::at(expected, variance, pixels.white) else {
                 continue;
             };
-            let off = light - cut.mean;
-            let weight = 1.0 / cut.variance;
+            let off = light - clipped.mean;
+            let weight = 1.0 / clipped.variance;
             if outside > 0.0 {
                 sums.around[0] += off * off * weight;
                 sums.around[1] += 1.0;
@@ -238,9 +238,9 @@ impl Run {
             if outside > look.rim {
                 continue;
             }
-            self.curved[place] = weight * cut.slope * cut.slope;
-            self.pull[place] = weight * cut.slope * off;
-            if cut.slope > WHOLE {
+            self.curved[place] = weight * clipped.slope * clipped.slope;
+            self.pull[place] = weight * clipped.slope * off;
+            if clipped.slope > WHOLE {
                 let exact = weight * weight;
                 let squared = off * off - rounding;
                 for (i, power) in [1.0, expected].into_iter().enumerate() {

@@ -142,7 +142,7 @@ impl<const N: usize> ImageFit<N> {
             let before = now.look;
             now.step(&step, share);
             if round == 0 {
-                now.look.suppose_spread();
+                now.look.set_prior_spread();
                 now.own = [0.0; LEDS];
             } else if round < LEARNING_ROUNDS {
                 let variance = step.own_variance();

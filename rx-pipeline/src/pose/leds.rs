@@ -23,7 +23,7 @@ pub(super) struct Leds {
 }
 
 /// The pixels of a row that an LED lights.
-pub(super) struct Shine<'a> {
+pub(super) struct LedRun<'a> {
     pub led: usize,
     /// The first pixel.
     pub from: usize,
@@ -78,14 +78,14 @@ impl Leds {
     }
 
     /// The LEDs that light pixels `from..to` of a row.
-    pub fn on(&self, row: usize, from: usize, to: usize) -> impl Iterator<Item = Shine<'_>> {
+    pub fn on(&self, row: usize, from: usize, to: usize) -> impl Iterator<Item = LedRun<'_>> {
         self.patches.iter().enumerate().filter_map(move |(led, patch)| {
             let (first, light) = patch.row(row)?;
             let skipped = usize::try_from(from as i32 - first).unwrap_or(0);
             let from = usize::try_from(first).unwrap_or(0).max(from);
             let light = light.get(skipped..)?;
             let length = light.len().min(to.saturating_sub(from));
-            (length > 0).then(|| Shine {
+            (length > 0).then(|| LedRun {
                 led,
                 from,
                 light: &light[..length],

@@ -91,7 +91,7 @@ impl Posterior {
         .for_lean(&seen, &information)
         .0;
         let apart = face_on.cost(&seen, &information) - least / inflation;
-        let look = Look {
+        let look = Measurement {
             seen: &seen,
             information: &information,
             least: least / inflation,
@@ -110,7 +110,7 @@ impl Posterior {
         self.summary(half_side_m, modes.map(|(view, ..)| view), inflation)
     }
 
-    fn fill(&mut self, look: &Look<'_>, area: &Area) {
+    fn fill(&mut self, look: &Measurement<'_>, area: &Area) {
         let half = area.steps.map(|count| count as f64);
         let covered = area.sides[0].perp(&area.sides[1]).abs();
         let cell = (covered / (half[0] * half[1])).max(f64::MIN_POSITIVE);
@@ -189,14 +189,14 @@ impl Posterior {
 }
 
 /// The measurement to compare poses with.
-struct Look<'a> {
+struct Measurement<'a> {
     seen: &'a Vector8,
     information: &'a Matrix8,
     /// Cost of the best.
     least: f64,
 }
 
-impl Look<'_> {
+impl Measurement<'_> {
     fn worse(&self, near: &View, lean: Vector2<f64>) -> f64 {
         let start = View {
             lean: [lean.x, lean.y],

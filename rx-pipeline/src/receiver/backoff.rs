@@ -29,7 +29,7 @@ impl Backoff {
     }
 
     /// Shortens the wait after a frame whose bits were sure.
-    pub fn calm_down(&mut self) {
+    pub fn shorten(&mut self) {
         self.wait /= 2;
         self.left = self.left.min(self.wait);
     }
@@ -45,7 +45,7 @@ mod tests {
         let mut searched = std::vec::Vec::new();
         for frame in 0..40 {
             if frame == 30 {
-                (0..4).for_each(|_| backoff.calm_down());
+                (0..4).for_each(|_| backoff.shorten());
             }
             if backoff.is_due() {
                 searched.push(frame);

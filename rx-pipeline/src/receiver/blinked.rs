@@ -91,7 +91,7 @@ impl Blinked {
 
     /// Adds an event of its symbols. A header that was read (not only expected), a beacon or a size is a proof: none of 10⁸ random readings
     /// passed as a header. The end of a segment is none, because a segment that a lost panel began ends by itself.
-    pub fn hear(&mut self, event: &Event<'_>) {
+    pub fn add_event(&mut self, event: &Event<'_>) {
         self.is_proved |= matches!(
             event,
             Event::Header { expected: false, .. } | Event::Beacon { .. } | Event::Geometry(_)
@@ -133,13 +133,13 @@ pub type Area = [[usize; 2]; 2];
 
 /// Places that are skipped for a while.
 #[derive(Clone, Copy)]
-pub struct Barred {
+pub struct SkippedPlaces {
     places: [Option<(Area, u64)>; PLACES],
     /// The entry that is overwritten next.
     next: usize,
 }
 
-impl Barred {
+impl SkippedPlaces {
     pub const NONE: Self = Self {
         places: [None; PLACES],
         next: 0,
@@ -247,19 +247,19 @@ mod tests {
     #[test]
     fn what_the_link_says_is_proof_enough() {
         let mut blinked = Blinked::new(0);
-        blinked.hear(&Event::Nothing);
+        blinked.add_event(&Event::Nothing);
         for number in 0..PROOF_FRAMES {
             assert_eq!(blinked.verdict(number, PROOF_FRAMES), Verdict::Unsure);
         }
         assert_eq!(blinked.verdict(PROOF_FRAMES, PROOF_FRAMES), Verdict::Other);
-        blinked.hear(&Event::Beacon { inverted: false });
+        blinked.add_event(&Event::Beacon { inverted: false });
         assert_eq!(blinked.verdict(99, PROOF_FRAMES), Verdict::Panel);
     }
 
     #[test]
     fn what_was_a_panel_has_to_prove_it_again() {
         let mut blinked = Blinked::new(0);
-        blinked.hear(&Event::Beacon { inverted: false });
+        blinked.add_event(&Event::Beacon { inverted: false });
         for number in 20..20 + PROOF_FRAMES {
             assert_eq!(blinked.verdict(number, PROOF_FRAMES), Verdict::Panel);
         }
@@ -278,15 +278,15 @@ mod tests {
     fn places_are_passed_over_for_a_while() {
         let corners = [[20.0, 30.0], [41.0, 30.0], [41.0, 51.0], [20.0, 51.0]];
         let corners = Corners::new(corners).unwrap();
-        let mut barred = Barred::NONE;
-        barred.add(&corners, Verdict::Panel, 100, PROOF_FRAMES);
-        assert_eq!(barred.areas(100).count(), 0);
-        barred.add(&corners, Verdict::Other, 100, PROOF_FRAMES);
-        assert_eq!(barred.areas(234).next(), Some([[17, 45], [27, 55]]));
-        assert_eq!(barred.areas(235).count(), 0);
+        let mut skipped = SkippedPlaces::NONE;
+        skipped.add(&corners, Verdict::Panel, 100, PROOF_FRAMES);
+        assert_eq!(skipped.areas(100).count(), 0);
+        skipped.add(&corners, Verdict::Other, 100, PROOF_FRAMES);
+        assert_eq!(skipped.areas(234).next(), Some([[17, 45], [27, 55]]));
+        assert_eq!(skipped.areas(235).count(), 0);
         for number in 0..9 {
-            barred.add(&corners, Verdict::Unsure, number, PROOF_FRAMES);
+            skipped.add(&corners, Verdict::Unsure, number, PROOF_FRAMES);
         }
-        assert_eq!((barred.areas(8).count(), barred.areas(28).count()), (4, 2));
+        assert_eq!((skipped.areas(8).count(), skipped.areas(28).count()), (4, 2));
     }
 }

@@ -21,7 +21,7 @@ const LEVEL_SIDE: usize = 4;
 const LEVELS: usize = 2;
 
 /// The query to each level.
-pub(super) struct Asked<'a, const PIXELS: usize> {
+pub(super) struct LevelQuery<'a, const PIXELS: usize> {
     pub effort: Effort,
     pub locator: &'a Locator,
     /// Known panels in the frame.
@@ -30,7 +30,7 @@ pub(super) struct Asked<'a, const PIXELS: usize> {
     pub search: &'a mut SearchMemory,
 }
 
-impl<const PIXELS: usize> Asked<'_, PIXELS> {
+impl<const PIXELS: usize> LevelQuery<'_, PIXELS> {
     /// Converts the panel in `frame`, which shows the camera's frame in the pixels of `grid`, to the camera's frame.
     pub fn at(
         &mut self,
@@ -122,20 +122,20 @@ impl Levels {
     pub fn find<const PIXELS: usize>(
         &mut self,
         buffer: &[u8],
-        asked: &mut Asked<'_, PIXELS>,
+        query: &mut LevelQuery<'_, PIXELS>,
         profile: &mut impl Profile,
     ) -> Option<Location> {
-        let turns = if asked.effort.takes_its_time() { LEVELS } else { 1 };
+        let turns = if query.effort.searches_all_levels() { LEVELS } else { 1 };
         (0..turns).find_map(|_| {
             self.turn = self.turn.checked_sub(1).unwrap_or(LEVELS - 1);
-            self.find_in_turn(buffer, asked, profile)
+            self.find_in_turn(buffer, query, profile)
         })
     }
 
     fn find_in_turn<const PIXELS: usize>(
         &mut self,
         buffer: &[u8],
-        asked: &mut Asked<'_, PIXELS>,
+        query: &mut LevelQuery<'_, PIXELS>,
         profile: &mut impl Profile,
     ) -> Option<Location> {
         let before = self.level.iter().take(self.turn);
@@ -149,7 +149,7 @@ impl Levels {
         let (latest, earlier) = frames.split_first()?;
         let grid = Grid::of_side(LEVEL_SIDE.pow(self.turn as u32 + 1));
         let suspects = &mut level.suspects;
-        asked.at(&grid, latest, earlier, suspects, profile).ok()
+        query.at(&grid, latest, earlier, suspects, profile).ok()
     }
 }
 

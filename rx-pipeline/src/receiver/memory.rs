@@ -45,8 +45,8 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
 
     /// Sets the initial delay of each line after the one above, in exposures.
     #[cfg(feature = "read-lines")]
-    pub fn tell_line_delay(&mut self, delay: f32) {
-        self.likelihood.tell_line_delay(delay);
+    pub fn set_line_delay(&mut self, delay: f32) {
+        self.likelihood.set_line_delay(delay);
     }
 
     /// Sets whether the contrast differs in each frame, because of a carrier.

@@ -12,7 +12,7 @@ use link::panel::SoftPanel;
 pub(crate) struct MaximumLikelihood<const PIXELS: usize>;
 
 /// The placeholder of the learnt state.
-pub(crate) struct Nothing;
+pub(crate) struct NoExperience;
 
 impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     pub const fn empty() -> Self {
@@ -25,18 +25,18 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
 
     pub fn forget_leds(&mut self) {}
 
-    pub fn experience(&self) -> Nothing {
-        Nothing
+    pub fn experience(&self) -> NoExperience {
+        NoExperience
     }
 
-    pub fn set_experience(&mut self, _: Nothing) {}
+    pub fn set_experience(&mut self, _: NoExperience) {}
 
     pub fn learnt(&self) -> Option<Learnt> {
         None
     }
 
     #[cfg(feature = "read-lines")]
-    pub fn tell_line_delay(&mut self, _: f32) {}
+    pub fn set_line_delay(&mut self, _: f32) {}
 
     pub fn detect_after(&mut self, _: &SoftPanel, _: &Frame<'_>, _: &Corners, _: Option<f32>) -> Result<Detection, DetectError> {
         Err(DetectError::ContrastTooLow { range_grey: 0.0 })

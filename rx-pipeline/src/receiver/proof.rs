@@ -1,6 +1,6 @@
 //! Decides whether a followed place is a panel, and which areas the search skips.
 
-use super::blinked::{Area, Barred, Blinked, Verdict, proof_frames};
+use super::blinked::{Area, Blinked, SkippedPlaces, Verdict, proof_frames};
 use crate::corners::Corners;
 use link::framing::Event;
 
@@ -8,7 +8,7 @@ use link::framing::Event;
 /// within 30 symbols, and is then skipped for 90.
 pub struct Proof {
     place: Option<Place>,
-    barred: Barred,
+    skipped: SkippedPlaces,
     /// Frames in which a place has to prove to be a panel.
     frames: u64,
 }
@@ -26,7 +26,7 @@ impl Proof {
     pub fn new(symbols_per_frame: f32) -> Self {
         Self {
             place: None,
-            barred: Barred::NONE,
+            skipped: SkippedPlaces::NONE,
             frames: proof_frames(symbols_per_frame),
         }
     }
@@ -52,7 +52,7 @@ impl Proof {
     /// Judges the place at frame `number` after the event of the symbol before.
     pub(crate) fn judge(&mut self, number: u64, event: &Event<'_>) {
         let Some(place) = &mut self.place else { return };
-        place.blinked.hear(event);
+        place.blinked.add_event(event);
         place.verdict = place.blinked.verdict(number, self.frames);
     }
 
@@ -69,13 +69,13 @@ impl Proof {
     /// Stops following the place from frame `number` on.
     pub(crate) fn lost(&mut self, number: u64) {
         if let Some(place) = self.place.take() {
-            self.barred.add(&place.corners, place.verdict, number, self.frames);
+            self.skipped.add(&place.corners, place.verdict, number, self.frames);
         }
     }
 
     /// The areas that a search skips in frame `number`.
     pub(crate) fn others(&self, number: u64) -> impl Iterator<Item = Area> {
-        self.barred.areas(number)
+        self.skipped.areas(number)
     }
 
     fn verdict(&self) -> Option<Verdict> {

@@ -2,11 +2,11 @@
 
 #[cfg(feature = "carrier")]
 use super::coarser::Coarser;
-#[cfg(feature = "carrier")]
-use super::lit::Lit;
 #[cfg(not(feature = "maximum-likelihood"))]
 pub(crate) use super::no_likelihood::MaximumLikelihood;
 use super::outcome::{Loss, Reading};
+#[cfg(feature = "carrier")]
+use super::recent_levels::RecentLevels;
 use super::view::View;
 use crate::cells::{CellMap, CellsError};
 use crate::coarse::Grid;
@@ -120,7 +120,7 @@ pub(crate) struct Reader {
     too_fine: u8,
     /// The places that have recently been lit.
     #[cfg(feature = "carrier")]
-    lit: Lit,
+    recent_levels: RecentLevels,
 }
 
 impl Reader {
@@ -136,7 +136,7 @@ impl Reader {
             #[cfg(feature = "carrier")]
             too_fine: 0,
             #[cfg(feature = "carrier")]
-            lit: Lit::NONE,
+            recent_levels: RecentLevels::NONE,
         }
     }
 
@@ -249,8 +249,8 @@ impl Reader {
         lattice: &Lattice,
         tools: &mut Tools<'_, N>,
     ) {
-        self.lit.see(bits);
-        let coarser = Coarser::of(bits.bits()).or_else(|| Coarser::of(self.lit.places()?));
+        self.recent_levels.see(bits);
+        let coarser = Coarser::of(bits.bits()).or_else(|| Coarser::of(self.recent_levels.places()?));
         self.too_fine = if coarser.is_some() { self.too_fine.saturating_add(1) } else { 0 };
         let (Some(coarser), Some(track)) = (coarser.filter(|_| self.too_fine >= TOO_FINE_FRAMES), self.track) else {
             return;
@@ -271,7 +271,7 @@ impl Reader {
     /// Forgets the places of a lattice, because another is followed from now on.
     #[cfg(feature = "carrier")]
     fn forget_places(&mut self) {
-        (self.too_fine, self.lit) = (0, Lit::NONE);
+        (self.too_fine, self.recent_levels) = (0, RecentLevels::NONE);
     }
 
     #[cfg(not(feature = "carrier"))]
@@ -402,7 +402,7 @@ impl Reader {
     /// Whether a panel that hardly moves is still on `lattice`, because LEDs that have been lit there would be missing on `there`.
     #[cfg(feature = "carrier")]
     fn is_held(&self, track: &Track, lattice: &Lattice, there: &Lattice) -> bool {
-        track.is_steady() && self.lit.leaves_leds(lattice, there)
+        track.is_steady() && self.recent_levels.leaves_leds(lattice, there)
     }
 
     #[cfg(not(feature = "carrier"))]

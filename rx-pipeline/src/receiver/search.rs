@@ -3,7 +3,7 @@
 use core::borrow::BorrowMut;
 
 use super::history::History;
-use super::levels::{Asked, Levels};
+use super::levels::{LevelQuery, Levels};
 use super::outcome::Loss;
 use crate::coarse::Grid;
 use crate::corners::Corners;
@@ -130,7 +130,7 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
             PATIENCE_SEARCHES.. => Effort::Spare(number),
             _ => Effort::Share(number),
         };
-        let mut asked = Asked {
+        let mut query = LevelQuery {
             effort: first,
             locator,
             known,
@@ -143,16 +143,16 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
         // Each level's turn comes in every second frame, or in every fourth after failed searches.
         let are_left_out = matches!(first, Effort::Spare(number) if number % 4 >= 2);
         let mut look = |effort| {
-            asked.effort = effort;
+            query.effort = effort;
             let near = if are_left_out {
                 None
             } else {
-                self.levels.find(for_levels, &mut asked, profile)
+                self.levels.find(for_levels, &mut query, profile)
             };
             near.map_or_else(
                 || {
                     let earlier = self.history.frames(for_frames, size, KEPT_FRAMES);
-                    asked.at(&Grid::FRAME, frame, &earlier, &mut self.suspects, profile)
+                    query.at(&Grid::FRAME, frame, &earlier, &mut self.suspects, profile)
                 },
                 Ok,
             )

@@ -384,7 +384,7 @@ fn the_memory_is_as_large_as_stated() {
     assert!(further <= 22 * 9216 + 34_500);
     assert!(size_of::<SearchMemory>() <= 132_000);
     // The size that the feature `carrier` adds.
-    let carrier = size_of::<crate::carrier::Carrier>() + size_of::<super::lit::Lit>();
+    let carrier = size_of::<crate::carrier::Carrier>() + size_of::<super::recent_levels::RecentLevels>();
     assert!(carrier <= 27_500, "{carrier}");
     assert!(size_of::<Whole>() - size_of::<Deframer>() - carrier < 5_000);
     let all = memory + size_of::<SearchMemory>() + size_of::<Whole>();

@@ -180,7 +180,7 @@ impl<F: Follow> Application<F> {
     /// Sets the camera up; reports a fault if that fails.
     pub fn start(&mut self, board: &mut impl Board) {
         let started = self.set_up(board);
-        self.have(started.err().map(Fault::Camera), board.micros());
+        self.set_fault(started.err().map(Fault::Camera), board.micros());
         self.serve(board);
     }
 
@@ -191,7 +191,7 @@ impl<F: Follow> Application<F> {
             _ => Fault::NoWholeFrames,
         };
         let fault = self.set_up(board).map_or_else(Fault::Camera, |()| lacking);
-        self.have(Some(fault), board.micros());
+        self.set_fault(Some(fault), board.micros());
         self.lose();
         self.serve(board);
     }
@@ -205,7 +205,7 @@ impl<F: Follow> Application<F> {
     }
 
     /// Sets or clears the current fault. Without another one, unusable keys remain.
-    fn have(&mut self, fault: Option<Fault>, now_us: u64) {
+    fn set_fault(&mut self, fault: Option<Fault>, now_us: u64) {
         let fault = fault.or(self.unusable_keys.map(Fault::Keys));
         if self.fault() != fault {
             let since_ms = now_us / 1000;
@@ -224,7 +224,7 @@ impl<F: Follow> Application<F> {
         let (width, height) = (self.settings.mode.width(), self.settings.mode.height());
         let frame = Frame::new(pixels, width, height);
         if frame.is_ok() {
-            self.mend(board);
+            self.clear_frame_faults(board);
         }
         let began_us = board.micros();
         if let Ok(frame) = frame {
@@ -244,15 +244,15 @@ impl<F: Follow> Application<F> {
     }
 
     /// Clears faults about missing frames after a whole one. Retries a camera that could not be set up.
-    fn mend(&mut self, board: &mut impl Board) {
+    fn clear_frame_faults(&mut self, board: &mut impl Board) {
         let now_us = board.micros();
         if self.is_set_up {
             if matches!(self.fault(), Some(Fault::NoFrames | Fault::NoWholeFrames)) {
-                self.have(None, now_us);
+                self.set_fault(None, now_us);
             }
         } else if now_us.saturating_sub(self.set_up_us) >= SET_UP_AGAIN_US {
             let started = self.set_up(board);
-            self.have(started.err().map(Fault::Camera), board.micros());
+            self.set_fault(started.err().map(Fault::Camera), board.micros());
         }
     }
 
@@ -346,7 +346,7 @@ impl<F: Follow> Application<F> {
         };
         let exposed = board.expose(wanted);
         if exposed.is_err() || is_unsure {
-            self.have(exposed.err().map(Fault::Camera), board.micros());
+            self.set_fault(exposed.err().map(Fault::Camera), board.micros());
         }
         match exposed {
             Ok(()) => {

@@ -71,7 +71,7 @@ impl<'a> Odds<'a> {
     pub fn new(known: &Surroundings, tiles: &'a Tiles, expected: &Lattice, spread: f32) -> Self {
         let usual = Histogram::of(tiles);
         let [least, least_around] = [DEVIATION, DEVIATION_AROUND].map(|share| known.least_variance(share));
-        let [off, on] = [known.off, known.on].map(|level| level.no_surer_than(least));
+        let [off, on] = [known.off, known.on].map(|level| level.with_variance_from(least));
         let (low, high) = (off.mean.min(on.mean), off.mean.max(on.mean));
         let between = BETWEEN / (high - low + 1.0);
         let led = core::array::from_fn(|level| {
@@ -90,7 +90,7 @@ impl<'a> Odds<'a> {
             turns,
             usual,
             led,
-            around: known.around.map(|level| AroundOdds::of(level.no_surer_than(least_around))),
+            around: known.around.map(|level| AroundOdds::of(level.with_variance_from(least_around))),
             changed: libm::logf(CHANGED),
             spread: spread * TILES as f32,
         }

@@ -46,7 +46,7 @@ mod tests {
         SoftPanel::certain(PanelFrame::from_bits(bits), 10)
     }
 
-    fn can_be_told(symbol: u64) -> bool {
+    fn is_distinct(symbol: u64) -> bool {
         (SHARED_LEAST..=64 - SHARED_LEAST).contains(&symbol.count_ones())
     }
 
@@ -72,7 +72,7 @@ mod tests {
     properties! {
         #[test]
         fn both_tell_what_the_one_leaves(one: u64, rest: u64) {
-            prop_assume!(can_be_told(one) && (rest & !one).count_ones() >= 18);
+            prop_assume!(is_distinct(one) && (rest & !one).count_ones() >= 18);
             let other = other(&panel(one | rest), &panel(one)).unwrap();
             prop_assert_eq!(other.seen(), !one);
             prop_assert_eq!(other.hard().bits(), rest & !one);
@@ -80,7 +80,7 @@ mod tests {
 
         #[test]
         fn a_symbol_shown_alone_is_not_two(one: u64, wrong in prop::collection::vec(0u32..64, 0..4)) {
-            prop_assume!(can_be_told(one));
+            prop_assume!(is_distinct(one));
             let shown = wrong.iter().fold(one, |bits, led| bits ^ 1 << led);
             prop_assert_eq!(other(&panel(shown), &panel(one)), None);
         }

@@ -5,8 +5,8 @@ use std::io::Write;
 use anyhow::Context;
 use link::orientation::Orientation;
 use link::signing::Verdict as Proof;
-use reception::signers::{News, Signers};
-use reception::whereabouts::Whereabouts;
+use reception::panel_pose::PanelPose;
+use reception::signers::{Delivery, Signers};
 use reception::{Message, PanelEvent, PanelReport, Reception, learnt};
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
@@ -35,7 +35,7 @@ pub struct Report<'a> {
     /// Maps frame numbers to indices, which name the frames.
     places: Places,
     /// Events of the current frame, with panel numbers.
-    news: Vec<(usize, News)>,
+    deliveries: Vec<(usize, Delivery)>,
     /// Trusted keys, and each panel's last message.
     signers: Signers,
     /// Messages not reported because they were not proven.
@@ -71,7 +71,7 @@ impl<'a> Report<'a> {
             with_pose,
             messages: 0,
             places: Places::default(),
-            news: Vec::new(),
+            deliveries: Vec::new(),
             withheld: 0,
             progress,
             recording: Recording::open(
@@ -234,7 +234,7 @@ impl<'a> Report<'a> {
     }
 
     /// Prints and draws a panel's reading in a frame, or the reason why there is none.
-    pub fn panel(&mut self, report: &PanelReport, frame: &Frame, whereabouts: &Whereabouts) -> anyhow::Result<()> {
+    pub fn panel(&mut self, report: &PanelReport, frame: &Frame, panel_pose: &PanelPose) -> anyhow::Result<()> {
         let panel = report.panel;
         for event in &report.events {
             self.event(panel, event);
@@ -256,53 +256,53 @@ impl<'a> Report<'a> {
         };
         if let (Some(folder), None) = (&self.arguments.show, &self.undrawn) {
             let path = folder.join(format!("frame-{number:06}-panel-{panel}.png"));
-            if let Err(error) = show::reading(&path, frame, reading, whereabouts) {
+            if let Err(error) = show::reading(&path, frame, reading, panel_pose) {
                 // Messages matter more than their pictures.
                 self.say(&format!("vocc: {error:#}; continuing without pictures"));
                 self.undrawn = Some(error);
             }
         }
-        self.record(|recording| recording.reading(panel, reading, whereabouts.pose()));
+        self.record(|recording| recording.reading(panel, reading, panel_pose.pose()));
         if self.arguments.bits {
-            self.bits(number, &of_panel, reading, report, whereabouts)?;
+            self.bits(number, &of_panel, reading, report, panel_pose)?;
         }
         Ok(())
     }
 
-    fn bits(&self, number: u64, of_panel: &str, reading: &Reading, report: &PanelReport, whereabouts: &Whereabouts) -> anyhow::Result<()> {
+    fn bits(&self, number: u64, of_panel: &str, reading: &Reading, report: &PanelReport, panel_pose: &PanelPose) -> anyhow::Result<()> {
         let (bits, [x, y]) = (reading.detection.bits, reading.corners.centre_px());
         self.print(
             &format!(
                 "frame {number}{of_panel}: {bits} at ({x:.2}, {y:.2}) px{}",
-                pose::whereabouts_text(whereabouts, self.with_pose)
+                pose::panel_pose_text(panel_pose, self.with_pose)
             ),
-            &reading_json(number, report, reading, whereabouts),
+            &reading_json(number, report, reading, panel_pose),
         )
     }
 
     /// Stores an event for [`Report::deliver`], and reports messages that are not proven at once if only proven ones are wanted.
-    fn take_news(&mut self, panel: usize, news: News) {
+    fn take_delivery(&mut self, panel: usize, delivery: Delivery) {
         let only_trusted = self.arguments.trusting.only_trusted;
-        match &news {
-            News::Withheld => {
+        match &delivery {
+            Delivery::Withheld => {
                 self.withheld += 1;
                 return;
             }
-            News::Message(..) => {
+            Delivery::Message(..) => {
                 self.messages += 1;
                 self.withheld -= u64::from(only_trusted);
             }
-            News::Proof(data, proof) if only_trusted && !matches!(proof, Proof::Proven { .. }) => {
+            Delivery::Proof(data, proof) if only_trusted && !matches!(proof, Proof::Proven { .. }) => {
                 self.say(&format!("{} {}", output::quoted(data), self.signers.trust().text(proof)));
                 return;
             }
-            News::Proof(_, proof) if !self.signers.trust().is_checking() => {
+            Delivery::Proof(_, proof) if !self.signers.trust().is_checking() => {
                 let advice = proof.claim().map_or("", |_| ": --trust checks it");
                 self.say(&format!("panel {panel} shows its message {proof}{advice}"));
             }
-            News::Proof(..) => {}
+            Delivery::Proof(..) => {}
         }
-        self.news.push((panel, news));
+        self.deliveries.push((panel, delivery));
     }
 
     fn keep_counters(&mut self) {
@@ -314,9 +314,9 @@ impl<'a> Report<'a> {
 
     /// Stores a message for [`Report::deliver`], and reports other events of a panel at once.
     pub fn event(&mut self, panel: usize, event: &PanelEvent) {
-        if let Some(news) = self.signers.news(panel, event) {
+        if let Some(delivery) = self.signers.delivery(panel, event) {
             self.keep_counters();
-            self.take_news(panel, news);
+            self.take_delivery(panel, delivery);
         }
         match event {
             PanelEvent::Message(_) | PanelEvent::Signed(_) | PanelEvent::Unsigned => {}
@@ -343,21 +343,21 @@ impl<'a> Report<'a> {
     /// Prints the messages completed by a frame of that moment, with the camera estimates and the pose of each panel.
     pub fn deliver(&mut self, reception: &Reception, moment: &Moment) -> anyhow::Result<()> {
         let is_checking = self.signers.trust().is_checking();
-        for (panel, news) in std::mem::take(&mut self.news) {
-            match &news {
-                News::Message(message, proof) => {
+        for (panel, delivery) in std::mem::take(&mut self.deliveries) {
+            match &delivery {
+                Delivery::Message(message, proof) => {
                     self.record(|recording| recording.message(panel, &message.data));
                     self.write(&message.data);
                     let proof = Some(proof).filter(|_| is_checking);
                     self.record_proof(panel, &message.data, proof);
                     self.message(panel, message, proof, reception, moment)?;
                 }
-                News::Proof(data, proof) if is_checking => {
+                Delivery::Proof(data, proof) if is_checking => {
                     self.record_proof(panel, data, Some(proof));
                     self.proof(panel, data, proof)?;
                 }
-                News::Proof(_, proof) => self.unchecked(panel, proof)?,
-                News::Withheld => {}
+                Delivery::Proof(_, proof) => self.unchecked(panel, proof)?,
+                Delivery::Withheld => {}
             }
         }
         Ok(())
@@ -416,14 +416,14 @@ impl<'a> Report<'a> {
         moment: &Moment,
     ) -> anyhow::Result<()> {
         let [first, last] = [message.first_frame, message.last_frame].map(|number| self.places.of(number));
-        let (corrected, whereabouts) = (message.corrected_bits, reception.whereabouts(panel));
+        let (corrected, panel_pose) = (message.corrected_bits, reception.panel_pose(panel));
         let learnt = reception.learnt_each().get(panel).and_then(Option::as_ref);
         let (turned_deg, is_mirrored) = turned(reception.orientation(panel));
         let of_panel = self.of_panel(panel);
         let mut told = serde_json::json!({
             "message": String::from_utf8_lossy(&message.data), "panel": panel, "first_frame": first, "last_frame": last,
             "corrected_bits": corrected, "turned_deg": turned_deg, "is_mirrored": is_mirrored,
-            "camera": learnt.map(learnt::as_json), "pose": pose::whereabouts_json(whereabouts),
+            "camera": learnt.map(learnt::as_json), "pose": pose::panel_pose_json(panel_pose),
         });
         if let Some(hex) = self.arguments.hex.of(&message.data) {
             told["message_hex"] = hex.into();
@@ -442,7 +442,7 @@ impl<'a> Report<'a> {
             &format!(
                 "{of_panel}{} in frames {first} to {last}, {corrected} bits corrected{}{proof_text}",
                 output::quoted(&message.data),
-                pose::whereabouts_text(whereabouts, self.with_pose)
+                pose::panel_pose_text(panel_pose, self.with_pose)
             ),
             &told,
         )
@@ -450,13 +450,13 @@ impl<'a> Report<'a> {
 }
 
 /// What a panel shows in a frame, as `--bits` prints it in JSON.
-pub fn reading_json(number: u64, report: &PanelReport, reading: &Reading, whereabouts: &Whereabouts) -> serde_json::Value {
+pub fn reading_json(number: u64, report: &PanelReport, reading: &Reading, panel_pose: &PanelPose) -> serde_json::Value {
     let (turned_deg, is_mirrored) = turned(report.orientation);
     serde_json::json!({
         "frame": number, "panel": report.panel, "bits": reading.detection.bits.to_string(), "symbol": report.symbol,
         "centre_px": reading.corners.centre_px(), "pitch_px": reading.corners.pitch_px(), "confidence": reading.detection.confidence,
         "turned_deg": turned_deg, "is_mirrored": is_mirrored,
-        "pose": pose::whereabouts_json(whereabouts),
+        "pose": pose::panel_pose_json(panel_pose),
     })
 }
 

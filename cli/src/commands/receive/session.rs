@@ -117,9 +117,9 @@ impl<'a> Session<'a> {
         let panels = self.reception.frame(stamp, frame, &lens, &mut self.times)?;
         self.watch.frame(&panels);
         for panel in panels {
-            let whereabouts = self.reception.whereabouts(panel.panel);
-            self.report.panel(&panel, frame, whereabouts)?;
-            self.report.view(|view| view.panel(panel, whereabouts));
+            let panel_pose = self.reception.panel_pose(panel.panel);
+            self.report.panel(&panel, frame, panel_pose)?;
+            self.report.view(|view| view.panel(panel, panel_pose));
         }
         self.report.deliver(&self.reception, moment)?;
         self.report.done();

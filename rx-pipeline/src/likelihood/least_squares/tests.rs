@@ -1,7 +1,7 @@
 //! A panel so far away that its LEDs' images all but merge: the operator is nearly singular.
 
 use super::*;
-use crate::likelihood::crop::{Crop, Sight};
+use crate::likelihood::crop::{Crop, ImagePrior};
 use crate::likelihood::model::Model;
 use crate::synthetic::Scene;
 use link::camera::Camera;
@@ -74,12 +74,12 @@ fn merged_leds_are_told_apart_where_the_inverse_amplifies_noise() {
             shift: [0.0; 2],
             noise: 1e-3,
         };
-        let sight = Sight {
+        let image_prior = ImagePrior {
             is_plain_around: true,
             spot_sigma_px: 0.0,
         };
         let rendered = scene.render();
-        let crop = Crop::new(&rendered.frame(), &scene.corners(), PIXELS, sight);
+        let crop = Crop::new(&rendered.frame(), &scene.corners(), PIXELS, image_prior);
         let found = model.least_squares(&rendered.frame(), &crop, &levels);
         ours += errors(&found.expect("a panel").light, scene.bits);
         let light = inverse(&model.image, &crop.centre, levels.variance.into());

@@ -52,7 +52,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         }
         let better = |by_lines: &TwoSymbols<_>| at_once.as_ref().is_none_or(|two| by_lines.explain_better_than(two));
         if let Some(two) = by_lines.filter(better) {
-            delay.saw(two.share.slope, two.share.precision, &rows);
+            delay.add_slope(two.share.slope, two.share.precision, &rows);
             delay.read_two();
             self.experience.line_delay = delay;
             return Ok(Some(two.detection()));

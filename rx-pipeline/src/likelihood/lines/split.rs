@@ -92,10 +92,10 @@ pub(super) fn split(bits: PanelFrame, before: &SoftPanel, noise: f32, delay: &mu
         ..LineDelay::UNKNOWN
     };
     if hints[1 - way] >= SPLIT_KNOWN {
-        delay.saw_edge(-split.slope, rows);
+        delay.add_edge(-split.slope, rows);
         return None;
     }
-    delay.saw_edge(split.slope, rows);
+    delay.add_edge(split.slope, rows);
     delay.read_two();
     Some(split)
 }

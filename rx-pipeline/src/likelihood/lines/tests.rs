@@ -65,7 +65,7 @@ fn lines_that_are_exposed_at_once_are_found_to_be() {
     }
     assert_eq!(detector.learnt().unwrap().line_delay, Some(0.0));
     let mut told = acquainted(1.0);
-    told.tell_line_delay(0.0);
+    told.set_line_delay(0.0);
     for share in [0.1, 0.3, 0.55, 0.8] {
         assert_eq!(read_by_lines(&mut told, share, 0.0), read_by_lines(&mut detector, share, 0.0));
     }
@@ -75,10 +75,10 @@ fn lines_that_are_exposed_at_once_are_found_to_be() {
 fn what_is_told_of_lines_is_a_hint() {
     let mut detector = acquainted(1.0);
     for told in [f32::NAN, f32::INFINITY, 2.1] {
-        detector.tell_line_delay(told);
+        detector.set_line_delay(told);
         assert_eq!(detector.learnt().unwrap().line_delay, None);
     }
-    detector.tell_line_delay(-0.05);
+    detector.set_line_delay(-0.05);
     assert_eq!(detector.learnt().unwrap().line_delay, Some(-0.05));
     for share in [0.3, 0.7, 0.45, 0.6] {
         read_by_lines(&mut detector, share, 0.03).expect("two symbols");

@@ -63,14 +63,14 @@ const MOST_SHEAR: f32 = 0.2;
 const SPOT_OVER_PITCH: RangeInclusive<f32> = 0.08..=0.85;
 
 /// The results for a lattice that passes.
-pub(super) struct Passed {
+pub(super) struct FitQuality {
     pub signal_to_noise: f32,
     /// Residual over allowed residual (ratio of variances): above 1 only in the change between two frames.
     pub misfit: f32,
 }
 
 /// Checks all criteria that depend only on the fit, with `noise` the variance of a pixel.
-pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope, settings: &SearchSettings) -> Result<Passed, LocateError> {
+pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope, settings: &SearchSettings) -> Result<FitQuality, LocateError> {
     let Fit { spots, slope } = fitted;
     unsaturated(slope, settings.max_saturated_percent)?;
     let misfit = explained_down_to_noise(fitted, noise, scope)?;
@@ -87,12 +87,12 @@ pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope, settings: &SearchS
     }
     seen_from_before(&spots.lattice)?;
     as_wide_as_leds(spots)?;
-    Ok(Passed { signal_to_noise, misfit })
+    Ok(FitQuality { signal_to_noise, misfit })
 }
 
 /// Checks a pose before the fit: its pattern and shape must be near a panel's. The entries of `states` are not 0 for LEDs that are On or
 /// have changed.
-pub(super) fn foresee(lattice: &Lattice, states: &[i8; LEDS]) -> Result<(), LocateError> {
+pub(super) fn check_states(lattice: &Lattice, states: &[i8; LEDS]) -> Result<(), LocateError> {
     let pattern = states
         .iter()
         .enumerate()

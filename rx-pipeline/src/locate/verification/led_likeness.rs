@@ -102,7 +102,7 @@ impl LedLikeness {
 
     /// The usual level of the LEDs within the lattice that do not stand out; `None` if it is negligible.
     fn others(&self) -> Option<f32> {
-        let Usual { middle, deviation, count } = self.usual()?;
+        let LevelSpread { middle, deviation, count } = self.usual()?;
         let spread = deviation / libm::sqrtf(count.min(SIDE) as f32);
         (middle.abs() > (SEEN * spread).max(LEAST_OFF)).then_some(middle)
     }
@@ -115,7 +115,7 @@ impl LedLikeness {
     }
 
     /// The LEDs within the lattice that do not stand out.
-    fn usual(&self) -> Option<Usual> {
+    fn usual(&self) -> Option<LevelSpread> {
         let mut seen: Vec<f32, LEDS> = Vec::new();
         for row in 1..=SIDE {
             for column in 1..=SIDE {
@@ -127,7 +127,7 @@ impl LedLikeness {
         }
         let middle = median_of(&mut seen)?;
         seen.iter_mut().for_each(|value| *value = (*value - middle).abs());
-        Some(Usual {
+        Some(LevelSpread {
             middle,
             deviation: median_of(&mut seen)?,
             count: seen.len(),
@@ -136,7 +136,7 @@ impl LedLikeness {
 }
 
 /// The level of some places: the median, and the median deviation from it.
-struct Usual {
+struct LevelSpread {
     middle: f32,
     deviation: f32,
     count: usize,

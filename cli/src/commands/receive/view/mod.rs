@@ -31,7 +31,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, bail};
 use reception::PanelReport;
-use reception::whereabouts::Whereabouts;
+use reception::panel_pose::PanelPose;
 use rx_pipeline::frame::Frame;
 use serde_json::Value;
 
@@ -158,8 +158,8 @@ impl Feed {
     }
 
     /// Shows a panel of this frame.
-    pub fn panel(&mut self, report: PanelReport, whereabouts: &Whereabouts) {
-        self.filling.add(report, whereabouts.clone());
+    pub fn panel(&mut self, report: PanelReport, panel_pose: &PanelPose) {
+        self.filling.add(report, panel_pose.clone());
     }
 
     /// Shows the frame.

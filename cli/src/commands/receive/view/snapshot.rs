@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use reception::whereabouts::Whereabouts;
+use reception::panel_pose::PanelPose;
 use reception::{PanelReport, learnt};
 use rx_pipeline::camera::Learnt;
 use rx_pipeline::frame::Frame;
@@ -21,7 +21,7 @@ pub struct Snapshot {
     number: u64,
     size: [usize; 2],
     grey: Vec<u8>,
-    panels: Vec<(PanelReport, Whereabouts)>,
+    panels: Vec<(PanelReport, PanelPose)>,
     details: Details,
 }
 
@@ -45,8 +45,8 @@ impl Snapshot {
     }
 
     /// Adds a panel.
-    pub fn add(&mut self, report: PanelReport, whereabouts: Whereabouts) {
-        self.panels.push((report, whereabouts));
+    pub fn add(&mut self, report: PanelReport, panel_pose: PanelPose) {
+        self.panels.push((report, panel_pose));
     }
 
     /// Completes it with the frame's pixels.
@@ -67,7 +67,7 @@ impl Snapshot {
         let panels: Vec<Value> = self
             .panels
             .iter()
-            .map(|(report, whereabouts)| self.panel(report, whereabouts))
+            .map(|(report, panel_pose)| self.panel(report, panel_pose))
             .collect();
         let Details {
             symbol_rate_hz,
@@ -83,14 +83,14 @@ impl Snapshot {
         })
     }
 
-    fn panel(&self, report: &PanelReport, whereabouts: &Whereabouts) -> Value {
+    fn panel(&self, report: &PanelReport, panel_pose: &PanelPose) -> Value {
         let reading = match &report.reading {
             Ok(reading) => reading,
             Err(loss) => return json!({ "panel": report.panel, "why": loss.to_string() }),
         };
         let corners = reading.corners.points();
         let close = Region::around(&corners, self.size);
-        let mut told = reading_json(self.number, report, reading, whereabouts);
+        let mut told = reading_json(self.number, report, reading, panel_pose);
         told["corners_px"] = json!(corners);
         told["orientation"] = json!(report.orientation.map(|orientation| orientation.to_string()));
         told["picture"] = close

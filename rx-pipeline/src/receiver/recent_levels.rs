@@ -19,12 +19,12 @@ const ON_PANEL: core::ops::Range<f32> = -0.5..SIDE as f32 - 0.5;
 
 /// The recent level of each place.
 #[derive(Clone, Debug)]
-pub(super) struct Lit {
+pub(super) struct RecentLevels {
     level: [u8; LEDS],
     frames: u8,
 }
 
-impl Lit {
+impl RecentLevels {
     pub const NONE: Self = Self {
         level: [0; LEDS],
         frames: 0,
@@ -75,7 +75,7 @@ mod tests {
             ..lattice
         };
         let after = |bits: u64| {
-            let mut lit = Lit::NONE;
+            let mut lit = RecentLevels::NONE;
             (0..FRAMES).for_each(|_| lit.see(PanelFrame::from_bits(bits)));
             lit
         };
@@ -88,14 +88,14 @@ mod tests {
         let without_last = after(u64::MAX >> SIDE);
         assert!(!without_last.leaves_leds(&lattice, &beside(0.0, -1.0)));
         assert!(without_last.leaves_leds(&lattice, &beside(0.0, 1.0)));
-        assert!(!Lit::NONE.leaves_leds(&lattice, &beside(1.0, 0.0)));
+        assert!(!RecentLevels::NONE.leaves_leds(&lattice, &beside(1.0, 0.0)));
     }
 
     /// A panel whose LEDs are every second place of the lattice: no frame shows all of them.
     #[test]
     fn places_that_are_never_lit_are_between_leds() {
         const LEDS_OF_PANEL: u64 = 0xaa55_aa55_aa55_aa55;
-        let mut lit = Lit::NONE;
+        let mut lit = RecentLevels::NONE;
         let mut random = 0x9e37_79b9_7f4a_7c15u64;
         for frame in 0..20 {
             assert_eq!(lit.places().is_some(), frame >= FRAMES, "frame {frame}");

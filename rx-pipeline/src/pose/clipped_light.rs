@@ -1,14 +1,14 @@
 //! The moments of a pixel's light if sensors clip at white.
 
 /// Clipped light.
-pub(super) struct Cut {
+pub(super) struct ClippedLight {
     pub mean: f64,
     pub variance: f64,
     /// The derivative of the mean by the light.
     pub slope: f64,
 }
 
-impl Cut {
+impl ClippedLight {
     /// Moments of a normal number clipped at white; `None` if nearly all of it is clipped.
     pub fn at(mean: f64, variance: f64, white: f64) -> Option<Self> {
         const CLEAR: f64 = 6.0;
@@ -47,7 +47,7 @@ mod tests {
         for z in [-0.9, 0.0, 1.0, 3.0] {
             let (white, deviation) = (5.0, 0.4);
             let mean = white - z * deviation;
-            let cut = Cut::at(mean, deviation * deviation, white).unwrap();
+            let clipped = ClippedLight::at(mean, deviation * deviation, white).unwrap();
             let (mut first, mut second, step) = (0.0, 0.0, 1e-3);
             for i in -8000..8000 {
                 let at = f64::from(i) * step;
@@ -56,7 +56,7 @@ mod tests {
                 first += share * read;
                 second += share * read * read;
             }
-            assert!((cut.mean - first).abs() < 1e-4 && (cut.variance - (second - first * first)).abs() < 1e-4);
+            assert!((clipped.mean - first).abs() < 1e-4 && (clipped.variance - (second - first * first)).abs() < 1e-4);
         }
     }
 }

@@ -20,16 +20,16 @@ pub type PoseResult = Result<Pose, String>;
 /// A panel's size if both numbers are configured: the diameter of an LED in metres, and the gap between two LEDs in diameters.
 ///
 /// ```
-/// use reception::whereabouts::told_size;
-/// assert_eq!(told_size(Some(0.03), Some(1.0))?.map(|size| size.pitch_m()), Some(0.06));
-/// assert_eq!(told_size(None, Some(1.0))?, None);
-/// assert!(told_size(None, Some(-1.0)).is_err());
+/// use reception::panel_pose::configured_size;
+/// assert_eq!(configured_size(Some(0.03), Some(1.0))?.map(|size| size.pitch_m()), Some(0.06));
+/// assert_eq!(configured_size(None, Some(1.0))?, None);
+/// assert!(configured_size(None, Some(-1.0)).is_err());
 /// # Ok::<(), rx_pipeline::pose::PanelSizeError>(())
 /// ```
 ///
 /// # Errors
 /// [`PanelSizeError`], also if only one number is given.
-pub fn told_size(led_diameter_m: Option<f64>, interval: Option<f64>) -> Result<Option<PanelSize>, PanelSizeError> {
+pub fn configured_size(led_diameter_m: Option<f64>, interval: Option<f64>) -> Result<Option<PanelSize>, PanelSizeError> {
     let size = PanelSize::new(led_diameter_m.unwrap_or(USUAL.0), interval.unwrap_or(USUAL.1))?;
     Ok((led_diameter_m.is_some() && interval.is_some()).then_some(size))
 }
@@ -102,7 +102,7 @@ impl PoseMeter {
 
 /// The pose of a followed panel, and its closing speed.
 #[derive(Clone, Debug)]
-pub struct Whereabouts {
+pub struct PanelPose {
     pose: PoseResult,
     closing: Closing,
     /// The size that the panel has announced.
@@ -110,7 +110,7 @@ pub struct Whereabouts {
     axes_px: Option<[[f64; 2]; 4]>,
 }
 
-impl Whereabouts {
+impl PanelPose {
     /// The state of a panel that has not been read.
     pub(crate) const UNKNOWN: Self = Self {
         pose: Err(String::new()),
@@ -142,7 +142,7 @@ impl Whereabouts {
     }
 
     /// Reports no pose of a mirrored picture, because the panel's place is unknown.
-    pub(crate) fn pass_over_mirrored(&mut self) {
+    pub(crate) fn set_mirrored(&mut self) {
         self.axes_px = None;
         self.pose = Err("the picture is mirrored: mirror it back to get the panel's pose".into());
     }
