@@ -55,7 +55,7 @@ def test_a_refused_image_leaves_the_receiver_as_it_was() -> None:
         receiver.feed(np.full((8, 8), np.nan, np.float32))
     assert receiver.next_frame == 0
     receiver.feed(np.zeros((16, 16), np.uint8))
-    with pytest.raises(vocc.VoccError, match="it is 8 × 16 pixels, and the film 16 × 16"):
+    with pytest.raises(vocc.VoccError, match="it has 8 × 16 pixels, and those before have 16 × 16"):
         receiver.feed(np.zeros((16, 8), np.uint8))
     assert receiver.next_frame == 1
     receiver.feed(np.zeros((16, 16), np.uint8), frame=5)

@@ -61,7 +61,7 @@ pub struct Bounds {
 pub enum CellsError {
     /// The panel, with one pixel around it for the gradient, is not wholly in the frame.
     #[error(
-        "the panel covers x {left:.1} to {right:.1} and y {top:.1} to {bottom:.1}, which with a rim of 1 px is not \
+        "the panel covers x {left:.1} to {right:.1} and y {top:.1} to {bottom:.1}, and with a rim of 1 px this is not \
          within the frame of {width} × {height}: aim the camera, or use a larger region"
     )]
     OutsideFrame {
@@ -80,8 +80,8 @@ pub enum CellsError {
     },
     /// The bounding box needs more memory than the map has.
     #[error(
-        "the panel's image of {width} × {height} pixels is more than the {capacity} pixels or {MAX_WIDTH_PX} columns that there is memory \
-         for: check the corners, or shrink the frame"
+        "the panel's image has {width} × {height} pixels, and there is memory for {capacity} pixels and {MAX_WIDTH_PX} columns: \
+         check the corners, or shrink the frame"
     )]
     TooLarge {
         /// The box's columns.
@@ -98,7 +98,7 @@ pub enum CellsError {
         cell: usize,
     },
     /// A cell of more pixels than its sums can hold.
-    #[error("cell {cell} holds more than {} pixels: shrink the frame", u16::MAX)]
+    #[error("cell {cell} has more than {} pixels: shrink the frame", u16::MAX)]
     CellTooLarge {
         /// 8·row + column.
         cell: usize,

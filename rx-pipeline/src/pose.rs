@@ -63,7 +63,7 @@ pub struct PanelSize {
 #[non_exhaustive]
 pub enum PanelSizeError {
     /// The diameter of an LED.
-    #[error("an LED diameter of {led_diameter_m} m is not 0.0001 to 10 m: measure one; the usual panel's are 0.03 m wide")]
+    #[error("an LED diameter of {led_diameter_m} m is not 0.0001 to 10 m: measure an LED; those of the usual panel are 0.03 m wide")]
     LedDiameter {
         /// The requested diameter, in metres.
         led_diameter_m: f64,
@@ -148,7 +148,7 @@ pub enum PoseError {
     #[error("the panel is not whole in the frame: aim the camera, or use a larger region")]
     OutsideFrame,
     /// Its pixels exceed the memory.
-    #[error("the panel's surroundings of {width} × {height} pixels are more than the {capacity} that there is memory for")]
+    #[error("the panel's surroundings have {width} × {height} pixels, and there is memory for {capacity}: shrink the frame")]
     TooLarge {
         /// Columns.
         width: usize,
@@ -158,25 +158,25 @@ pub enum PoseError {
         capacity: usize,
     },
     /// The lens model has no direction for the panel's position.
-    #[error("by the camera's distortion no light falls where the panel is seen: check the calibration")]
+    #[error("the camera's distortion lets no light fall where the panel is seen: check the calibration")]
     NoRay,
     /// The pixels do not determine all parameters.
-    #[error("the pixels do not tell it: too little contrast, or a panel too small or seen edge on")]
+    #[error("the pixels do not determine the pose: the contrast is too low, or the panel is too small or seen edge on")]
     Singular,
     /// The fit did not converge.
-    #[error("the fit has not settled in {rounds} rounds: the pixels are not those of a panel there")]
+    #[error("the fit has not converged in {rounds} iterations: the pixels do not show a panel there")]
     NotSettled {
         /// Rounds of the fit.
         rounds: usize,
     },
     /// The fit converged at another place.
-    #[error("the fit has moved {off_pitches:.1} LED pitches away: the pixels are not those of a panel there")]
+    #[error("the fit has moved {off_pitches:.1} LED pitches away: the pixels do not show a panel there")]
     Elsewhere {
         /// The distance, in pitches.
         off_pitches: f64,
     },
     /// The fit converged on a pattern that is not a lattice of LEDs.
-    #[error("the light is not that of a square lattice of LEDs there: the corners or the bits are wrong")]
+    #[error("the light there is not that of a square lattice of LEDs: the corners or the bits are wrong")]
     Unlike,
     /// The blur is out of the supported range.
     #[error("the blur is too sharp or too wide for a panel of this size: go farther off, focus, or give blur_sigma_px")]

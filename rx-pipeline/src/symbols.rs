@@ -69,7 +69,7 @@ pub struct Symbol {
 /// A symbol rate out of range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "{symbols_per_frame} symbols a frame: more than 0 and at most 1 can be followed; raise the frame rate or lower \
+    "{symbols_per_frame} symbols a frame cannot be followed: more than 0 and at most 1 can; raise the frame rate or lower \
      the symbol rate"
 )]
 pub struct SymbolRateError {

@@ -84,8 +84,8 @@ pub enum KeyFileError {
     Name(String),
     /// The counters file is unreadable.
     #[error(
-        "{} holds no counters such as `vocc receive --counters` writes: give another file, or remove it, and films shown again will not \
-         be noticed until it has grown",
+        "{} holds no counters such as `vocc receive --counters` writes: give another file. If you remove it, replayed films are not \
+         recognised until it has grown",
         .0.display()
     )]
     NoCounters(PathBuf, #[source] toml::de::Error),

@@ -7,7 +7,7 @@ use crate::deep::Compander;
 
 /// The picture has a kind of pixel that no camera's frame has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("it is {kind:?}: frames are grey or colour of 8 to 16 bits")]
+#[error("its pixels are {kind:?}: give grey or colour of 8 to 16 bits")]
 pub struct PixelKindError {
     /// The kind of pixel.
     pub kind: ColorType,

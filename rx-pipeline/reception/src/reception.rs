@@ -94,7 +94,7 @@ pub enum ReceptionError {
     Receiver(#[from] ReceiverError),
     /// A frame differs in size from those before.
     #[error(
-        "it is {} × {} pixels, and the film {} × {}: give frames of one size, each film by itself",
+        "it has {} × {} pixels, and those before have {} × {}: give frames of one size, and each film separately",
         size.0, size.1, film.0, film.1
     )]
     Size {
@@ -105,8 +105,8 @@ pub enum ReceptionError {
     },
     /// A frame's samples are of another kind than those before.
     #[error(
-        "its samples are {samples}, those of the frames before are {film}: one level is another light in each; receive the frames of each \
-         kind by themselves"
+        "its samples are {samples}, those of the frames before are {film}: the same level is different light in each; receive the \
+         frames of each kind separately"
     )]
     Samples {
         /// The frame's samples.

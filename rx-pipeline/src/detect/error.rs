@@ -15,15 +15,15 @@ pub(super) const WHITE_CELLS_MAX: usize = 48;
 pub enum DetectError {
     /// All cells look alike.
     #[error(
-        "the brightest and the darkest cell differ by {range_grey} grey levels, less than the {MIN_CONTRAST_GREY} that \
-         can be told from rounding: check exposure and corners"
+        "the brightest and the darkest cell differ by {range_grey} grey levels, and at least {MIN_CONTRAST_GREY} are \
+         needed to exceed rounding: check exposure and corners"
     )]
     ContrastTooLow {
         /// Highest minus lowest mean grey of a cell, in grey levels.
         range_grey: f32,
     },
     /// The features do not fall into two groups.
-    #[error("{on} cells fall into the group On and the others into Off: both need at least one; check the corners")]
+    #[error("{on} of the cells are On, and at least one has to be On and one Off: check the corners")]
     OneClass {
         /// Cells in the brighter group, 0 or 64.
         on: u32,
@@ -36,8 +36,8 @@ pub enum DetectError {
     },
     /// Nearly all cells are white.
     #[error(
-        "{white} of the 64 cells are white, at most {WHITE_CELLS_MAX} may be, or those that are Off do not show: expose less, or \
-         dim the panel"
+        "{white} of the 64 cells are white, and at most {WHITE_CELLS_MAX} may be, because Off LEDs do not show among white: expose \
+         less, or dim the panel"
     )]
     TooWhite {
         /// Cells that are white.
@@ -45,7 +45,7 @@ pub enum DetectError {
     },
     /// The panel's image has too many pixels, or too few.
     #[error(
-        "the panel's image of {width} × {height} pixels is not between 4 × 4 and {capacity} pixels or 128 a side: check the \
+        "the panel's image has {width} × {height} pixels, and 4 × 4 to {capacity} in all, 128 a side, can be read: check the \
          corners, or shrink the frame"
     )]
     OutsideMemory {

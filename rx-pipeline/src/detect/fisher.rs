@@ -85,7 +85,7 @@ impl From<Fisher> for Serialized {
 #[non_exhaustive]
 pub enum FisherError {
     /// Too few cells of one class.
-    #[error("the training saw {on} cells On and {off} Off: it needs at least {FISHER_CELLS} of each; add panels")]
+    #[error("the training has {on} cells On and {off} Off, and needs at least {FISHER_CELLS} of each: add panels")]
     TooFewCells {
         /// Cells On seen.
         on: u64,

@@ -25,12 +25,12 @@ pub enum LocateError {
         places: usize,
     },
     /// The fit of a lattice does not converge there.
-    #[error("the grid does not fit: no 8×8 lattice settles on what stands out most, so it is no panel or not all in view")]
+    #[error("the grid does not fit: no 8×8 lattice fits what stands out most, so it is not a panel, or is not all in view")]
     NoLattice,
     /// No lattice of 8×8 spots matches the object.
     #[error(
         "the grid does not fit: the best 8×8 lattice differs from the frame by {residual_grey:.1} grey levels (root mean square), \
-         {allowed_grey:.1} would do; what stands out is no panel, or clutter behind it shows through"
+         and {allowed_grey:.1} is allowed; what stands out is not a panel, or clutter behind it shows through"
     )]
     GridDoesNotFit {
         /// Root mean square difference, in grey levels.
@@ -81,8 +81,8 @@ pub enum LocateError {
     },
     /// The fitted spots do not have the width of LEDs.
     #[error(
-        "the grid does not fit: its spots are {spot_sigma_px:.2} px wide (standard deviation), LEDs as far apart as these are \
-         {narrowest_px:.2} to {widest_px:.2}; bring the camera into focus, or come nearer"
+        "the grid does not fit: its spots are {spot_sigma_px:.2} px wide (standard deviation), and LEDs at this pitch are \
+         {narrowest_px:.2} to {widest_px:.2} px wide; bring the camera into focus, or come nearer"
     )]
     SpotsDoNotFit {
         /// The fitted spots' standard deviation.
@@ -94,23 +94,25 @@ pub enum LocateError {
     },
     /// The LEDs merge, so that a single frame does not distinguish them from a smooth object.
     #[error(
-        "the grid does not fit: its LEDs run into each other, and one frame is not enough to tell a panel from something smooth; the next \
-         frames may show it"
+        "the grid does not fit: its LEDs merge, and one frame is not enough to distinguish a panel from a smooth image; the next frames may \
+         show it"
     )]
     Indistinct {
         /// The natural logarithm of the odds.
         log_odds: f32,
     },
     /// The LEDs are too close together for a verification.
-    #[error("the grid does not fit: its LEDs are {pitch_px:.1} px apart, at least 2 px are looked for; come nearer or use a longer lens")]
+    #[error(
+        "the grid does not fit: its LEDs are {pitch_px:.1} px apart, and a search needs at least 2 px; come nearer or use a longer lens"
+    )]
     TooSmall {
         /// Distance of neighbouring LEDs.
         pitch_px: f32,
     },
     /// The lattice is stretched or slanted as no panel is.
     #[error(
-        "the grid does not fit: it is {aspect:.2} times as wide as high, and its rows and columns meet at {angle_deg:.0}°, beyond what is \
-         looked for"
+        "the grid does not fit: it is {aspect:.2} times as wide as high, and its rows and columns meet at {angle_deg:.0}°, which is outside the \
+         searched range"
     )]
     ImpossiblePose {
         /// Pitch along rows over pitch along columns.
@@ -119,7 +121,7 @@ pub enum LocateError {
         angle_deg: f32,
     },
     /// The fitted lattice is not readable.
-    #[error("the grid found is no panel: {0}")]
+    #[error("the grid that was found is not a panel: {0}")]
     Corners(#[from] CornersError),
 }
 impl LocateError {

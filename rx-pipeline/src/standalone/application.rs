@@ -50,7 +50,7 @@ pub struct Settings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ApplicationError {
     /// More symbols than frames, or none.
-    #[error("{millihertz} thousandths of a symbol a second: above 0 and at most {most} can be read, one in each frame")]
+    #[error("{millihertz} thousandths of a symbol a second cannot be read: give above 0 and at most {most}, one symbol a frame")]
     SymbolRate {
         /// The requested rate.
         millihertz: u32,

@@ -80,10 +80,10 @@ pub enum Refusal {
     #[error("the receiver does not know this request: update the older side")]
     Unknown,
     /// No frame has come from the camera.
-    #[error("the receiver has no picture, as no frame has come from its camera: look at its status")]
+    #[error("the receiver has no picture, because its camera has sent no frame: look at its status")]
     NoPicture,
     /// The symbol rate is out of range.
-    #[error("{millihertz} thousandths of a symbol a second: above 0 and at most {most} can be read, one in each frame")]
+    #[error("{millihertz} thousandths of a symbol a second cannot be read: give above 0 and at most {most}, one symbol a frame")]
     SymbolRate {
         /// The requested rate.
         millihertz: u32,

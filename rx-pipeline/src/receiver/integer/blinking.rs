@@ -43,7 +43,7 @@ const ALL: u64 = u64::MAX;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BlinkSearchError {
     /// The frame is too large.
-    #[error("a frame of {width} × {height} pixels: up to 2048 a side can be searched; leave pixels out")]
+    #[error("a frame of {width} × {height} pixels cannot be searched: at most 2048 a side can; leave pixels out")]
     Size {
         /// The columns of the frame.
         width: usize,
