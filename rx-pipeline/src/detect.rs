@@ -7,8 +7,8 @@
 //! | [`Detector::Otsu`] | the cells' mean grey | nothing | where LEDs are many pixels large, or on the smallest processor |
 //! | [`Detector::Fisher`] | AGR, GRI and, if wanted, NGR | training | when frames with known bits are at hand |
 //!
-//! The first three use one panel alone, so they need LEDs of both states in it: they split a panel that is all On or all Off in two all the
-//! same. A scrambled message has both states.
+//! The first three use one panel alone, so it needs LEDs of both states: they would split a panel that is all On or all Off in two, too.
+//! The panels of a scrambled message have both states.
 //!
 //! # Soft values
 //!
@@ -18,8 +18,8 @@
 //! a hundredth of each feature's variance in the panel on its diagonal, so that a frame without noise has finite values.
 //!
 //! The model has limits. If the classes overlap, a split by the panel itself cuts their tails off, underestimates Σ, and so overstates how
-//! sure the bits are. Blur makes the errors of neighbouring cells alike, but they count as independent. And as Σ is not round, the sign of
-//! a soft value may differ from k-means' bit close to the border.
+//! sure the bits are. Blur correlates the errors of neighbouring cells, but they count as independent. And because Σ is not round, the
+//! sign of a soft value may differ from k-means' bit close to the border.
 
 mod detection;
 mod discriminant;

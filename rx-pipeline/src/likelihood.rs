@@ -35,9 +35,10 @@
 //! The levels of earlier frames give a [prior](Experience) of those of the next one. It makes them surer, and allows panels whose LEDs are
 //! all alike. It follows the distance, because the light of a nearer panel fills more pixels.
 //!
-//! A frame that shows much less contrast than usual teaches nothing, and one that shows hardly any is not read (`likelihood/proven.rs`): a
-//! wiper covers the panel, or its lamps are dark. If bits stay unsure that were sure before, the levels are in doubt: the frame is also
-//! read with the levels of the last sure frame, and with none. The reading of surest bits wins, and its levels stay.
+//! If a frame shows much less contrast than usual, nothing is learnt from it; if it shows hardly any, it is not read
+//! (`likelihood/proven.rs`): a wiper covers the panel, or its lamps are dark. If bits stay unsure that were sure before, the levels are in
+//! doubt: the frame is also read with the levels of the last sure frame, and with none. The reading of surest bits wins, and its levels
+//! stay.
 //!
 //! The two levels of each LED are learnt without known bits, from the moments of its light over panels that differ: unequal LEDs, a dim
 //! row, bright patches behind an open frame. An LED of one level does not follow the message; it is reported and erased
@@ -54,8 +55,8 @@
 //! The log-likelihood ratio of a bit is the likelihood lost by its flip after the others have adapted (max-log); between the sets that the
 //! sphere decoder lists, it is the logarithm of their odds. If more bits are in doubt than a list can represent, all ratios of the panel
 //! are made smaller: `docs/detectors.md` shows how sure they then are. The noise is estimated from the frame, so that errors of the model
-//! make all ratios smaller. These errors are as wide as an LED, and count for more than as many pixels' noise: ratios are divided by the
-//! dispersion of the residuals of the LEDs' images relative to noise (quasi-likelihood; McCullagh & Nelder 1989).
+//! make all ratios smaller. These errors are as wide as an LED, and weigh more than the noise of as many pixels. So the ratios are divided
+//! by the dispersion of the residuals of the LEDs' images relative to noise (quasi-likelihood; McCullagh & Nelder 1989).
 //!
 //! # Two symbols in one exposure
 //!
@@ -65,8 +66,8 @@
 //!
 //! # Limits
 //!
-//! One blur for the whole panel, Gaussian and as wide as high; a curve that is a power, at the configured black level. Neither costs bits
-//! to speak of: discs of defocus, sharpened frames, curves from linear to γ = 2.6 are read without errors. An uneven background costs bits
+//! The panel has a single blur, Gaussian and as wide as high. The curve is a power, at the configured black level. Neither costs many bits:
+//! discs of defocus, sharpened frames and curves from linear to γ = 2.6 are read without errors. An uneven background costs bits
 //! in the first frames of an open panel, until its LEDs are known, and whenever it moves behind them. If the images of LEDs are sharp discs
 //! many pixels wide, larger pixels are used, and any detector reads them.
 

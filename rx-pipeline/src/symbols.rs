@@ -5,8 +5,8 @@
 //!
 //! - Two different symbols of random bits agree in 32 ± 4 LEDs, so ρ = 0 ± 1/8. 52 must agree for ρ ≥ 0.6: one pair in 5 million.
 //! - The same symbol read twice with bit error rate ε correlates with ρ = (1 − 2ε)² ± √(1 − (1 − 2ε)⁴)/8: at ε = 2 %
-//!   0.92 ± 0.05, at 5 % 0.81 ± 0.07, of which one pair in 150 is missed. These are for hard bits; as doubtful bits
-//!   weigh less, soft values do better.
+//!   0.92 ± 0.05, at 5 % 0.81 ± 0.07, of which one pair in 150 is missed. These are for hard bits; soft values do better, because
+//!   doubtful bits weigh less.
 //!
 //! (`cargo test -p vocc-rx-pipeline symbols` computes both.)
 //!

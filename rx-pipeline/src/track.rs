@@ -1,7 +1,7 @@
 //! Tracking: following a panel from frame to frame.
 //!
 //! A track predicts the panel's lattice from its motion. The bits are read there, and the difference between the frame and the image that
-//! these bits should give corrects the prediction. A frame costs one look at the pixels of each spot. The quality of the fit tells whether
+//! these bits should give corrects the prediction. A frame costs one look at the pixels of each spot. The quality of the fit shows whether
 //! the panel is still there.
 
 use crate::coarse::Grid;

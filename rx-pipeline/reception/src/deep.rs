@@ -12,7 +12,7 @@ use link::camera::Encoding;
 /// Range of a learnt γ, relative to the encoding's, within which samples count as proportional to light.
 const AS_GOOD_AS_LINEAR: RangeInclusive<f32> = 0.8..=1.25;
 
-/// The kind of a picture's samples: the same level is another light in another kind.
+/// The kind of a picture's samples. The same level is different light in each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleKind {
     /// Grey levels of 8 bits.
@@ -24,11 +24,11 @@ pub enum SampleKind {
 }
 
 impl SampleKind {
-    /// Whether they are encoded for the receiver, if the camera has the encoding `told`.
-    pub fn are_encoded(self, told: Option<Encoding>) -> bool {
+    /// Whether they are encoded for the receiver, if this encoding is configured for the camera.
+    pub fn are_encoded(self, configured: Option<Encoding>) -> bool {
         match self {
             Self::Plain => false,
-            Self::Deep => encodes(told),
+            Self::Deep => encodes(configured),
             Self::Light => true,
         }
     }
@@ -44,10 +44,10 @@ impl std::fmt::Display for SampleKind {
     }
 }
 
-/// Whether samples of the configured encoding are encoded for the receiver. Those proportional to light are, and so are samples of an
-/// encoding that is not configured.
-pub fn encodes(told: Option<Encoding>) -> bool {
-    told.unwrap_or(Encoding::LINEAR) == Encoding::LINEAR
+/// Whether samples of the configured encoding are encoded for the receiver. Samples proportional to light are, and so are samples whose
+/// encoding is not configured.
+pub fn encodes(configured: Option<Encoding>) -> bool {
+    configured.unwrap_or(Encoding::LINEAR) == Encoding::LINEAR
 }
 
 /// The encoding of the samples themselves, if they were encoded for the receiver and it has `learnt` the encoding of the pixels.

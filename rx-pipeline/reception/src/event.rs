@@ -85,11 +85,11 @@ impl PanelEvent {
         })
     }
 
-    /// Whether the event has more information about the signer than `told`, the last such report since the message.
-    pub(crate) fn adds_to(&self, told: Option<&Self>) -> bool {
-        match (told, self) {
+    /// Whether the event adds information about the signer to `last`, the last such event that was reported since the message.
+    pub(crate) fn adds_to(&self, last: Option<&Self>) -> bool {
+        match (last, self) {
             (Some(_), Self::Unsigned) => false,
-            (told, _) => told != Some(self),
+            (last, _) => last != Some(self),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The places of panels, from their size and the lens. The user configures them, or the panels announce their size.
+//! The poses of panels, from their size and the lens. The user configures both, or the panels announce their size.
 
 use link::camera::Camera;
 use link::geometry::Geometry;
@@ -11,7 +11,8 @@ use rx_pipeline::receiver::{Loss, Reading};
 /// Maximum number of pixels around a panel in which its pose is measured; a nearer panel is binned.
 #[cfg(feature = "poses")]
 const POSE_PIXELS: usize = 128 * 128;
-/// The scenes' LED diameter in metres and their interval, with which half of a size is validated.
+/// The LED diameter in metres and the interval of the scenes: if only one number of a size is given, it is validated with the other of
+/// these.
 const USUAL: (f64, f64) = (0.03, 1.0);
 
 /// A pose, or why it is not known.
@@ -28,7 +29,7 @@ pub type PoseResult = Result<Pose, String>;
 /// ```
 ///
 /// # Errors
-/// [`PanelSizeError`], also if only one number is given.
+/// [`PanelSizeError`] if a number is out of range, even if it is the only one.
 pub fn configured_size(led_diameter_m: Option<f64>, interval: Option<f64>) -> Result<Option<PanelSize>, PanelSizeError> {
     let size = PanelSize::new(led_diameter_m.unwrap_or(USUAL.0), interval.unwrap_or(USUAL.1))?;
     Ok((led_diameter_m.is_some() && interval.is_some()).then_some(size))
@@ -123,7 +124,7 @@ impl PanelPose {
     pub(crate) fn set_size(&mut self, announced: Geometry) -> bool {
         let before = self.announced.replace(announced);
         if before.is_some_and(|before| before != announced) {
-            // Another size puts the panel at another place, which is not a motion.
+            // With another size the panel seems to jump, which is not a motion.
             self.closing = Closing::new();
         }
         before != Some(announced)
@@ -141,14 +142,14 @@ impl PanelPose {
         });
     }
 
-    /// Reports no pose of a mirrored picture, because the panel's place is unknown.
+    /// Sets the pose to unknown, because the picture is mirrored.
     pub(crate) fn set_mirrored(&mut self) {
         self.axes_px = None;
         self.pose = Err("the picture is mirrored: mirror it back to get the panel's pose".into());
     }
 
-    /// Takes the reason why the panel was not read. If the panel is no longer followed, its state is cleared, because the next one may be
-    /// another.
+    /// Sets the reason why the panel was not read. If the panel is no longer followed, its state is cleared, because the next panel may be
+    /// another one.
     pub(crate) fn lose(&mut self, why: &Loss) {
         if matches!(why, Loss::Lost(_)) {
             *self = Self::UNKNOWN;

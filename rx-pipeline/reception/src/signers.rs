@@ -5,14 +5,14 @@ use link::signing::Verdict;
 use crate::keys::Trust;
 use crate::{Message, PANELS_MAX, PanelEvent};
 
-/// Delivery about a panel's messages.
+/// What to do with a message after an event of its panel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Delivery {
-    /// A message to deliver, and what is known of its signer.
+    /// Deliver the message, with the verdict on its signer.
     Message(Message, Verdict),
-    /// A message that is not delivered before it is proven.
+    /// Withhold the message until it is proven.
     Withheld,
-    /// The verdict on a message that came before, by its bytes.
+    /// Report the verdict on an earlier message, which has these bytes.
     Proof(Vec<u8>, Verdict),
 }
 
@@ -21,7 +21,7 @@ pub enum Delivery {
 pub struct Signers {
     trust: Trust,
     only_trusted: bool,
-    /// With `only_trusted`, until it is proven.
+    /// The last message; with `only_trusted`, until it is proven.
     latest: [Option<Message>; PANELS_MAX],
 }
 
@@ -45,7 +45,7 @@ impl Signers {
         &mut self.trust
     }
 
-    /// The delivery in an event of a panel, if it is about a message or its signer.
+    /// The delivery that an event of a panel causes, if the event is about a message or its signer.
     pub fn delivery(&mut self, panel: usize, event: &PanelEvent) -> Option<Delivery> {
         let latest = self.latest.get_mut(panel)?;
         let (data, verdict) = match event {
@@ -64,7 +64,7 @@ impl Signers {
         let message = latest.take_if(|latest| is_delivered && latest.data == data);
         Some(match message {
             Some(message) => Delivery::Message(message, verdict),
-            // One that was delivered before and is signed again, too.
+            // Also a message that was delivered before and is signed again.
             None => Delivery::Proof(data, verdict),
         })
     }
@@ -95,13 +95,13 @@ mod tests {
 
     /// The names of the verdicts on each event, in capitals if the message is delivered with it.
     fn verdicts(signers: &mut Signers, events: &[PanelEvent]) -> Vec<String> {
-        let delivery = events.iter().map(|event| match signers.delivery(0, event) {
+        let names = events.iter().map(|event| match signers.delivery(0, event) {
             Some(Delivery::Message(_, verdict)) => verdict.name().to_uppercase(),
             Some(Delivery::Proof(_, verdict)) => verdict.name().into(),
             Some(Delivery::Withheld) => "withheld".into(),
             None => "nothing".into(),
         });
-        delivery.collect()
+        names.collect()
     }
 
     fn trust(key: &SecretKey) -> Trust {

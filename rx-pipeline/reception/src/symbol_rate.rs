@@ -20,14 +20,14 @@ const OTHERS_HZ: [f32; 12] = [100.0, 80.0, 60.0, 54.0, 50.0, 45.0, 30.0, 27.0, 2
 const EXPOSURES_S: [f64; 10] = [0.04, 1.0 / 30.0, 0.02, 1.0 / 60.0, 0.01, 1.0 / 120.0, 0.005, 0.004, 0.002, 0.001];
 /// The symbol rate that a camera can follow, as a share of its frame rate.
 const SHARE_OF_FRAMES: f32 = SymbolRate::SHARE_OF_FRAMES as f32;
-/// Rates with a smaller relative difference are one.
+/// Usual rates with a smaller relative difference count as the same.
 const SAME_RATE: f32 = 0.01;
-/// Rates of exposures with a smaller relative difference are one, because a clock follows a rate with such an error.
+/// Rates of exposures with a smaller relative difference count as the same, because the clock corrects such an error.
 const SAME_CLOCK_RATE: f32 = 5e-4;
 /// Minimum number of LEDs that differ between readings of different symbols. Readings of one symbol differ in fewer; random bits differ in
 /// 32 ± 4.
 const DIFFERENT_LEDS: u32 = 13;
-/// Maximum relative error of a rate observed in some tens of frames.
+/// Maximum relative error of a rate that was observed over some tens of frames.
 const OBSERVED_ERROR_MAX: f32 = 0.15;
 /// Number of pairs of frames from which the rate of changes is known.
 const PAIRS_MIN: u32 = 20;
@@ -60,7 +60,7 @@ pub struct RateSearch {
     found_hz: Option<f32>,
     /// The last message that a trial has completed.
     message: Option<Message>,
-    /// Messages from frames that became readable only afterwards.
+    /// Messages from earlier frames that have become readable.
     reread: Vec<Message>,
     /// The size that the panel has announced at the receiver's own rate.
     geometry: Option<Geometry>,
@@ -212,7 +212,7 @@ impl RateSearch {
         })
     }
 
-    /// The same for the symbol of the last frames.
+    /// The events of the last symbol, at the end of the film.
     pub fn finish(&mut self, own: Option<PanelEvent>) -> Vec<PanelEvent> {
         self.resolve(own, |rates| rates.new_message(Trial::finish))
     }

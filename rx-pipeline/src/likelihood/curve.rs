@@ -5,8 +5,8 @@
 //! which is that of their root light times its slope (Box & Cox 1964). An isolated spot does not determine the curve, because a Gaussian to
 //! a power is a Gaussian of another width.
 //!
-//! The errors of codecs and filters grow with light in another way than a sensor's noise. So expected and seen light are also compared in
-//! one unit that does not depend on the curve: a curve that leaves clearly larger residuals in that unit is rejected.
+//! The errors of codecs and filters do not grow with light as a sensor's noise does. So expected and observed light are also compared in a
+//! unit that does not depend on the curve, and a curve with clearly larger residuals in that unit is rejected.
 
 use super::crop::Crop;
 use super::estimate::{Estimate, hard};

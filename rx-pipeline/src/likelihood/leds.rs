@@ -1,11 +1,12 @@
 //! Unequal, dim, dead and stuck LEDs.
 //!
 //! Over frames of random bits the light of an LED has two levels. The first three moments of such a mixture of two points determine both
-//! levels and their frequencies: with mean μ, deviation σ and skewness γ they lie at μ + σ·(γ ± √(γ² + 4))/2. This needs no known bits,
-//! while decided bits would confirm themselves: an LED so dim that it is always read as Off shows two levels all the same, and one that
-//! does not follow the message shows one.
+//! levels and their frequencies: with mean μ, deviation σ and skewness γ they lie at μ + σ·(γ ± √(γ² + 4))/2. This needs no known
+//! bits. Decided bits would confirm themselves: an LED so dim that it is always read as Off still has two levels, and an LED that does not
+//! follow the message has one.
 //!
-//! Only panels that differ from the recent ones count. A short message that repeats leaves many an LED in one state, which is no defect.
+//! Only panels that differ from the recent ones count. A short message that repeats may leave many LEDs in one state, which is not a
+//! defect.
 
 use core::ops::RangeInclusive;
 use link::panel::{LEDS, PanelFrame};

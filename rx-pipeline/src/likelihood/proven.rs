@@ -1,8 +1,9 @@
 //! Selection of the frames that teach, and the estimates of the last sure frame.
 //!
 //! Frames that do not show the panel at its place come from a wiper, a lamp that dips, or an exposure that is far too short. They are
-//! hardly noisy, and all LEDs Off explain them well: estimates from them would make all later bits wrong. A frame teaches only if the
-//! contrast is near the earlier one. The contrast hardly depends on exposures that jump, because these change LEDs and background alike.
+//! hardly noisy, and all LEDs Off explain them well: estimates from them would make all later bits wrong. A frame is learnt from only if
+//! its contrast is near the earlier one. The contrast hardly depends on exposures that jump, because these change LEDs and background
+//! alike.
 
 use super::experience::Experience;
 use super::level_prior::FRAMES_MIN;

@@ -3,7 +3,7 @@
 //!
 //! A search finds panels of 14 to 110 px. The pixels of each level are four times as wide as those of the one before, so that the ranges
 //! overlap. A level has a sixteenth as many pixels, so drawing it costs no more than a survey of the frame. For each frame, one level is
-//! searched before the frame itself, because a panel's parts look like nothing on its own level.
+//! searched before the frame itself, because on the level that suits a panel none of its parts look like a panel.
 
 use super::history::{History, SLOTS};
 use crate::coarse::Grid;
@@ -20,7 +20,7 @@ const LEVEL_SIDE: usize = 4;
 /// Number of levels besides the frame itself.
 const LEVELS: usize = 2;
 
-/// The query to each level.
+/// A query to the levels.
 pub(super) struct LevelQuery<'a, const PIXELS: usize> {
     pub effort: Effort,
     pub locator: &'a Locator,
