@@ -33,7 +33,7 @@ pub struct LinkRates {
 }
 
 impl LinkRates {
-    /// The question whether the rates are right; `has_options` says whether it may name the command line's options.
+    /// The advice to check the rates; `has_options` says whether it may name the command line's options.
     fn doubt(&self, has_options: bool) -> String {
         let Self { symbols_hz, fps, .. } = self;
         let seen = self.changes_hz.map_or_else(String::new, |changes| {
@@ -43,7 +43,10 @@ impl LinkRates {
             true => [" (--symbol-rate)", " (--fps)"],
             false => [""; 2],
         };
-        format!("are {symbols_hz} symbols a second{symbols} and {fps} frames a second{frames} right? The Pico shows 90 symbols{seen}")
+        format!(
+            "check that the rates are right, {symbols_hz} symbols a second{symbols} and {fps} frames a second{frames}. The Pico shows 90 \
+             symbols{seen}"
+        )
     }
 }
 
@@ -99,8 +102,8 @@ impl Diagnosis {
                     false => "",
                 };
                 lines.push(format!(
-                    "no panel was found: it is found best where its LEDs are at least 2 px apart, neither white nor black throughout, and \
-                     change from frame to frame{look}"
+                    "no panel was found: its LEDs should be at least 2 px apart, not all white or all black, and change from frame to \
+                     frame{look}"
                 ));
             }
             return lines;
@@ -135,7 +138,8 @@ impl Diagnosis {
                  film longer"
             ),
             _ if (self.read as f32) < MOST * frames as f32 => {
-                "too few of its symbols were seen: keep the panel whole and still in the picture, or make the film longer".to_owned()
+                "too few of the panel's symbols were seen: keep the panel whole and still in the picture, or make the film longer"
+                    .to_owned()
             }
             Some(blur) if confidence < SURE && self.pitch_px < APART * blur => {
                 format!("the LEDs merge under a blur of {blur:.1} px: focus, move closer, or use a longer lens")
@@ -145,7 +149,7 @@ impl Diagnosis {
             }
             _ if self.read < SHORT => format!("{} frames are shorter than a message: make the film longer", self.read),
             _ if self.rejected > 0 => {
-                format!("messages began, but none was complete: {doubt}. If they are, make the film longer")
+                format!("messages began, but none was complete: {doubt}. If they are right, make the film longer")
             }
             _ => format!("the bits are reliable, but no message begins in them: {doubt}"),
         }
