@@ -114,7 +114,7 @@ use levels::Levels;
 #[cfg(feature = "read-lines")]
 use lines::LineDelay;
 use link::camera::{Camera, Encoding};
-use link::panel::{LEDS, SoftPanel};
+use link::panel::{LEDS, PanelFrame, SoftPanel};
 use model::Model;
 use proven::Proven;
 
@@ -448,6 +448,15 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
                 best = anew;
             }
         }
+        // In a shorter exposure, a panel whose LEDs are all Off explains a frame with as little noise as usual.
+        let is_blank = !shows_a_message(&best.bits()) || Proven::is_covered(self.proven.contrast_shown(&best.levels));
+        if is_blank && !is_other_light {
+            let anew = self.model.search(frame, &crop, &LevelPrior::NONE, best.levels.variance)?;
+            is_other_light = OTHER_LIGHT * anew.levels.noise < best.levels.noise;
+            if is_other_light {
+                best = anew;
+            }
+        }
         let prior = if is_other_light {
             &LevelPrior::NONE
         } else {
@@ -477,7 +486,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             ..Detection::new(bits, llr.map(|llr| llr * worth))
         };
         let shown = self.proven.contrast_shown(&best.levels);
-        let is_random = (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on());
+        let is_random = shows_a_message(&bits);
         let teaches = sure && is_random && self.proven.teaches(shown);
         if !teaches {
             self.experience.is_plain_around = was_plain_around;
@@ -630,6 +639,11 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             }
         }
     }
+}
+
+/// Whether bits may be a message's, with enough LEDs of either state.
+fn shows_a_message(bits: &PanelFrame) -> bool {
+    (LEARN_LEDS..=LEDS as u32 - LEARN_LEDS).contains(&bits.count_on())
 }
 
 #[cfg(test)]

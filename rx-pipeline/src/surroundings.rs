@@ -7,6 +7,7 @@
 //! The picture is drawn in tiles a quarter of the LEDs' pitch wide, rotated with the panel. The odds of a candidate are then a sum of table
 //! look-ups: over the 64 LEDs for every candidate, and over the surroundings for those that the LEDs leave likely.
 
+mod exposure;
 mod odds;
 mod places;
 mod tiles;
@@ -95,6 +96,11 @@ impl Placement {
         elsewhere.map_or(1.0, |peak| (1.0 / (1.0 + libm::expf((peak.odds - here) / DEPENDENCE))).max(LEAST))
     }
 
+    /// The log odds of the likeliest place.
+    fn highest(&self) -> f32 {
+        self.peaks.first().map_or(self.as_expected, |peak| peak.odds)
+    }
+
     /// Whether it may lie beyond the searched area.
     fn is_at_edge(&self) -> bool {
         let is_at_edge = |peak: &Peak| peak.at.iter().any(|c| c.abs() > ROOM - TILES as i32);
@@ -129,6 +135,9 @@ impl Surroundings {
             return;
         }
         let is_known = self.is_known();
+        if let Some(brighter) = exposure::change(&self.around, &around) {
+            *self = self.brightened(brighter);
+        }
         let gain = GAIN.max(1.0 / (f32::from(self.frames) + 1.0));
         let [off, on] = leds.map(Sums::level);
         self.off.go_on(off, gain);
@@ -148,8 +157,36 @@ impl Surroundings {
         self.frames = self.frames.saturating_add(1);
     }
 
-    /// Whether the places next to the LEDs of a panel on `lattice` are unchanged.
+    /// The levels in exposures that make grey levels `factor` times as high.
+    fn brightened(&self, factor: f32) -> Self {
+        Self {
+            around: self.around.map(|level| level.brightened(factor)),
+            off: self.off.brightened(factor),
+            on: self.on.brightened(factor),
+            ..*self
+        }
+    }
+
+    /// The change of grey levels since the last frames, if the exposure has changed.
+    fn exposure_change(&self, frame: &Frame<'_>, lattice: &Lattice) -> Option<f32> {
+        let mut around = [Level::NONE; AROUND];
+        for (place, at) in places() {
+            if let Place::Around(i) = place {
+                around[i] = places::level(frame, lattice, at);
+            }
+        }
+        exposure::change(&self.around, &around)
+    }
+
+    /// Whether the places next to the LEDs of a panel on `lattice` are unchanged, except for the exposure.
     pub fn agrees(&self, frame: &Frame<'_>, lattice: &Lattice) -> bool {
+        self.agrees_as_exposed(frame, lattice) || {
+            let change = self.exposure_change(frame, lattice);
+            change.is_some_and(|change| self.brightened(change).agrees_as_exposed(frame, lattice))
+        }
+    }
+
+    fn agrees_as_exposed(&self, frame: &Frame<'_>, lattice: &Lattice) -> bool {
         let least = self.least_variance(DEVIATION);
         let differs = |level: &Level, at: [f32; 2]| {
             let off = places::level(frame, lattice, at).mean - level.mean;
@@ -168,8 +205,21 @@ impl Surroundings {
         deviation * deviation
     }
 
-    /// The likeliest place of a panel that is usually `spread` pitches from its expected place.
+    /// The likeliest place of a panel that is usually `spread` pitches from its expected place, in the same exposure or a changed one.
     pub fn place(&self, frame: &Frame<'_>, expected: &Lattice, spread: f32, tiles: &mut Tiles) -> Placement {
+        let placement = self.place_as_exposed(frame, expected, spread, tiles);
+        let Some(change) = self.exposure_change(frame, expected) else {
+            return placement;
+        };
+        let changed = self.brightened(change).place_as_exposed(frame, expected, spread, tiles);
+        if changed.highest() > placement.highest() {
+            changed
+        } else {
+            placement
+        }
+    }
+
+    fn place_as_exposed(&self, frame: &Frame<'_>, expected: &Lattice, spread: f32, tiles: &mut Tiles) -> Placement {
         let placement = self.place_near(frame, expected, spread, tiles);
         let Some(Peak { lattice, odds, .. }) = placement.peaks.first().filter(|_| placement.is_at_edge()) else {
             return placement;
@@ -197,6 +247,13 @@ impl Level {
     fn go_on(&mut self, now: Self, gain: f32) {
         self.mean += gain * (now.mean - self.mean);
         self.variance += gain * (now.variance - self.variance);
+    }
+
+    fn brightened(self, factor: f32) -> Self {
+        Self {
+            mean: (factor * self.mean).min(f32::from(u8::MAX)),
+            variance: factor * factor * self.variance,
+        }
     }
 
     fn density(&self, grey: f32) -> f32 {
@@ -289,6 +346,31 @@ mod tests {
                     "{off} pitches off, moved by {by:?} px, roll {roll_deg}, pitch {pitch_px}: {placement:?}"
                 );
             }
+        }
+    }
+
+    /// Compared with the levels of the exposure before, no place agrees.
+    #[test]
+    fn a_panel_is_placed_in_another_exposure() {
+        let lattice = Lattice::through(&WALL.corners());
+        let mut surroundings = Surroundings::UNKNOWN;
+        surroundings.learn(&WALL.render().frame(), &lattice, PanelFrame::from_bits(WALL.bits));
+        let mut tiles = Tiles::EMPTY;
+        for (exposure, by) in [(0.3, [0.0, 0.0]), (0.3, [3.1, -2.0]), (2.5, [0.0, 0.0]), (2.5, [-4.4, 4.4])] {
+            let centre = [WALL.centre[0] + by[0], WALL.centre[1] + by[1]];
+            let now = Scene { centre, exposure, ..WALL };
+            let (rendered, there) = (now.render(), Lattice::through(&now.corners()));
+            let frame = rendered.frame();
+            assert!(!surroundings.agrees_as_exposed(&frame, &there), "{exposure}, {by:?}");
+            assert!(surroundings.agrees(&frame, &there), "{exposure}, {by:?}");
+            let placement = surroundings.place(&frame, &lattice, 0.5, &mut tiles);
+            let [x, y] = placement.peaks[0].lattice.centre;
+            let off = (x - there.centre[0]).hypot(y - there.centre[1]) / WALL.pitch_px;
+            assert!(off < 0.2, "{off} pitches off, exposure {exposure}, moved by {by:?} px");
+            // Once learnt, the levels are those of the new exposure.
+            let mut learnt = surroundings;
+            learnt.learn(&frame, &there, PanelFrame::from_bits(now.bits));
+            assert!(learnt.agrees_as_exposed(&frame, &there), "{exposure}, {by:?}");
         }
     }
 }

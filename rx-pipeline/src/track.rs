@@ -10,6 +10,7 @@ use crate::detect::DetectError;
 use crate::fit::{self, LEVELLING};
 use crate::lattice::Lattice;
 use crate::spots::{LatticeModel, Observation, Outline, Residuals, Slope, Window};
+use core::ops::RangeInclusive;
 use link::panel::LEDS;
 
 /// Frames that are further apart are unrelated (frames).
@@ -76,7 +77,9 @@ const BLURRED: f32 = 2.0;
 /// Maximum number of steps in that fit (count). More: slower, and larger corrections are right.
 const BLURRED_STEPS: usize = 6;
 /// Maximum number of rounds in which levels settle that are wrong by any factor, and places within [`FARTHEST`] (count).
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 4;
+/// The change of the contrast up to which a frame is about as bright as expected (ratio). Wider: places shift when the exposure jumps.
+const AS_BRIGHT: RangeInclusive<f32> = 0.5..=2.0;
 /// Light from which the fit has settled (share of what frames usually explain).
 const SETTLED: f32 = 0.9;
 /// Damping of the steps (share of the curvature).
@@ -552,9 +555,14 @@ impl Track {
             if slope.explained() >= SETTLED * self.usually_explained() {
                 break;
             }
-            let place = self.reshaped(&spots, &slope)?.lattice;
             let levels = spots.relevelled(&slope, self.is_amid_clutter)?;
-            spots = LatticeModel { lattice: place, ..levels };
+            // Levels that are wrong by a factor would shift the place.
+            let lattice = if is_as_bright(&levels, &spots) {
+                self.reshaped(&spots, &slope)?.lattice
+            } else {
+                spots.lattice
+            };
+            spots = LatticeModel { lattice, ..levels };
             slope = residuals.compare(&spots, observation, window)?;
         }
         Some((spots, slope))
@@ -614,6 +622,13 @@ fn moved(lattice: &Lattice, by: &Lattice, [place, shape]: [f32; 2]) -> Lattice {
         row: sum(lattice.row, by.row, shape),
         tilt: sum(lattice.tilt, by.tilt, shape),
     }
+}
+
+/// Whether levels are close enough to those `before` that a step of the place with these is right.
+fn is_as_bright(levels: &LatticeModel, before: &LatticeModel) -> bool {
+    let contrast = levels.contrast / before.contrast;
+    let background = (levels.background - before.background) / levels.contrast;
+    AS_BRIGHT.contains(&contrast) && background.abs() < 1.0
 }
 
 fn difference(a: &Lattice, b: &Lattice) -> Lattice {

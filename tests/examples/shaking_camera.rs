@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 use std::ops::Add;
-use vocc_tests::shake::{Film, FilmResult, Shake, receive};
+use vocc_tests::shake::{Film, FilmResult, Light, Shake, receive};
 
 const FRAMES: usize = 90;
 const PITCHES_PX: [f64; 6] = [4.0, 5.5, 8.0, 11.0, 20.0, 40.0];
@@ -37,6 +37,7 @@ fn main() {
                     shake,
                     step: if shake == Shake::Turn { by } else { by * pitch_px },
                     frames: FRAMES,
+                    light: Light::Steady,
                 };
                 let is_one = pitch.is_some() && step.is_some();
                 let fates: Vec<FilmResult> = (first..first + films)
@@ -56,6 +57,7 @@ fn main() {
                     line_off,
                     surely,
                     wrong_bits,
+                    ..
                 } = fates.into_iter().fold(FilmResult::default(), Add::add);
                 let share = 100.0 * read as f64 / frames as f64;
                 println!(

@@ -9,7 +9,7 @@ use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
 
-use crate::shake::{Drawing, Film, Shake};
+use crate::shake::{Drawing, Film, Light, Shake};
 
 /// LEDs at the corners.
 const CORNERS: [usize; 4] = [0, SIDE - 1, LEDS - 1, LEDS - SIDE];
@@ -74,6 +74,7 @@ pub fn reliability(seeds: Range<u64>) -> Reliability {
             shake: Shake::Random,
             step: 0.0,
             frames: 1,
+            light: Light::Steady,
         };
         let mut drawing = Drawing::new(film);
         let (side, taken) = (drawing.side(), drawing.take(0));

@@ -222,6 +222,7 @@ impl FilmDrawing {
             shake: Shake::Random,
             step: 0.0,
             frames: 1,
+            light: shake::Light::Steady,
         });
         let (wide, frame) = (drawing.side(), side_px(film.pitch_px));
         let margin = (wide - frame) / 2;

@@ -1,6 +1,8 @@
 //! Following of a panel by a shaking camera, in films drawn without the simulator.
 
-use vocc_tests::shake::{Film, Shake, receive};
+use std::ops::Add;
+
+use vocc_tests::shake::{Film, FilmResult, Light, Shake, receive};
 
 /// Messages arrive although a panel jumps by half a pitch or more per frame, rolls, or rotates about a distant centre.
 #[test]
@@ -21,11 +23,31 @@ fn panels_are_followed_before_a_camera_that_shakes() {
                 shake,
                 step,
                 frames: 60,
+                light: Light::Steady,
             };
             let fate = receive(film, false);
             println!("{film:?}: {fate:?}");
             assert_eq!(fate.delivered, 1, "{film:?}: {fate:?}");
             assert!(fate.read >= 50 && fate.line_off <= 2, "{film:?}: {fate:?}");
         }
+    }
+}
+
+/// The panel is followed and read while the exposure jumps, and behind a veil of sunlight.
+#[test]
+fn panels_are_read_while_the_light_changes() {
+    for light in [Light::Jumps, Light::Veil] {
+        let films = (1..=6).map(|seed| Film {
+            seed,
+            pitch_px: 5.5,
+            shake: Shake::Smooth,
+            step: 0.55,
+            frames: 90,
+            light,
+        });
+        let result = films.map(|film| receive(film, false)).fold(FilmResult::default(), Add::add);
+        println!("{light:?}: {result:?}");
+        assert_eq!(result.delivered, 6, "{light:?}: {result:?}");
+        assert!(result.legible_unread <= 40 && result.line_off <= 15, "{light:?}: {result:?}");
     }
 }

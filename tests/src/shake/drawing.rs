@@ -4,11 +4,12 @@ use std::f64::consts::TAU;
 
 use link::fec::Code;
 use link::framing::Framer;
-use link::panel::{PanelFrame, SIDE};
+use link::panel::{LEDS, PanelFrame, SIDE};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::ground::{GROUND, Ground};
+use super::light::Sky;
 use super::{EXPOSURE_S, FPS, Film, MESSAGE, SYMBOL_RATE_HZ, Shake};
 use crate::sensor::{Sensor, gauss};
 
@@ -30,6 +31,7 @@ pub struct Drawing {
     side: usize,
     random: ChaCha8Rng,
     ground: Ground,
+    sky: Sky,
     sines: Vec<Sine>,
     still: Vec<Pose>,
     symbols: Vec<u64>,
@@ -60,6 +62,8 @@ pub struct Shot {
     pub centre_px: [f64; 2],
     /// The bits at mid-exposure.
     pub bits: u64,
+    /// Whether each On LED is brighter at its centre than all Off LEDs.
+    pub is_legible: bool,
 }
 
 impl Drawing {
@@ -104,10 +108,12 @@ impl Drawing {
                 roll: 0.0,
             })
             .collect();
+        let sky = Sky::draw(&mut ChaCha8Rng::seed_from_u64(!film.seed), film.light, film.frames, panel_px, level);
         let mut drawing = Self {
             film,
             side,
             ground,
+            sky,
             sines,
             still,
             symbols,
@@ -134,15 +140,19 @@ impl Drawing {
     /// The light on the sensor from a static panel that shows `bits`.
     pub fn still_light(&mut self, bits: u64) -> &[f32] {
         self.light.fill(0.0);
-        self.expose(Pose::default(), bits, 1.0);
+        self.expose(Pose::default(), bits, 1.0, 0.0);
         self.blur();
         &self.light
     }
 
     /// Centre of LED `led` in the image of a static panel (px).
     pub fn still_led_px(&self, led: usize) -> [f64; 2] {
+        self.led_px(Pose::default(), led)
+    }
+
+    fn led_px(&self, pose: Pose, led: usize) -> [f64; 2] {
         let [x, y] = [led % SIDE, led / SIDE].map(|at| (at as f64 - 3.5) * self.film.pitch_px);
-        self.to_picture(Pose::default(), [x, y])
+        self.to_picture(pose, [x, y])
     }
 
     /// Draws frame `number`.
@@ -155,17 +165,32 @@ impl Drawing {
             let at_s = start_s + EXPOSURE_S * (moment as f64 + 0.5) / moments as f64;
             let pose = self.pose(number, at_s);
             let bits = self.bits(at_s);
-            self.expose(pose, bits, 1.0 / moments as f32);
+            self.expose(pose, bits, 1.0 / moments as f32, at_s);
             if moment == moments / 2 {
                 middle = self.to_picture(pose, [0.0; 2]);
             }
         }
+        self.veil(number, middle);
         self.blur();
-        let grey = self.encode();
+        let grey = self.encode(self.sky.gain(number));
+        let at_s = start_s + EXPOSURE_S / 2.0;
+        let bits = self.bits(at_s);
+        let pose = self.pose(number, at_s);
+        let centres = |on: bool| {
+            let of_state = (0..LEDS).filter(move |led| (bits >> led & 1 == 1) == on);
+            of_state.map(|led| {
+                let [x, y] = self
+                    .led_px(pose, led)
+                    .map(|at| at.round().clamp(0.0, self.side as f64 - 1.0) as usize);
+                grey[y * self.side + x]
+            })
+        };
+        let is_legible = centres(true).min() > centres(false).max();
         Shot {
+            is_legible,
             grey,
             centre_px: middle,
-            bits: self.bits(start_s + EXPOSURE_S / 2.0),
+            bits,
         }
     }
 
@@ -210,15 +235,28 @@ impl Drawing {
         ]
     }
 
+    /// Adds light that the lens scatters.
+    fn veil(&mut self, number: usize, centre: [f64; 2]) {
+        for (at, light) in self.light.iter_mut().enumerate() {
+            let [x, y] = [at % self.side, at / self.side].map(|at| at as f64);
+            *light += self.sky.veil([x - centre[0], y - centre[1]], number) as f32;
+        }
+    }
+
     /// Adds an instant's light.
-    fn expose(&mut self, pose: Pose, bits: u64, share: f32) {
+    fn expose(&mut self, pose: Pose, bits: u64, share: f32, at_s: f64) {
         let side = self.side;
         let mut light = std::mem::take(&mut self.light);
         let middle = (side as f64 - 1.0) / 2.0;
         let (sin, cos) = pose.roll.sin_cos();
+        let shade = |x: f64, y: f64| {
+            let [u, v] = [x - middle - pose.shift[0], y - middle - pose.shift[1]];
+            let [u, v] = [cos * u + sin * v, cos * v - sin * u];
+            self.sky.shade([u - self.panel_at[0], v - self.panel_at[1]], at_s)
+        };
         let ground = |x: usize, y: usize| {
             let [u, v] = [x as f64 - middle - pose.shift[0], y as f64 - middle - pose.shift[1]];
-            self.ground.at([cos * u + sin * v, cos * v - sin * u])
+            shade(x as f64, y as f64) as f32 * self.ground.at([cos * u + sin * v, cos * v - sin * u])
         };
         for (at, light) in light.iter_mut().enumerate() {
             *light += share * ground(at % side, at / side);
@@ -233,13 +271,14 @@ impl Drawing {
         for y in low[1]..high[1] {
             for x in low[0]..high[0] {
                 let behind = f64::from(ground(x, y));
+                let ambient = shade(x as f64, y as f64);
                 let mut changed = 0.0;
                 for sample in 0..SAMPLES * SAMPLES {
                     let part = |i: usize| (i as f64 + 0.5) / SAMPLES as f64 - 0.5;
                     let u = x as f64 + part(sample % SAMPLES) - centre[0];
                     let v = y as f64 + part(sample / SAMPLES) - centre[1];
                     let at = [cos * u + sin * v, cos * v - sin * u];
-                    changed += self.panel_light(at, radius, bits).map_or(0.0, |light| light - behind);
+                    changed += self.panel_light(at, radius, bits, ambient).map_or(0.0, |light| light - behind);
                 }
                 let pixel = &mut light[y * side + x];
                 *pixel = (f64::from(*pixel) + changed * f64::from(share) / (SAMPLES * SAMPLES) as f64) as f32;
@@ -249,18 +288,19 @@ impl Drawing {
     }
 
     /// The light of a point on the panel or its board, in px from the centre; `None` outside.
-    fn panel_light(&self, [x, y]: [f64; 2], radius: f64, bits: u64) -> Option<f64> {
+    fn panel_light(&self, [x, y]: [f64; 2], radius: f64, bits: u64, ambient: f64) -> Option<f64> {
         let pitch = self.film.pitch_px;
         let (column, row) = (x / pitch + 3.5, y / pitch + 3.5);
         let (near_column, near_row) = (column.round(), row.round());
         let inside = |i: f64| (0.0..SIDE as f64).contains(&i);
         if inside(near_column) && inside(near_row) && (column - near_column).hypot(row - near_row) * pitch < radius {
             let led = near_row as usize * SIDE + near_column as usize;
-            return Some(self.led_light[(bits >> led & 1) as usize]);
+            let [off, on] = self.led_light;
+            return Some(off * ambient + (on - off) * (bits >> led & 1) as f64);
         }
         let (light, margin) = self.board?;
         let reach = (3.5 + margin) * pitch;
-        (x.abs() < reach && y.abs() < reach).then_some(light)
+        (x.abs() < reach && y.abs() < reach).then_some(light * ambient)
     }
 
     /// Applies the lens blur: a Gaussian along rows, then along columns.
@@ -295,10 +335,14 @@ impl Drawing {
         }
     }
 
-    /// Applies the sensor.
-    fn encode(&mut self) -> Vec<u8> {
+    /// Applies the sensor, under a gain of the exposure.
+    fn encode(&mut self, gain: f64) -> Vec<u8> {
         let random = &mut self.random;
-        self.light.iter().map(|&light| Sensor::USUAL.grey(light, gauss(random))).collect()
+        self.light
+            .iter()
+            .map(|light| light * gain as f32)
+            .map(|light| Sensor::USUAL.grey(light, gauss(random)))
+            .collect()
     }
 }
 

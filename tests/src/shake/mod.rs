@@ -1,15 +1,17 @@
 //! Films by a shaking camera, drawn without the simulator: a panel on a board in front of houses, in linear light; the camera's direction
-//! and roll change between frames.
+//! and roll change between frames, and so may the light.
 //!
 //! Discs are sampled, not modelled; the lens is a Gaussian blur of the whole image; the sensor adds shot and read noise, and encodes by a
 //! power law. Ground truth is the panel's centre and pitch in each frame.
 
 mod drawing;
 mod ground;
+mod light;
 
 use std::ops::Add;
 
 pub(crate) use drawing::Drawing;
+pub use light::Light;
 use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
 use rx_pipeline::frame::Frame;
 
@@ -50,6 +52,8 @@ pub struct Film {
     pub step: f64,
     /// Number of frames.
     pub frames: usize,
+    /// What the light does.
+    pub light: Light,
 }
 
 /// Outcome of films.
@@ -67,6 +71,8 @@ pub struct FilmResult {
     pub surely: usize,
     /// Wrong bits in correctly located frames that show a single symbol.
     pub wrong_bits: usize,
+    /// Frames without a reading in which each On LED is brighter at its centre than all Off LEDs.
+    pub legible_unread: usize,
 }
 
 impl Add for FilmResult {
@@ -80,6 +86,7 @@ impl Add for FilmResult {
             line_off: self.line_off + other.line_off,
             surely: self.surely + other.surely,
             wrong_bits: self.wrong_bits + other.wrong_bits,
+            legible_unread: self.legible_unread + other.legible_unread,
         }
     }
 }
@@ -127,8 +134,12 @@ pub fn receive(film: Film, verbose: bool) -> FilmResult {
                         println!("  {number:3} {off:6.2} pitches off, {wrong:2} wrong, {sure:.3} sure{mixed}");
                     }
                 }
-                Err(loss) if verbose => println!("  {number:3} {loss}"),
-                Err(_) => {}
+                Err(loss) => {
+                    fate.legible_unread += usize::from(taken.is_legible);
+                    if verbose {
+                        println!("  {number:3} {loss}");
+                    }
+                }
             }
         }
     }
