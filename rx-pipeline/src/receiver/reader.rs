@@ -3,7 +3,7 @@
 #[cfg(feature = "carrier")]
 use super::coarser::Coarser;
 #[cfg(not(feature = "maximum-likelihood"))]
-pub(crate) use super::no_likelihood::MaximumLikelihood;
+pub(crate) use super::no_likelihood::{MaximumLikelihood, NoExperience as Experience};
 use super::outcome::{Loss, Reading};
 #[cfg(feature = "carrier")]
 use super::recent_levels::RecentLevels;
@@ -16,7 +16,7 @@ use crate::features::Features;
 use crate::frame::Frame;
 use crate::lattice::Lattice;
 #[cfg(feature = "maximum-likelihood")]
-pub(crate) use crate::likelihood::MaximumLikelihood;
+pub(crate) use crate::likelihood::{Experience, MaximumLikelihood};
 use crate::locate::{Location, Locator, is_random};
 use crate::profile::{Profile, Stage};
 use crate::settings::TrackingSettings;
@@ -44,6 +44,9 @@ const LINES_MOVED: usize = 3;
 /// It is also accepted if it leaves less than this share of the expected place's residual (share).
 const CLEARLY_LEFT: f32 = 0.6;
 
+/// The bits at a place that the surroundings give are unsure if their confidence is below the usual one by this (probability that one is
+/// right). Less: slower.
+const LESS_SURE: f32 = 0.01;
 /// Minimum confidence of bits from which the surroundings are learnt (probability that a bit is right).
 const SURE: f32 = 0.98;
 /// Frames between updates of the surroundings of a panel that hardly moves (count). More: faster, and slow changes are noticed later.
@@ -64,6 +67,11 @@ fn better(here: Result<Followed, Loss>, elsewhere: Result<Followed, Loss>) -> Re
         (Err(_), Ok(elsewhere)) if is_random(elsewhere.1.detection.bits.bits()) => Ok(elsewhere),
         (here, _) => here,
     }
+}
+
+/// The confidence of a reading, if there is one: the probability that a bit is right.
+fn confidence(followed: &Result<(Track, Reading), Loss>) -> f32 {
+    followed.as_ref().map_or(0.0, |(_, reading)| reading.detection.confidence)
 }
 
 /// The large tools for reading a panel.
@@ -200,8 +208,14 @@ impl Reader {
         let is_steady = is_known && track.is_steady() && input.agrees(profile);
         let mut placement = (is_known && !is_steady).then(|| input.placed(spread, profile));
         let elsewhere = placement.as_ref().and_then(|placement| placement.elsewhere(&expected));
+        let learnt = elsewhere.map(|_| input.tools.likelihood.experience());
         let mut followed = self.follow_to(&track, elsewhere, &mut input, canvas, profile);
         let mut track = track.seen_in(&grid, &self.view.grid, self.view.frame_size());
+        if let Some(learnt) = learnt.filter(|_| confidence(&followed) < track.trust() - LESS_SURE && grid.side == self.view.grid.side) {
+            let grid = self.view.grid;
+            followed = self.surer(followed, learnt, &track, &mut input, canvas, profile);
+            track = track.seen_in(&grid, &self.view.grid, self.view.frame_size());
+        }
         let is_in_place = matches!(&followed, Ok((track, _)) if track.is_steady());
         if is_steady && !is_in_place {
             let placed = input.placed(spread, profile);
@@ -237,6 +251,36 @@ impl Reader {
                 Err(self.miss(track, loss))
             }
         })
+    }
+
+    /// The reading at the expected place, if its bits are surer than those read `elsewhere`: a shadow that passes moves the surroundings,
+    /// too. `learnt` is what was learnt before.
+    #[cold]
+    fn surer<const N: usize>(
+        &mut self,
+        elsewhere: Result<(Track, Reading), Loss>,
+        learnt: Experience,
+        track: &Track,
+        input: &mut Input<'_, '_, '_, N>,
+        canvas: &mut [u8],
+        profile: &mut impl Profile,
+    ) -> Result<(Track, Reading), Loss> {
+        let (view, learnt_there) = (self.view, input.tools.likelihood.experience());
+        let in_same_pixels = |view_here: View| view_here.grid.side == view.grid.side;
+        let view_here = view.of(&input.expected, self.settings.max_pitch_px, self.frame_size, N);
+        if !view_here.is_some_and(in_same_pixels) {
+            return elsewhere;
+        }
+        input.tools.likelihood.set_experience(learnt);
+        let here = self.follow_to(track, None, input, canvas, profile);
+        if confidence(&here) > confidence(&elsewhere) {
+            return here;
+        }
+        input.tools.likelihood.set_experience(learnt_there);
+        if self.view != view {
+            (self.view, self.cells) = (view, None);
+        }
+        elsewhere
     }
 
     /// Switches to the panel whose LEDs are a subset of the places of the followed `lattice`, if that has seemed so for some frames.
