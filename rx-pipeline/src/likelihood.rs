@@ -428,8 +428,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         if self.look_around(frame, corners, &mut crop, &mut best)? {
             best = self.model.search(frame, &crop, &self.experience.levels, variance)?;
         }
-        let mut is_other_light = false;
-        if !self.fits(&best) {
+        let fits = self.fits(&best);
+        if !fits {
             let two = self.model.two_symbols(frame, &crop, before, &self.experience.levels)?;
             #[cfg(feature = "carrier")]
             let two = two.filter(|two| !self.experience.levels.has_carrier || !two.is_one_by_carrier());
@@ -442,18 +442,13 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             if let Some(two) = two.filter(|two| two.explain(&self.experience.levels, before, noise)) {
                 return Ok(two.detection());
             }
-            let anew = self.model.search(frame, &crop, &LevelPrior::NONE, best.levels.variance)?;
-            if anew.levels.noise < best.levels.noise {
-                is_other_light = OTHER_LIGHT * anew.levels.noise < best.levels.noise;
-                best = anew;
-            }
         }
+        let mut is_other_light = false;
         // In a shorter exposure, a panel whose LEDs are all Off explains a frame with as little noise as usual.
-        let is_blank = !shows_a_message(&best.bits()) || Proven::is_covered(self.proven.contrast_shown(&best.levels));
-        if is_blank && !is_other_light {
+        if !fits || !shows_a_message(&best.bits()) {
             let anew = self.model.search(frame, &crop, &LevelPrior::NONE, best.levels.variance)?;
             is_other_light = OTHER_LIGHT * anew.levels.noise < best.levels.noise;
-            if is_other_light {
+            if is_other_light || !fits && anew.levels.noise < best.levels.noise {
                 best = anew;
             }
         }

@@ -77,7 +77,7 @@ const BLURRED: f32 = 2.0;
 /// Maximum number of steps in that fit (count). More: slower, and larger corrections are right.
 const BLURRED_STEPS: usize = 6;
 /// Maximum number of rounds in which levels settle that are wrong by any factor, and places within [`FARTHEST`] (count).
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 3;
 /// The change of the contrast up to which a frame is about as bright as expected (ratio). Wider: places shift when the exposure jumps.
 const AS_BRIGHT: RangeInclusive<f32> = 0.5..=2.0;
 /// Light from which the fit has settled (share of what frames usually explain).
@@ -551,18 +551,22 @@ impl Track {
             let fit = fit::levenberg_marquardt(residuals, observation, window, spots, BLURRED_STEPS)?;
             return Some((fit.spots, fit.slope));
         }
+        let settles = |slope: &Slope| slope.explained() >= SETTLED * self.usually_explained();
+        if self.usual.is_some() && !settles(&slope) {
+            let levels = spots.relevelled(&slope, self.is_amid_clutter)?;
+            // If the exposure has jumped, levels that are wrong by a factor would shift the place.
+            if !is_as_bright(&levels, &spots) {
+                spots = levels;
+                slope = residuals.compare(&spots, observation, window)?;
+            }
+        }
         for _ in 0..ROUNDS {
-            if slope.explained() >= SETTLED * self.usually_explained() {
+            if settles(&slope) {
                 break;
             }
+            let place = self.reshaped(&spots, &slope)?.lattice;
             let levels = spots.relevelled(&slope, self.is_amid_clutter)?;
-            // Levels that are wrong by a factor would shift the place.
-            let lattice = if is_as_bright(&levels, &spots) {
-                self.reshaped(&spots, &slope)?.lattice
-            } else {
-                spots.lattice
-            };
-            spots = LatticeModel { lattice, ..levels };
+            spots = LatticeModel { lattice: place, ..levels };
             slope = residuals.compare(&spots, observation, window)?;
         }
         Some((spots, slope))
