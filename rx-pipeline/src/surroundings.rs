@@ -123,18 +123,16 @@ impl Surroundings {
     /// Updates the levels from a frame in which the panel on `lattice` shows `bits`.
     pub fn learn(&mut self, frame: &Frame<'_>, lattice: &Lattice, bits: PanelFrame) {
         let mut leds = [Sums::default(); 2];
-        let mut around = [Level::NONE; AROUND];
         for (place, at) in places() {
-            let level = places::level(frame, lattice, at);
-            match place {
-                Place::Led(led) => leds[usize::from(bits.led(led))].add(level),
-                Place::Around(i) => around[i] = level,
+            if let Place::Led(led) = place {
+                leds[usize::from(bits.led(led))].add(places::level(frame, lattice, at));
             }
         }
         if leds.iter().any(|sums| sums.count < LEAST_LEDS) {
             return;
         }
         let is_known = self.is_known();
+        let around = places::around(frame, lattice);
         if let Some(brighter) = exposure::change(&self.around, &around) {
             *self = self.brightened(brighter);
         }
@@ -169,13 +167,7 @@ impl Surroundings {
 
     /// The change of grey levels since the last frames, if the exposure has changed.
     fn exposure_change(&self, frame: &Frame<'_>, lattice: &Lattice) -> Option<f32> {
-        let mut around = [Level::NONE; AROUND];
-        for (place, at) in places() {
-            if let Place::Around(i) = place {
-                around[i] = places::level(frame, lattice, at);
-            }
-        }
-        exposure::change(&self.around, &around)
+        exposure::change(&self.around, &places::around(frame, lattice))
     }
 
     /// Whether the places next to the LEDs of a panel on `lattice` are unchanged, except for the exposure.

@@ -2,8 +2,9 @@
 //!
 //! `cargo run --release -p vocc-tests --example shaking_camera -- [FILMS] [FIRST SEED] [random|smooth|turn] [PITCH PX] [STEP]`
 //!
-//! For each cell: films whose message arrived, frames read, readings off by at least 0.6 pitches, and those of them with a confidence above
-//! 90 %. Steps are in pitches, or in degrees for a turn. With a pitch and a step it prints each film.
+//! For each cell: films whose message arrived, frames read, legible frames that were not read, readings off by at least 0.6 pitches, those
+//! of them with a confidence above 90 %, and wrong bits of readings in place. Steps are in pitches, or in degrees for a turn. With a pitch
+//! and a step it prints each film.
 
 use rayon::prelude::*;
 use std::ops::Add;
@@ -26,9 +27,7 @@ fn main() {
         }
         let steps = if shake == Shake::Turn { &TURNS_DEG[..] } else { &STEPS_PITCHES[..] };
         let unit = if shake == Shake::Turn { "° a frame" } else { "pitches" };
-        println!(
-            "{name} shake: delivered of {films} / frames read of all, % / line off / of them surely / bits wrong of readings in place"
-        );
+        println!("{name} shake, {films} films of each pitch and step: {}", FilmResult::COLUMNS);
         for &pitch_px in PITCHES_PX.iter().filter(|&&of| pitch.is_none_or(|wanted| wanted == of)) {
             for &by in steps.iter().filter(|&&of| step.is_none_or(|wanted| wanted == of)) {
                 let film = |seed| Film {
@@ -50,19 +49,8 @@ fn main() {
                         .enumerate()
                         .for_each(|(i, fate)| println!("  seed {}: {fate:?}", first + i as u64));
                 }
-                let FilmResult {
-                    delivered,
-                    frames,
-                    read,
-                    line_off,
-                    surely,
-                    wrong_bits,
-                    ..
-                } = fates.into_iter().fold(FilmResult::default(), Add::add);
-                let share = 100.0 * read as f64 / frames as f64;
-                println!(
-                    "pitch {pitch_px:4} px, step {by:4} {unit}: {delivered:3} / {share:5.1} / {line_off:4} / {surely:4} / {wrong_bits}"
-                );
+                let result = fates.into_iter().fold(FilmResult::default(), Add::add);
+                println!("pitch {pitch_px:4} px, step {by:4} {unit}: {result}");
             }
         }
     }

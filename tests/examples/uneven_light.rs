@@ -25,7 +25,7 @@ fn main() {
         (Light::Shadows, "shadows"),
         (Light::Jumps, "jumps"),
     ];
-    println!("light, pitch: delivered of {films} / frames read of all, % / legible but unread / line off / of them surely / wrong bits");
+    println!("{films} films of each light and pitch: {}", FilmResult::COLUMNS);
     for (light, name) in lights {
         if arguments.get(2).is_some_and(|wanted| wanted != name && wanted != "all") {
             continue;
@@ -40,19 +40,8 @@ fn main() {
                 light,
             };
             let results = (first..first + films).into_par_iter().map(|seed| receive(film(seed), films == 1));
-            let FilmResult {
-                delivered,
-                frames,
-                read,
-                line_off,
-                surely,
-                wrong_bits,
-                legible_unread,
-            } = results.reduce(FilmResult::default, Add::add);
-            let share = 100.0 * read as f64 / frames as f64;
-            println!(
-                "{name:8} {pitch_px:4} px: {delivered:3} / {share:5.1} / {legible_unread:4} / {line_off:4} / {surely:4} / {wrong_bits}"
-            );
+            let result = results.reduce(FilmResult::default, Add::add);
+            println!("{name:8} {pitch_px:4} px: {result}");
         }
     }
 }

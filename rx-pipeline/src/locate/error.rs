@@ -94,8 +94,8 @@ pub enum LocateError {
     },
     /// The LEDs merge, so that a single frame does not distinguish them from a smooth object.
     #[error(
-        "the grid does not fit: its LEDs merge, and one frame is not enough to distinguish a panel from a smooth image; the next frames may \
-         show it"
+        "the grid does not fit: its LEDs merge, and one frame is not enough to distinguish a panel from a smooth image; the next frames \
+         may show it"
     )]
     Indistinct {
         /// The natural logarithm of the odds.
@@ -111,8 +111,8 @@ pub enum LocateError {
     },
     /// The lattice is stretched or slanted as no panel is.
     #[error(
-        "the grid does not fit: it is {aspect:.2} times as wide as high, and its rows and columns meet at {angle_deg:.0}°, which is outside the \
-         searched range"
+        "the grid does not fit: it is {aspect:.2} times as wide as high, and its rows and columns meet at {angle_deg:.0}°, which is outside \
+         the searched range"
     )]
     ImpossiblePose {
         /// Pitch along rows over pitch along columns.

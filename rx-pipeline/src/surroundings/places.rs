@@ -54,6 +54,17 @@ pub(super) fn level(frame: &Frame<'_>, lattice: &Lattice, [column, row]: [f32; 2
     sums.level()
 }
 
+/// The levels of the places around the LEDs.
+pub(super) fn around(frame: &Frame<'_>, lattice: &Lattice) -> [Level; AROUND] {
+    let mut around = [Level::NONE; AROUND];
+    for (place, at) in places() {
+        if let Place::Around(i) = place {
+            around[i] = level(frame, lattice, at);
+        }
+    }
+    around
+}
+
 /// Samples along a tile's side.
 pub(super) fn samples(lattice: &Lattice) -> usize {
     let [across, down] = lattice.pitch();

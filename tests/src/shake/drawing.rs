@@ -249,17 +249,15 @@ impl Drawing {
         let mut light = std::mem::take(&mut self.light);
         let middle = (side as f64 - 1.0) / 2.0;
         let (sin, cos) = pose.roll.sin_cos();
-        let shade = |x: f64, y: f64| {
-            let [u, v] = [x - middle - pose.shift[0], y - middle - pose.shift[1]];
-            let [u, v] = [cos * u + sin * v, cos * v - sin * u];
-            self.sky.shade([u - self.panel_at[0], v - self.panel_at[1]], at_s)
-        };
-        let ground = |x: usize, y: usize| {
+        // The ambient light at a pixel, and that of the ground in it.
+        let lit = |x: usize, y: usize| {
             let [u, v] = [x as f64 - middle - pose.shift[0], y as f64 - middle - pose.shift[1]];
-            shade(x as f64, y as f64) as f32 * self.ground.at([cos * u + sin * v, cos * v - sin * u])
+            let [u, v] = [cos * u + sin * v, cos * v - sin * u];
+            let ambient = self.sky.shade([u - self.panel_at[0], v - self.panel_at[1]], at_s);
+            (ambient, ambient as f32 * self.ground.at([u, v]))
         };
         for (at, light) in light.iter_mut().enumerate() {
-            *light += share * ground(at % side, at / side);
+            *light += share * lit(at % side, at / side).1;
         }
         let pitch = self.film.pitch_px;
         let reach = 3.5 * pitch + self.board.map_or(0.0, |(_, margin)| margin * pitch).max(0.5 * pitch);
@@ -270,8 +268,8 @@ impl Drawing {
         let radius = 0.5 * self.fill * pitch;
         for y in low[1]..high[1] {
             for x in low[0]..high[0] {
-                let behind = f64::from(ground(x, y));
-                let ambient = shade(x as f64, y as f64);
+                let (ambient, behind) = lit(x, y);
+                let behind = f64::from(behind);
                 let mut changed = 0.0;
                 for sample in 0..SAMPLES * SAMPLES {
                     let part = |i: usize| (i as f64 + 0.5) / SAMPLES as f64 - 0.5;

@@ -8,6 +8,7 @@ mod drawing;
 mod ground;
 mod light;
 
+use std::fmt::{self, Display, Formatter};
 use std::ops::Add;
 
 pub(crate) use drawing::Drawing;
@@ -52,7 +53,7 @@ pub struct Film {
     pub step: f64,
     /// Number of frames.
     pub frames: usize,
-    /// What the light does.
+    /// How the light changes.
     pub light: Light,
 }
 
@@ -73,6 +74,31 @@ pub struct FilmResult {
     pub wrong_bits: usize,
     /// Frames without a reading in which each On LED is brighter at its centre than all Off LEDs.
     pub legible_unread: usize,
+}
+
+impl FilmResult {
+    /// What its text shows.
+    pub const COLUMNS: &str =
+        "films delivered / frames read of all, % / legible but unread / line off / of them surely / bits wrong of readings in place";
+}
+
+impl Display for FilmResult {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self {
+            delivered,
+            frames,
+            read,
+            line_off,
+            surely,
+            wrong_bits,
+            legible_unread,
+        } = self;
+        let share = 100.0 * *read as f64 / *frames as f64;
+        write!(
+            f,
+            "{delivered:3} / {share:5.1} / {legible_unread:4} / {line_off:4} / {surely:4} / {wrong_bits}"
+        )
+    }
 }
 
 impl Add for FilmResult {
