@@ -7,6 +7,8 @@ mod coarser;
 mod history;
 mod integer;
 mod levels;
+#[cfg(feature = "surroundings")]
+mod line_watch;
 mod memory;
 #[cfg(not(feature = "maximum-likelihood"))]
 mod no_likelihood;

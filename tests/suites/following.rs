@@ -51,3 +51,31 @@ fn panels_are_read_while_the_light_changes() {
         assert!(result.legible_unread <= 40 && result.line_off <= 15, "{light:?}: {result:?}");
     }
 }
+
+/// A panel that is found one line off, or moved a line by a veil, is back on its lines after a few symbols, and its readings are not sure
+/// until then.
+#[test]
+fn a_panel_one_line_off_returns_to_its_lines() {
+    let shaking = |step| Film {
+        seed: 2010,
+        pitch_px: 5.5,
+        shake: Shake::Smooth,
+        step,
+        frames: 60,
+        light: Light::Steady,
+    };
+    let veiled = Film {
+        seed: 2012,
+        pitch_px: 11.0,
+        shake: Shake::Smooth,
+        step: 1.1,
+        frames: 120,
+        light: Light::Veil,
+    };
+    for film in [shaking(5.5), shaking(11.0), veiled] {
+        let result = receive(film, false);
+        println!("{film:?}: {result:?}");
+        assert_eq!(result.delivered, 1, "{film:?}: {result:?}");
+        assert!(result.line_off <= 25 && result.surely <= 4, "{film:?}: {result:?}");
+    }
+}

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "carrier")]
 use super::coarser::Coarser;
+#[cfg(feature = "surroundings")]
+use super::line_watch::LineWatch;
 #[cfg(not(feature = "maximum-likelihood"))]
 pub(crate) use super::no_likelihood::{MaximumLikelihood, NoExperience as Experience};
 use super::outcome::{Loss, Reading};
@@ -47,6 +49,9 @@ const CLEARLY_LEFT: f32 = 0.6;
 /// The bits at a place that the surroundings give are unsure if their confidence is below the usual one by this (probability that one is
 /// right). Less: slower.
 const LESS_SURE: f32 = 0.01;
+/// The probability that a panel is in its place if the light beside it may be its own (share).
+#[cfg(feature = "surroundings")]
+const LINE_OFF: f32 = 0.5;
 /// Minimum confidence of bits from which the surroundings are learnt (probability that a bit is right).
 const SURE: f32 = 0.98;
 /// Frames between updates of the surroundings of a panel that hardly moves (count). More: faster, and slow changes are noticed later.
@@ -129,6 +134,9 @@ pub(crate) struct Reader {
     /// The places that have recently been lit.
     #[cfg(feature = "carrier")]
     recent_levels: RecentLevels,
+    /// The places beside the panel.
+    #[cfg(feature = "surroundings")]
+    line_watch: LineWatch,
 }
 
 impl Reader {
@@ -145,6 +153,8 @@ impl Reader {
             too_fine: 0,
             #[cfg(feature = "carrier")]
             recent_levels: RecentLevels::NONE,
+            #[cfg(feature = "surroundings")]
+            line_watch: LineWatch::NEW,
         }
     }
 
@@ -239,6 +249,8 @@ impl Reader {
                     let surroundings = &mut *input.tools.surroundings;
                     profile.timed(Stage::Follow, || surroundings.learn(frame, &lattice, reading.detection.bits));
                 }
+                #[cfg(feature = "surroundings")]
+                self.check_lines(frame, &lattice, &mut reading.detection, input.tools);
                 #[cfg(feature = "carrier")]
                 let bits = reading.detection.bits;
                 let reading = self.in_frame(reading);
@@ -283,6 +295,27 @@ impl Reader {
         elsewhere
     }
 
+    /// Moves the track by a line if the light beside the panel shows that its LEDs are there, and doubts the reading if that is possible.
+    #[cfg(feature = "surroundings")]
+    fn check_lines<const N: usize>(&mut self, frame: &Frame<'_>, lattice: &Lattice, detection: &mut Detection, tools: &mut Tools<'_, N>) {
+        let (bits, is_single) = (detection.bits, detection.mixed.is_none());
+        if is_single {
+            self.line_watch.see(frame, lattice, bits);
+        }
+        if self.line_watch.is_doubtful() {
+            *detection = detection.doubted(LINE_OFF);
+        }
+        let moved = self.line_watch.moved(lattice, bits).filter(|_| is_single);
+        let Some((moved, bits)) = moved else { return };
+        let [here, there] = [lattice, &moved].map(|lattice| self.view.grid.lattice_from_frame(lattice).centre);
+        let by = core::array::from_fn(|i| there[i] - here[i]);
+        self.track = self.track.map(|track| track.shifted(by, self.view.frame_size()));
+        self.forget_places();
+        tools.likelihood.forget_leds();
+        *tools.surroundings = Surroundings::UNKNOWN;
+        tools.surroundings.learn(frame, &moved, bits);
+    }
+
     /// Switches to the panel whose LEDs are a subset of the places of the followed `lattice`, if that has seemed so for some frames.
     #[cfg(feature = "carrier")]
     fn follow_coarser<const N: usize>(
@@ -313,13 +346,16 @@ impl Reader {
     }
 
     /// Forgets the places of a lattice, because another is followed from now on.
-    #[cfg(feature = "carrier")]
     fn forget_places(&mut self) {
-        (self.too_fine, self.recent_levels) = (0, RecentLevels::NONE);
+        #[cfg(feature = "carrier")]
+        {
+            (self.too_fine, self.recent_levels) = (0, RecentLevels::NONE);
+        }
+        #[cfg(feature = "surroundings")]
+        {
+            self.line_watch = LineWatch::NEW;
+        }
     }
-
-    #[cfg(not(feature = "carrier"))]
-    fn forget_places(&mut self) {}
 
     /// Reads the panel at its expected place in the frame, or at `place` if the surroundings gave one.
     fn follow_to<const N: usize>(
