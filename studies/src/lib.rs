@@ -45,37 +45,59 @@
 //!
 //! # Which to choose
 //!
-//! | to compute | use |
-//! |---|---|
-//! | variances and bit error rate at one setting | [`monte_carlo::Evaluator`] |
-//! | the same at many settings, divided among machines | [`sweep::Sweep`] |
-//! | bit error rates down to 1e-8 and less | [`splitting::SplittingEvaluator`] |
-//! | the best ratio of one scene | [`optimum::optimum`] |
-//! | a transmitter's table of best ratios | [`table::Survey`] |
-//! | the paper's figures and claims, point by point | [`reproduction::Study`] |
-//! | the best symbol rate and code for a camera | [`signalling::Search`] |
-//! | a panel's flicker, by IEEE Std 1789 | [`flicker::Flicker`] |
-//! | error against time of the alternatives at each step | [`work_precision::PARTS`] |
+//! | to compute | use | feature |
+//! |---|---|---|
+//! | variances and bit error rate at one setting | [`monte_carlo::Evaluator`] | |
+//! | the same at many settings, divided among machines | [`sweep::Sweep`] | `sweep` |
+//! | bit error rates down to 1e-8 and less | [`splitting::SplittingEvaluator`] | `sweep` |
+//! | the best ratio of one scene | [`optimum::optimum`] | |
+//! | the same by reach | [`reach::reach`] | `table` |
+//! | a transmitter's table of best ratios | [`table::Survey`] | `table` |
+//! | the paper's figures and claims, point by point | [`reproduction::Study`] | `reproduction` |
+//! | the best symbol rate and code for a camera | [`signalling::Search`] | |
+//! | a panel's flicker, by IEEE Std 1789 | [`flicker::Flicker`] | |
+//! | error against time of the alternatives at each step | [`work_precision::PARTS`] | `work-precision` |
+//! | a panel's calibration from pictures | [`photometry::calibrate`] | `photometry` |
+//! | how cameras that are not configured receive | [`random_cameras::receive`] | `random-scenes` |
+//!
+//! All features are defaults. Without a feature, its modules are not compiled.
 //!
 //! Random numbers are counter-based ([`sim::random`]): frame k of seed s is the same alone, in any run, on any number of threads.
 
+// Internals of modules that are left out, and links to these.
+#![cfg_attr(
+    not(all(feature = "photometry", feature = "sweep", feature = "work-precision")),
+    allow(dead_code, unused_imports, rustdoc::broken_intra_doc_links)
+)]
+
 pub mod baselines;
+#[cfg(any(feature = "sweep", feature = "table"))]
 pub mod checksum;
 pub mod detectors;
 pub mod flicker;
+#[cfg(any(feature = "reproduction", feature = "table"))]
 mod interpolation;
 pub mod monte_carlo;
 pub mod optimum;
 mod parallel;
+#[cfg(feature = "photometry")]
 pub mod photometry;
+#[cfg(feature = "random-scenes")]
 pub mod random_cameras;
+#[cfg(feature = "random-scenes")]
 pub mod random_scenes;
+#[cfg(feature = "table")]
 pub mod reach;
+#[cfg(feature = "reproduction")]
 pub mod reproduction;
 pub mod signalling;
+#[cfg(feature = "sweep")]
 pub mod splitting;
 pub mod statistics;
 pub mod stop;
+#[cfg(feature = "sweep")]
 pub mod sweep;
+#[cfg(feature = "table")]
 pub mod table;
+#[cfg(feature = "work-precision")]
 pub mod work_precision;
