@@ -106,9 +106,12 @@ pub struct FrameReport<'a> {
     pub grey: &'a [u8],
     /// The panel's bits in the middle of the exposure.
     pub sent: PanelFrame,
-    /// The number of wrong bits. In a frame without a reading, all On bits are wrong.
+    /// The number of wrong bits: those in which `read` differs from `sent`. In a frame without a reading, all On bits are wrong.
     pub bit_errors: u32,
     /// The bits read, or the reason for none.
+    ///
+    /// With a carrier, an exposure shows bits or their complement, with a rolling shutter in each line of LEDs. The receiver learns from
+    /// many frames which. The road knows it, and gives the reading the signs with the fewest wrong bits, which are at most half.
     pub read: Result<PanelFrame, Loss>,
     /// The panel's position in the reading.
     pub corners: Option<Corners>,
@@ -240,6 +243,8 @@ impl Road {
         let moment = self.renderer.moment(self.seed, frame);
         let shown = self.shown(&moment);
         let sent = self.renderer.truth(0, &moment, &shown[0]);
+        let seen = self.renderer.seen(0, &moment, &shown[0]);
+        let still = self.renderer.view().waveform.is_still();
         let straddled = self.renderer.straddles(0, &moment);
         self.renderer.frame(self.seed, &moment, &shown, &mut self.canvas, &mut self.grey);
         let sensor = self.renderer.sensor();
@@ -259,7 +264,9 @@ impl Road {
         };
         let read = outcome.reading.map(|reading| {
             let reading = truth.map_or(reading, |truth| own_way_up(&reading, &truth));
-            (reading.detection.bits, reading.corners)
+            let bits = reading.detection.bits;
+            let bits = if still { bits } else { own_signs(bits, sent, seen) };
+            (bits, reading.corners)
         });
         let read_bits = read.as_ref().map_or(PanelFrame::default(), |read| read.0);
         Ok(FrameReport {
@@ -344,6 +351,14 @@ fn own_way_up(reading: &Reading, truth: &Corners) -> Reading {
     };
     let turned = (1..4).map(|turns| reading.upright(Orientation::new(turns, false)));
     turned.fold(*reading, |best, other| if off(&other) < off(&best) { other } else { best })
+}
+
+/// The bits of a panel with a carrier in the panel's own signs, which are known here before the first sync panel. A receiver that
+/// follows the carrier reads `sent`, another one `seen`; both up to the sign of the frame.
+fn own_signs(bits: PanelFrame, sent: PanelFrame, seen: PanelFrame) -> PanelFrame {
+    let inverted = sent.bits() ^ seen.bits();
+    let read = [0, u64::MAX, inverted, !inverted].map(|signs| PanelFrame::from_bits(bits.bits() ^ signs));
+    read.into_iter().min_by_key(|read| read.distance(sent)).unwrap_or(bits)
 }
 
 impl Symbols {

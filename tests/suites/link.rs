@@ -134,6 +134,34 @@ fn symbols_that_no_exposure_has_to_itself_are_read() {
     }
 }
 
+/// The receiver learns only from many frames which of them show the complement of the panel, and the sign of all frames from a sync panel.
+/// Neither is a bit error. With a rolling shutter each line of LEDs has its own sign, and some lines of a frame show no contrast.
+#[test]
+fn a_carrier_s_signs_are_not_bit_errors() {
+    for (readout_s, most) in [(0.0, 0.03), (0.008, 0.15)] {
+        let overrides = [
+            "link.carrier_cycles=16".into(),
+            "camera.exposure_s=0.00025".into(),
+            format!("camera.readout_s={readout_s}"),
+        ];
+        let scene = Scene::load("day", &overrides).unwrap();
+        let mut road = Road::new(&scene, &settings(&scene, DetectorChoice::Best)).unwrap();
+        let (mut errors, mut delivered) = (0, false);
+        for frame in 0..60 {
+            let report = road.frame(frame).unwrap();
+            let read = report.read.unwrap_or_else(|loss| panic!("frame {frame}: {loss}"));
+            assert_eq!(read.distance(report.sent), report.bit_errors, "frame {frame}");
+            errors += report.bit_errors;
+            delivered |= report.delivered.is_some();
+        }
+        let rate = f64::from(errors) / (60.0 * 64.0);
+        assert!(
+            delivered && rate < most,
+            "readout of {readout_s} s: a rate of {rate:.3}, delivered: {delivered}"
+        );
+    }
+}
+
 #[test]
 fn a_receiver_s_memory_takes_no_room_on_the_stack() {
     // The memory is about 1 MB; a stack overflow would abort the whole test program.

@@ -27,8 +27,16 @@ use crate::pictures;
 use crate::progress::Progress;
 use crate::stop::stop;
 
+/// The rule by which bits are counted.
+const COUNTS: &str = "\
+Bits are raw, before error correction: 64 in each frame. In a frame that is not read, all On bits are wrong. With a carrier, an exposure \
+shows the panel or its complement, and the receiver learns from many frames which. Bits are then counted up to the signs that the carrier \
+gives the frame and its lines: a complement is right, and at most half of a read frame's bits are wrong. --json has \
+them as bits, bit_errors, ber and ber_95.";
+
 /// Arguments of `vocc link`.
 #[derive(clap::Args)]
+#[command(after_help = COUNTS)]
 pub struct Arguments {
     /// A preset (`vocc scene` lists them) or a TOML file.
     #[arg(default_value = "paper")]
@@ -317,8 +325,10 @@ fn report(
     if let Some(verdict) = verdict {
         line(&format!("signature     {verdict}"))?;
     }
+    let carrier = road.renderer().view().waveform;
+    let signs = if carrier.is_still() { "" } else { ", up to the carrier's signs" };
     line(&format!(
-        "bit errors    {} of {} raw bits in {} frames ({} unread, {} across a symbol change)",
+        "bit errors    {} of {} raw bits in {} frames{signs} ({} unread, {} across a symbol change)",
         report.bit_errors, report.bits, report.frames, report.unread_frames, report.straddled_frames
     ))?;
     line(&format!(
