@@ -1,22 +1,20 @@
-//! Readings to symbols: frames that show the same panel are merged, and panels that no frame showed are counted.
+//! Readings to symbols: frames that show the same symbol are merged, and symbols that no frame showed are counted.
 //!
-//! A camera at least as fast as the panel sees each symbol once or more. A reading repeats the last one if the two correlate:
-//! ρ = Σ a·b/√(Σ a²·Σ b²) over the 64 soft values is at least 0.6. Error rates at this threshold:
+//! A camera at least as fast as the panel sees each symbol once or more. A reading repeats the last one if their correlation over the 64
+//! soft values, ρ = Σ a·b/√(Σ a²·Σ b²), is at least 0.6. Error rates at this threshold (`cargo test -p vocc-rx-pipeline symbols` computes
+//! both):
 //!
-//! - Two different symbols of random bits agree in 32 ± 4 LEDs, so ρ = 0 ± 1/8. 52 must agree for ρ ≥ 0.6: one pair in 5 million.
-//! - The same symbol read twice with bit error rate ε correlates with ρ = (1 − 2ε)² ± √(1 − (1 − 2ε)⁴)/8: at ε = 2 %
-//!   0.92 ± 0.05, at 5 % 0.81 ± 0.07, of which one pair in 150 is missed. These are for hard bits; soft values do better, because
-//!   doubtful bits weigh less.
+//! - Two different symbols of random bits agree in 32 ± 4 LEDs: ρ = 0 ± 1/8. ρ ≥ 0.6 requires 52: one pair in 5 million.
+//! - Two readings of one symbol with the bit error rate ε have ρ = (1 − 2ε)² ± √(1 − (1 − 2ε)⁴)/8: 0.92 ± 0.05 at 2 %, and 0.81 ± 0.07 at
+//!   5 %, where one pair in 150 counts as two symbols. This is for hard bits. Soft values do better, because doubtful bits weigh less.
 //!
-//! (`cargo test -p vocc-rx-pipeline symbols` computes both.)
+//! An exposure across a change of symbols adds its soft values to both symbols. The first ends with it, and the next frame shows the second.
+//! It also dates the start of the second, which lies within the exposure.
 //!
-//! An exposure that caught two symbols adds its soft values to both, and ends the first. It also dates the start of the second, which lies
-//! within the exposure. So the next frame shows the second symbol, however little the exposure caught of it.
+//! If LEDs saturate, an exposure of two symbols looks like one symbol with the On LEDs of both. The clock decides which exposures may contain
+//! two symbols. Their On LEDs that are Off in the symbol before or after belong to the other one (`symbols/shared.rs`).
 //!
-//! If LEDs saturate, an exposure shared by two symbols looks like a symbol of its own with all On LEDs of both. The clock decides which
-//! exposures may have caught two; their On LEDs beyond those of the symbol before or after are the other's (`symbols/shared.rs`).
-//!
-//! The length of exposures, in symbols, equals the share of frames that catch two: it is short by default, and longer exposures show soon.
+//! The exposure time, in symbols, equals the share of frames with two symbols. The first estimate is short; longer exposures soon correct it.
 //!
 //! The number of symbols in a gap follows from the symbol rate and from the phase of the exposures within the symbol: an interval that each
 //! reading narrows.
