@@ -94,10 +94,10 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     ];
     Ok(Measurement {
         method: format!(
-            "The L2A at which k-means reads 48 bytes from farthest away, at 50 lx and interval 0.5, and that distance. A dot is the \
-             root mean square deviation over {} seeds, and the time of one search on one core. *search* is `vocc optimize --criterion \
-             reach --tolerance 0` with at most that many frames at each ratio and distance. *grid* tries ratios and distances at equal \
-             factors, L2A {} to {} and {} to {} m.",
+            "The L2A with the greatest reach of 48 bytes by k-means, at 50 lx and interval 0.5, and that reach. A dot is the root mean \
+             square deviation over {} seeds, and the time of one search on one core. *search* is `vocc optimize --criterion reach \
+             --tolerance 0` with at most that many frames at each ratio and distance. *grid* tries ratios and distances in equal factors, \
+             L2A {} to {} and {} to {} m.",
             turns.len(),
             RANGE[0],
             RANGE[1],
@@ -213,8 +213,8 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let grids = diagrams.iter().take(1).flat_map(|diagram| &diagram.points);
     let grids = grids.filter(|point| point.curve == "grid");
     format!(
-        "{DEFAULT_FRAMES} frames or as many as the tolerance needs: the errors of the ratio and its reach are {} %.{quick} Grids take \
-         {} times as long as the default, with errors of {} %, because most of their frames are far from the limit of the reach.",
+        "{DEFAULT_FRAMES} frames or as many as the tolerance needs: ratio and reach are off by {} %.{quick} Grids take {} times as long as \
+         the default, with errors of {} %, because most of their frames are far from the reach.",
         errors(|point| point.is_default),
         range(grids.map(|point| point.ratio.median)),
         errors(|point| point.curve == "grid"),

@@ -86,9 +86,9 @@ const GENIE_FRAMES: usize = 100;
 /// Numbers of earlier frames that a receiver has learnt from.
 const LEARNT_FROM: [usize; 4] = [0, 1, 5, MOST_LEARNT_FROM];
 const MOST_LEARNT_FROM: usize = 20;
-/// A receiver without settings, and one with curve, black level and blur given.
+/// A receiver without settings, and one with curve, black level and blur.
 const LEARNT: &str = "learnt";
-const TOLD: &str = "told";
+const CONFIGURED: &str = "configured";
 
 /// Measures it.
 pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, PrecisionError> {
@@ -98,7 +98,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         let (diagram, wrong_here) = steps.take(case.name, |_| diagram(case, scale))?;
         diagrams.push(diagram);
         wrong.learnt.extend(wrong_here.learnt);
-        wrong.told.extend(wrong_here.told);
+        wrong.configured.extend(wrong_here.configured);
         if case.has_genie {
             genies.push(steps.take(format!("genie, {}", case.name), |_| genie(case, scale))?);
         }
@@ -107,15 +107,15 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     Ok(Measurement {
         method: format!(
             "{frames} frames of one panel by each of {} cameras, in light so low that bits are wrong; random bits and sub-pixel phases, \
-             known corners. *told*: `ml` with the camera's curve, black level and blur given. *learnt*: nothing given; the receiver \
-             starts from 1.5 px and γ 2.2, learns an exponent of a curve, and assumes black at 0. Both learn the LEDs' levels and the \
-             noise from 0 to {MOST_LEARNT_FROM} previous frames.",
+             known corners. *configured*: `ml` with the camera's curve, black level and blur. *learnt*: `ml` without them; it starts from \
+             1.5 px and γ 2.2, learns a gamma, and assumes black at 0. Both learn the LEDs' levels and the noise from 0 to \
+             {MOST_LEARNT_FROM} previous frames.",
             CASES.len()
         ),
         reference: format!(
-            "The drawn bits. Over all cameras, *learnt, {MOST_LEARNT_FROM} frames* makes {} times as many errors as *told* (95 %, frames \
-             resampled). A genie reads {} of the bits wrongly (first {} frames; it does not model sharpening). Bars are 95 % intervals \
-             (Gaffke 2005). An arrow marks zero errors and stands at half an error.",
+            "The drawn bits. Over all cameras, *learnt, {MOST_LEARNT_FROM} frames* makes {} times as many errors as *configured* (95 %, \
+             frames resampled). A genie reads {} of the bits wrongly (first {} frames; it does not model sharpening). Bars are 95 % \
+             intervals (Gaffke 2005). An arrow marks zero errors, at half an error.",
             wrong.ratio(),
             range(genies),
             scale.of(GENIE_FRAMES, 10)
@@ -131,17 +131,17 @@ pub fn why(diagrams: &[Diagram]) -> String {
         diagrams.iter().filter_map(move |diagram| variant(diagram, &name))
     };
     let times = |frames| {
-        let pairs = of(LEARNT, frames).zip(of(TOLD, frames));
-        range(pairs.map(|(learnt, told)| learnt.error / told.error))
+        let pairs = of(LEARNT, frames).zip(of(CONFIGURED, frames));
+        range(pairs.map(|(learnt, configured)| learnt.error / configured.error))
     };
-    let first = [LEARNT, TOLD].into_iter().flat_map(|name| {
+    let first = [LEARNT, CONFIGURED].into_iter().flat_map(|name| {
         let pairs = of(name, 0).zip(of(name, MOST_LEARNT_FROM));
         pairs.map(|(first, last)| first.error / last.error)
     });
     format!(
-        "The receiver learns the camera. After {MOST_LEARNT_FROM} frames it makes {} times as many errors as one that was given the \
-         camera, in {} times the time; in the first frame, {} times as many errors. Both still have to learn the LEDs' levels and the \
-         noise: in the first frame they make {} times as many errors as after {MOST_LEARNT_FROM}.",
+        "The receiver learns the camera. After {MOST_LEARNT_FROM} frames it makes {} times as many errors as a configured receiver, in {} \
+         times the time; in the first frame, {} times as many errors. Both learn the LEDs' levels and the noise: in the first frame they \
+         make {} times as many errors as after {MOST_LEARNT_FROM}.",
         times(MOST_LEARNT_FROM),
         range(of(LEARNT, MOST_LEARNT_FROM).map(|point| point.ratio.median)),
         times(0),
@@ -158,15 +158,15 @@ fn after(name: &str, frames: usize) -> String {
 #[derive(Default, Serialize, Deserialize)]
 struct WrongBits {
     learnt: Vec<u64>,
-    told: Vec<u64>,
+    configured: Vec<u64>,
 }
 
 impl WrongBits {
     /// The ratio of one to the other, with the interval.
     fn ratio(&self) -> String {
-        let [learnt, told] = [&self.learnt, &self.told].map(|wrong| wrong.iter().sum::<u64>());
-        let [low, high] = ratio_95(&self.learnt, &self.told);
-        format!("{:.2} ({low:.2} to {high:.2})", learnt as f64 / told as f64)
+        let [learnt, configured] = [&self.learnt, &self.configured].map(|wrong| wrong.iter().sum::<u64>());
+        let [low, high] = ratio_95(&self.learnt, &self.configured);
+        format!("{:.2} ({low:.2} to {high:.2})", learnt as f64 / configured as f64)
     }
 }
 
@@ -177,7 +177,7 @@ fn diagram(case: &Case, scale: &Scale) -> Result<(Diagram, WrongBits), Precision
     let mut candidates = Vec::new();
     let mut wrong_bits = WrongBits::default();
     for (name, camera, wrong_of_all) in [
-        (TOLD, calibrated_camera_of(&scene), &mut wrong_bits.told),
+        (CONFIGURED, calibrated_camera_of(&scene), &mut wrong_bits.configured),
         (LEARNT, Camera::default(), &mut wrong_bits.learnt),
     ] {
         for frames in LEARNT_FROM {
@@ -186,7 +186,7 @@ fn diagram(case: &Case, scale: &Scale) -> Result<(Diagram, WrongBits), Precision
             let mut candidate = panels.candidate(&after(name, frames), reader, &wrong);
             candidate.point.curve = name.into();
             if frames == MOST_LEARNT_FROM {
-                candidate.point.is_baseline = name == TOLD;
+                candidate.point.is_baseline = name == CONFIGURED;
                 candidate.point.is_default = name == LEARNT;
                 wrong_of_all.extend(wrong.into_iter().map(u64::from));
             }
@@ -211,15 +211,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_frame_teaches_the_width_that_was_not_told() {
+    fn one_frame_teaches_the_width_that_was_not_configured() {
         let soft = CASES.iter().find(|case| case.name == "3 px").expect("a case");
         let (diagram, wrong) = diagram(soft, &Scale::TINY).expect("a diagram");
-        assert_eq!([wrong.learnt.len(), wrong.told.len()], [16, 16]);
+        assert_eq!([wrong.learnt.len(), wrong.configured.len()], [16, 16]);
         let error = |name, frames| {
             let point = variant(&diagram, &after(name, frames)).expect("a point");
             point.error
         };
-        assert_eq!(error(LEARNT, 1), error(TOLD, 1));
+        assert_eq!(error(LEARNT, 1), error(CONFIGURED, 1));
         assert!(error(LEARNT, MOST_LEARNT_FROM) < error(LEARNT, 0));
         assert!(diagram.points.iter().any(|point| point.is_default && !point.is_baseline));
     }

@@ -55,7 +55,7 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
              only the signs. The time covers a message; a failing block takes all iterations."
         ),
         reference: "The sent bytes. All variants decode the same messages. Bars are 95 % intervals of the loss rate (Gaffke 2005). An \
-                    arrow marks none lost and stands at half a message."
+                    arrow marks zero losses, at half a message."
             .into(),
         diagrams,
     })

@@ -63,9 +63,9 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
              (`VOCC_WRITE_COUNTS=1 cargo test -p vocc-tests --test mps2 on_file`)."
         ),
         reference: format!(
-            "The drawn bits. A genie, which knows everything but the bits, reads {} panels wrongly at the four places (first {} frames, \
-             95 % intervals). No receiver is expected to read fewer panels wrongly, or to have a bit error rate below a 64th of that \
-             share. Bars are 95 % intervals (Gaffke 2005). An arrow marks zero errors and stands at half an error.",
+            "The drawn bits. A genie, which knows everything but the bits, reads {} panels wrongly at the four places (first {} frames, 95 \
+             % intervals). No receiver is expected to read fewer panels wrongly, or to have a bit error rate below a 64th of that share. \
+             Bars are 95 % intervals (Gaffke 2005). An arrow marks zero errors, at half an error.",
             floors.join(", "),
             scale.of(GENIE_FRAMES, 10)
         ),
@@ -97,10 +97,10 @@ pub fn why(diagrams: &[Diagram]) -> String {
     }
     let on_front = on_front.iter().map(|(name, places)| format!("{name} at {places}"));
     format!(
-        "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: without an error at {errorless}, and {} times less \
-         often than the next best at the others. It takes {} times as long as k-means, because frames this unclear make it search groups \
-         of LEDs pixel by pixel. Faster variants on the Pareto front, by the number of places: {}. Fisher's discriminant needs training, \
-         k-means does not. Soft values add {} µs.",
+        "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: without an error at {errorless}, and {} times less often \
+         than the next best at the others. It takes {} times as long as k-means, because in such unclear frames it searches groups of LEDs \
+         pixel by pixel. Faster variants on the Pareto front, with the number of places: {}. Fisher's discriminant needs training, k-means \
+         does not. Soft values add {} µs.",
         best.len(),
         range(rarer.map(|(ours, next)| next / ours.error)),
         range(best.iter().map(|(ours, _)| ours.ratio.median)),

@@ -76,9 +76,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
     });
     let errors = above.iter().flatten().map(|point| point.error);
     format!(
-        "{DEFAULT} grey levels, as much as rounding changes. With all effects a frame takes {} times as long. The fastest larger \
-         tolerance takes {} of the time, and larger tolerances change pixels by up to {} grey levels. The tolerance applies to each \
-         effect alone, so several omissions can exceed it together. In these frames the greatest change is {} of the sum of the bounds.",
+        "{DEFAULT} grey levels, the greatest error of rounding. With all effects a frame takes {} times as long. The fastest larger \
+         tolerance takes {} of the time, and larger tolerances change pixels by up to {} grey levels. The tolerance applies to each effect \
+         alone, so several omissions can exceed it together. In these frames the greatest change is {} of the sum of the bounds.",
         range(everything.map(|point| point.ratio.median)),
         range(quickest),
         rounded(errors.fold(0.0, f64::max)),

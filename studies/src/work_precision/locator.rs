@@ -77,15 +77,15 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     Ok(Measurement {
         method: format!(
             "{scenes} panels anywhere in frames of {} × {} pixels: 30 to 70 m, interval 0.5 to 2, roll to 15°, yaw to 30°, 50 to 10 000 \
-             lx, with noise, two in three before a photograph. A panel is missed if {FRAMES} successive frames do not locate it to \
-             {RIGHT} of its pitch. Frames are searched whole (1×) or averaged down 2, 3 or 4 times, which the time includes. *share* \
+             lx, with noise, two thirds before a photograph. A panel is missed if {FRAMES} successive frames do not locate it to {RIGHT} \
+             of its pitch. Frames are searched whole (1×) or averaged over 2 × 2, 3 × 3 or 4 × 4 pixels, which the time includes. *share* \
              examines the strongest candidates and one other in each frame; *full* examines all changes and the busiest places. In a \
-             single frame, *spots* searches for isolated spots, and *places* then examines that number of busiest places. The time of a \
-             single frame is that of one whose panel is covered, because nothing ends that search early.",
+             single frame, *spots* searches for isolated spots, and *places* then examines that number of busiest places. Single frames \
+             are timed with the panel covered, because nothing ends that search early.",
             SIZE[0], SIZE[1]
         ),
-        reference: "The drawn corner LEDs. Bars of the miss rate are 95 % intervals (Gaffke 2005). An arrow marks none missed and \
-                    stands at half a miss. The corner error is that of the worst corner, as the median over the panels found."
+        reference: "The drawn corner LEDs. Bars of the miss rate are 95 % intervals (Gaffke 2005). An arrow marks zero misses, at half a \
+                    miss. The corner error is the median over the panels found, each with its worst corner."
             .into(),
         diagrams,
     })
@@ -100,19 +100,19 @@ pub fn why(diagrams: &[Diagram]) -> String {
         return String::new();
     };
     let of = |share: bool, decimation: usize| variant(missed, &name(share, decimation));
-    let told = |point: Option<&Point>| {
+    let result = |point: Option<&Point>| {
         point.map_or_else(String::new, |point| {
             format!("misses {} in {} times the time", percent(point), rounded(point.ratio.median))
         })
     };
     let smaller = SEARCHES.into_iter().filter(|&(decimation, _)| decimation > 1);
-    let smaller = smaller.map(|(decimation, share)| format!("{decimation} times smaller {}", told(of(share, decimation))));
+    let smaller = smaller.map(|(decimation, share)| format!("{} (n = {decimation})", result(of(share, decimation))));
     format!(
-        "The whole frame with *share*, which misses {} of the panels. Frames averaged down: {}, because a search tries all candidates \
-         if the panel is no longer visible. The whole frame with *full* {}. {}",
+        "*share* on the whole frame, which misses {} of the panels. On frames averaged over n × n pixels it {}, because a search that no \
+         longer sees the panel tries all candidates. *full* on the whole frame {}. {}",
         of(true, 1).map_or_else(String::new, percent),
         smaller.collect::<Vec<_>>().join(", "),
-        told(of(false, 1)),
+        result(of(false, 1)),
         diagrams
             .iter()
             .find(|diagram| diagram.title == SINGLE)

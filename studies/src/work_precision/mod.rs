@@ -98,11 +98,11 @@ pub const PARTS: [Measurable; 10] = [
     part!("effects", "Leaving effects out", effects),
     part!("monte-carlo", "Monte Carlo", monte_carlo),
     part!("best-ratio", "The best ratio by reach", best_ratio),
-    part!("detectors", "Telling On from Off", detectors),
+    part!("detectors", "Detecting the bits", detectors),
     part!("camera", "Learning the camera", camera),
     part!("locator", "Finding the panel", locator),
-    part!("pose", "Where the panel is", pose),
-    part!("transmitter", "Working out the luminance", transmitter),
+    part!("pose", "Estimating the pose", pose),
+    part!("transmitter", "Computing the luminance", transmitter),
     part!("decoder", "Correcting errors", decoder),
 ];
 
@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn what_is_published_is_what_its_points_say() {
         for (part, measurable) in published().iter().zip(&PARTS) {
-            assert_eq!(part.name, measurable.name);
+            assert_eq!((part.name.as_str(), part.title.as_str()), (measurable.name, measurable.title));
             assert_eq!((measurable.why)(&part.diagrams), part.default, "{}", part.name);
         }
     }

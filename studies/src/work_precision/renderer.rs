@@ -56,16 +56,16 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
             let title = format!("{what}: {name} ({side} × {side} px)");
             Diagram::of(title, ["error of a pixel", "grey levels"], "one frame", points)
         };
-        diagrams.push(diagram("all ways", |point| !has_a_knob(point)));
+        diagrams.push(diagram("all variants", |point| !has_a_knob(point)));
         diagrams.push(diagram("knobs", |point| has_a_knob(point) || is_a_level(point)));
     }
     Ok(Measurement {
         method: "Each frame turns 64 bits into 8-bit grey levels: the panel and 11 px around it, the paper's camera, L2A 2, random bits \
                  and sub-pixel phases. Dots are the greatest error of a pixel and ticks the root mean square, before rounding. \
-                 `reference`, `fine` and `fast` are the levels that a user chooses. *bound* sets all knobs for a bound in grey levels, as \
-                 the levels do; *quadrature*, *truncation* and *phases* turn one and leave the others at `fine`. *f64* has no tables. \
-                 *supersampled* averages a raster 2 to 16 times finer, *point-sampled* has one cell a pixel, and *straightforward* takes \
-                 8 × 8 samples a pixel and blurs whole pixels."
+                 `reference`, `fine` and `fast` are the levels that a user chooses. *bound* sets all parameters for a bound in grey \
+                 levels, as the levels do; *quadrature*, *truncation* and *phases* vary one and keep the others at `fine`. *f64* has no \
+                 tables. *supersampled* averages a raster 2 to 16 times finer, *point-sampled* has one cell a pixel, and *straightforward* \
+                 takes 8 × 8 samples a pixel and blurs whole pixels."
             .into(),
         reference: format!(
             "Level `reference`, in f64. It takes {} times as long as `fast` and errs by at most 1e-9 of an LED's light (`cargo test -p \
@@ -102,10 +102,10 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let [fast, fine] = levels;
     let [fast_kept, fine_kept] = kept;
     format!(
-        "`fast` for Monte Carlo (`evaluate`, `optimize`, `figures`), `fine` for pictures (`render`). Errors {} times smaller than those \
-         of `fast` take {} times as long, and no coarser variant saves more than {} % of its time. The levels guarantee {fast} and \
-         {fine} grey levels in any scene; here their errors are {} and {} times smaller. A raster of 16 × 16 cells a pixel takes {} \
-         times as long as `fast` and still errs by {} grey levels.",
+        "`fast` for Monte Carlo (`evaluate`, `optimize`, `figures`), `fine` for pictures (`render`). A bound of 0.001 grey levels makes \
+         the errors of `fast` {} times smaller in {} times the time; no coarser variant saves more than {} % of its time. The levels \
+         guarantee {fast} and {fine} grey levels in any scene; here their errors are {} and {} times smaller. A raster of 16 × 16 cells a \
+         pixel takes {} times as long as `fast` and still errs by {} grey levels.",
         range(exacter),
         range(longer),
         rounded(100.0 * saved),

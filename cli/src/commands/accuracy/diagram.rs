@@ -7,8 +7,8 @@ use crate::plot::{Axis, Chart, Drawing, Entry, FRONT, Line, Mark, Page, Point as
 
 /// The size of a diagram.
 const SIZE_PX: (i32, i32) = (560, 430);
-const BARS: &str = "bars: quartiles of time, 95 % of a sampled error, down to the rms";
-const REFERENCE: &str = "errors are against the reference that the page names";
+const BARS: &str = "bars: quartiles of time; 95 % intervals; rms to greatest error";
+const REFERENCE: &str = "the page names the reference of the errors";
 
 /// The name and the colour of a curve or a single variant.
 type NamedColour = (String, RGBColor);

@@ -53,6 +53,27 @@ fn parts_are_measured_kept_drawn_and_not_measured_again() {
     }
 }
 
+#[test]
+fn the_published_page_is_that_of_its_points() {
+    let docs = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../docs"));
+    let points = std::fs::read_to_string(docs.join(FOLDER).join(CHECKPOINT)).expect("the published points");
+    let checkpoint: Checkpoint = crate::checksum::from_json(&points).expect("unchanged points");
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(folder.path().join(FOLDER)).expect("a folder");
+    let arguments = Arguments {
+        out: folder.path().into(),
+        quick: false,
+        parts: Vec::new(),
+        resume: true,
+    };
+    write(&checkpoint, &arguments, &folder.path().join(FOLDER)).expect("drawn");
+    let page = |folder: &Path| std::fs::read_to_string(folder.join("accuracy.md")).expect("a page");
+    assert!(
+        page(folder.path()) == page(docs),
+        "docs/accuracy.md is not that of its points: vocc accuracy --out docs --resume"
+    );
+}
+
 #[derive(Parser)]
 struct Command {
     #[command(flatten)]
