@@ -312,8 +312,11 @@ impl Reader {
         self.track = self.track.map(|track| track.shifted(by, self.view.frame_size()));
         self.forget_places();
         tools.likelihood.forget_leds();
-        *tools.surroundings = Surroundings::UNKNOWN;
-        tools.surroundings.learn(frame, &moved, bits);
+        // Surroundings that were learnt before the panel was a line off are still right.
+        if tools.surroundings.agrees(frame, lattice) {
+            *tools.surroundings = Surroundings::UNKNOWN;
+            tools.surroundings.learn(frame, &moved, bits);
+        }
     }
 
     /// Switches to the panel whose LEDs are a subset of the places of the followed `lattice`, if that has seemed so for some frames.
