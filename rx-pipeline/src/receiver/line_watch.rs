@@ -1,8 +1,8 @@
-//! Detects that a panel is followed one line off: the places beside one of its sides blink, while its own line on the other side does not
-//! change.
+//! Detects that a panel is followed one line off: the places beside one of its sides change with each symbol, while its own line on the
+//! other side does not.
 //!
 //! A fit to a single frame cannot show this if the other seven lines fit. Successive symbols can: each changes the outer lines of a panel,
-//! and nothing else beside it.
+//! and nothing else beside it changes with each of them.
 
 use crate::frame::Frame;
 use crate::lattice::{Lattice, MIDDLE};
@@ -10,9 +10,13 @@ use link::panel::{LEDS, PanelFrame, SIDE};
 
 /// The steps in columns and rows to the places beside each side of a panel.
 const STEPS: [[i32; 2]; 4] = [[0, -1], [1, 0], [0, 1], [-1, 0]];
-/// Minimum number of changes beside a panel that prove that its LEDs are there (count). Lower: moved sooner, and sometimes by a lamp.
+/// Bits of the four outer lines that differ from one symbol to the next, at least (count): half of them do in a message, 16, or 12 if one
+/// line is none of the panel's.
+const SYMBOL: u32 = 6;
+/// Minimum number of successive symbols that change the places beside a panel to prove that its LEDs are there (count). Lower: moved sooner,
+/// and sometimes by a lamp.
 const CHANGES: u8 = 3;
-/// Minimum number of places that have changed (count).
+/// Minimum number of places that they change (count).
 const CHANGED: u32 = 5;
 /// Minimum number of places that have changed, or are lit beside a panel whose other line is Off, for a doubt (count).
 const DOUBTED: u32 = 2;
@@ -27,10 +31,12 @@ pub(super) struct LineWatch([Side; 4]);
 #[derive(Clone, Copy, Debug)]
 struct Side {
     last: Lines,
-    /// The places that have changed.
+    /// The places that have changed with each symbol.
     changed: u8,
-    /// Number of frames in which any of them changed.
+    /// Number of these symbols.
     changes: u8,
+    /// Whether a symbol has changed neither line: the panel's own may be broken.
+    is_still: bool,
 }
 
 /// Two lines in a frame.
@@ -48,6 +54,7 @@ impl LineWatch {
             last: Lines { own: 0, beside: 0 },
             changed: 0,
             changes: 0,
+            is_still: false,
         }; 4],
     );
 
@@ -55,11 +62,15 @@ impl LineWatch {
     pub fn see(&mut self, frame: &Frame<'_>, lattice: &Lattice, bits: PanelFrame) {
         let bits = bits.bits();
         let Some(threshold) = threshold(frame, lattice, bits) else { return };
-        for (side, step) in self.0.iter_mut().zip(STEPS) {
-            side.see(Lines {
-                own: line(bits, step.map(|c| -c)),
-                beside: lit_beside(frame, lattice, step, threshold),
-            });
+        let own = STEPS.map(|step| line(bits, step.map(|c| -c)));
+        // Within a symbol, changes beside the panel are other light.
+        let differing = self.0.iter().zip(own).map(|(side, own)| (side.last.own ^ own).count_ones());
+        if differing.sum::<u32>() < SYMBOL {
+            return;
+        }
+        for ((side, step), own) in self.0.iter_mut().zip(STEPS).zip(own) {
+            let beside = lit_beside(frame, lattice, step, threshold);
+            side.see(Lines { own, beside });
         }
     }
 
@@ -81,12 +92,14 @@ impl LineWatch {
 
 impl Side {
     fn see(&mut self, now: Lines) {
+        let changed = now.beside ^ self.last.beside;
         if now.own != self.last.own {
-            (self.changed, self.changes) = (0, 0);
+            (self.changed, self.changes, self.is_still) = (0, 0, false);
+        } else if changed == 0 {
+            (self.changed, self.changes, self.is_still) = (0, 0, true);
         } else {
-            let changed = now.beside ^ self.last.beside;
             self.changed |= changed;
-            self.changes = self.changes.saturating_add(u8::from(changed != 0));
+            self.changes = self.changes.saturating_add(1);
         }
         self.last = now;
     }
@@ -95,7 +108,7 @@ impl Side {
     fn is_doubtful(&self) -> bool {
         let Lines { own, beside } = self.last;
         let is_lit = own == 0 && (DOUBTED..SIDE as u32).contains(&beside.count_ones());
-        is_lit || self.changed.count_ones() >= DOUBTED
+        is_lit && !self.is_still || self.changed.count_ones() >= DOUBTED
     }
 
     /// Whether these are the panel's LEDs.
@@ -223,7 +236,8 @@ mod tests {
         }
     }
 
-    /// Neither symbols without a line, nor a panel at rest, nor one LED lit after another move a panel.
+    /// Neither symbols without a line, nor a panel at rest, nor one LED lit after another move a panel, nor light that changes beside a line
+    /// within a symbol.
     #[test]
     fn a_panel_in_its_place_stays() {
         let without_line = |i: u64| symbol(i) >> SIDE << SIDE;
@@ -234,6 +248,43 @@ mod tests {
             let (moved, watch, _) = watched(40, [0, 0], symbol);
             assert!(!watch.is_doubtful());
             assert_eq!(moved, None);
+        }
+        let mut watch = LineWatch::NEW;
+        for i in 0..40 {
+            let seen = Scene {
+                bits: symbol(i),
+                ..Scene::PLAIN
+            }
+            .render();
+            let lattice = Lattice::through(
+                &Scene {
+                    centre: [47.3, 53.0],
+                    ..Scene::PLAIN
+                }
+                .corners(),
+            );
+            watch.see(&seen.frame(), &lattice, PanelFrame::from_bits(moved_by(symbol(0), [0, 1])));
+            assert_eq!(watch.moved(&lattice, PanelFrame::default()), None, "{watch:?}");
+        }
+    }
+
+    /// A panel whose first line is broken stands beside light that does not change.
+    #[test]
+    fn a_broken_line_beside_steady_light_is_doubted_for_two_symbols() {
+        let background = |[x, y]: [f32; 2]| if x < 50.0 && y > 66.0 { 12.0 } else { 1.0 };
+        let mut watch = LineWatch::NEW;
+        let lattice = Lattice::through(&Scene::PLAIN.corners());
+        for i in 0..10 {
+            let bits = symbol(i) >> SIDE << SIDE;
+            let scene = Scene {
+                bits,
+                background,
+                ..Scene::PLAIN
+            }
+            .render();
+            watch.see(&scene.frame(), &lattice, PanelFrame::from_bits(bits));
+            assert_eq!(watch.moved(&lattice, PanelFrame::from_bits(bits)), None);
+            assert!(i < 2 || !watch.is_doubtful(), "symbol {i}: {watch:?}");
         }
     }
 }

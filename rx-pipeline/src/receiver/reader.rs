@@ -312,7 +312,7 @@ impl Reader {
         self.track = self.track.map(|track| track.shifted(by, self.view.frame_size()));
         self.forget_places();
         tools.likelihood.forget_leds();
-        // Surroundings that were learnt before the panel was a line off are still right.
+        // Surroundings that agree with a place a line off were learnt there. Others are older, and still right.
         if tools.surroundings.agrees(frame, lattice) {
             *tools.surroundings = Surroundings::UNKNOWN;
             tools.surroundings.learn(frame, &moved, bits);
