@@ -141,6 +141,13 @@ impl<'a> Frame<'a> {
         self.row(y)?.get(x).copied()
     }
 
+    /// The grey level of the pixel nearest to a position; `None` outside the frame.
+    #[cfg(any(feature = "carrier", feature = "surroundings"))]
+    pub(crate) fn nearest(&self, [x, y]: [f32; 2]) -> Option<u8> {
+        let is_within = x >= 0.0 && y >= 0.0;
+        self.pixel((x + 0.5) as usize, (y + 0.5) as usize).filter(|_| is_within)
+    }
+
     /// The `width` × `height` pixels whose top-left one is (`x`, `y`). Their positions start at (0, 0) again.
     ///
     /// # Errors

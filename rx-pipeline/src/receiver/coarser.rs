@@ -102,9 +102,7 @@ fn stands_out(frame: &Frame<'_>, panel: &Lattice) -> Option<f32> {
         let mut sum = 0.0;
         for place in 0..side * side {
             let [column, row] = [place % side, place / side].map(|at| first + at as f32);
-            let [x, y] = panel.position(column, row);
-            let is_within = x >= 0.0 && y >= 0.0;
-            sum += f32::from(frame.pixel((x + 0.5) as usize, (y + 0.5) as usize).filter(|_| is_within)?);
+            sum += f32::from(frame.nearest(panel.position(column, row))?);
         }
         Some(sum / (side * side) as f32)
     };

@@ -61,13 +61,13 @@ impl LineWatch {
     /// Processes a frame of a single symbol, in which the panel on `lattice` was read as `bits`.
     pub fn see(&mut self, frame: &Frame<'_>, lattice: &Lattice, bits: PanelFrame) {
         let bits = bits.bits();
-        let Some(threshold) = threshold(frame, lattice, bits) else { return };
         let own = STEPS.map(|step| line(bits, step.map(|c| -c)));
         // Within a symbol, changes beside the panel are other light.
         let differing = self.0.iter().zip(own).map(|(side, own)| (side.last.own ^ own).count_ones());
         if differing.sum::<u32>() < SYMBOL {
             return;
         }
+        let Some(threshold) = threshold(frame, lattice, bits) else { return };
         for ((side, step), own) in self.0.iter_mut().zip(STEPS).zip(own) {
             let beside = lit_beside(frame, lattice, step, threshold);
             side.see(Lines { own, beside });
@@ -155,7 +155,9 @@ fn lit_beside(frame: &Frame<'_>, lattice: &Lattice, step: [i32; 2], threshold: f
             1 => SIDE as f32,
             _ => i as f32,
         });
-        let is_lit = grey(frame, lattice, column, row).is_some_and(|grey| grey > threshold);
+        let is_lit = frame
+            .nearest(lattice.position(column, row))
+            .is_some_and(|grey| f32::from(grey) > threshold);
         lit |= u8::from(is_lit) << i;
     }
     lit
@@ -168,19 +170,11 @@ fn threshold(frame: &Frame<'_>, lattice: &Lattice, bits: u64) -> Option<f32> {
     }
     let mean = |of: u64| {
         let leds = (0..LEDS).filter(|led| of >> led & 1 == 1);
-        let greys = leds.filter_map(|led| grey(frame, lattice, (led % SIDE) as f32, (led / SIDE) as f32));
-        greys.sum::<f32>() / of.count_ones() as f32
+        let greys = leds.filter_map(|led| frame.nearest(lattice.position((led % SIDE) as f32, (led / SIDE) as f32)));
+        greys.map(f32::from).sum::<f32>() / of.count_ones() as f32
     };
     let [off, on] = [!bits, bits].map(mean);
     (on > off).then_some(0.5 * (off + on))
-}
-
-/// The grey level of the pixel at a place; none outside the frame.
-fn grey(frame: &Frame<'_>, lattice: &Lattice, column: f32, row: f32) -> Option<f32> {
-    let [x, y] = lattice.position(column, row).map(|at| at + 0.5);
-    let is_within = x >= 0.0 && y >= 0.0;
-    let grey = frame.pixel(x as usize, y as usize).filter(|_| is_within)?;
-    Some(f32::from(grey))
 }
 
 #[cfg(test)]
@@ -194,8 +188,8 @@ mod tests {
         (mixed ^ mixed >> 31).wrapping_mul(0xbf58_476d_1ce4_e5b9)
     }
 
-    /// What is known after `frames` symbols of a panel that is followed some columns and rows off: the panel's place and bits, the watch, and
-    /// the followed and true lattices.
+    /// Follows a panel some columns and rows off for `frames` symbols. Returns the panel's place and bits as found, the watch, and the followed
+    /// and true lattices.
     fn watched(frames: u64, off: [i32; 2], symbol: impl Fn(u64) -> u64) -> (Option<(Lattice, PanelFrame)>, LineWatch, [Lattice; 2]) {
         let mut watch = LineWatch::NEW;
         let panel = Lattice::through(&Scene::PLAIN.corners());
@@ -268,7 +262,7 @@ mod tests {
         }
     }
 
-    /// A panel whose first line is broken stands beside light that does not change.
+    /// The light beside a panel with a broken line does not change.
     #[test]
     fn a_broken_line_beside_steady_light_is_doubted_for_two_symbols() {
         let background = |[x, y]: [f32; 2]| if x < 50.0 && y > 66.0 { 12.0 } else { 1.0 };
