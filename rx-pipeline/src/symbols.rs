@@ -8,13 +8,14 @@
 //! - Two readings of one symbol with the bit error rate ε have ρ = (1 − 2ε)² ± √(1 − (1 − 2ε)⁴)/8: 0.92 ± 0.05 at 2 %, and 0.81 ± 0.07 at
 //!   5 %, where one pair in 150 counts as two symbols. This is for hard bits. Soft values do better, because doubtful bits weigh less.
 //!
-//! An exposure across a change of symbols adds its soft values to both symbols. The first ends with it, and the next frame shows the second.
-//! It also dates the start of the second, which lies within the exposure.
+//! An exposure across a change of symbols adds its soft values to both symbols. The first ends with it, and the next frame shows the
+//! second. It also dates the start of the second, which lies within the exposure.
 //!
-//! If LEDs saturate, an exposure of two symbols looks like one symbol with the On LEDs of both. The clock decides which exposures may contain
-//! two symbols. Their On LEDs that are Off in the symbol before or after belong to the other one (`symbols/shared.rs`).
+//! If LEDs saturate, an exposure of two symbols looks like one symbol with the On LEDs of both. The clock decides which exposures may
+//! contain two symbols. Their On LEDs that are Off in the symbol before or after belong to the other one (`symbols/shared.rs`).
 //!
-//! The exposure time, in symbols, equals the share of frames with two symbols. The first estimate is short; longer exposures soon correct it.
+//! The exposure time, in symbols, equals the share of frames with two symbols. The first estimate is short; longer exposures soon correct
+//! it.
 //!
 //! The number of symbols in a gap follows from the symbol rate and from the phase of the exposures within the symbol: an interval that each
 //! reading narrows.

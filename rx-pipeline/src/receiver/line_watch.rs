@@ -13,8 +13,8 @@ const STEPS: [[i32; 2]; 4] = [[0, -1], [1, 0], [0, 1], [-1, 0]];
 /// Bits of the four outer lines that differ from one symbol to the next, at least (count): half of them do in a message, 16, or 12 if one
 /// line is none of the panel's.
 const SYMBOL: u32 = 6;
-/// Minimum number of successive symbols that change the places beside a panel to prove that its LEDs are there (count). Lower: moved sooner,
-/// and sometimes by a lamp.
+/// Minimum number of successive symbols that change the places beside a panel to prove that its LEDs are there (count). Lower: moved
+/// sooner, and sometimes by a lamp.
 const CHANGES: u8 = 3;
 /// Minimum number of places that they change (count).
 const CHANGED: u32 = 5;
@@ -188,8 +188,8 @@ mod tests {
         (mixed ^ mixed >> 31).wrapping_mul(0xbf58_476d_1ce4_e5b9)
     }
 
-    /// Follows a panel some columns and rows off for `frames` symbols. Returns the panel's place and bits as found, the watch, and the followed
-    /// and true lattices.
+    /// Follows a panel some columns and rows off for `frames` symbols. Returns the panel's place and bits as found, the watch, and the
+    /// followed and true lattices.
     fn watched(frames: u64, off: [i32; 2], symbol: impl Fn(u64) -> u64) -> (Option<(Lattice, PanelFrame)>, LineWatch, [Lattice; 2]) {
         let mut watch = LineWatch::NEW;
         let panel = Lattice::through(&Scene::PLAIN.corners());
@@ -230,8 +230,8 @@ mod tests {
         }
     }
 
-    /// Neither symbols without a line, nor a panel at rest, nor one LED lit after another move a panel, nor light that changes beside a line
-    /// within a symbol.
+    /// Neither symbols without a line, nor a panel at rest, nor one LED lit after another move a panel, nor light that changes beside a
+    /// line within a symbol.
     #[test]
     fn a_panel_in_its_place_stays() {
         let without_line = |i: u64| symbol(i) >> SIDE << SIDE;
