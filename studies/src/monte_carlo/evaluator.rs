@@ -1,6 +1,6 @@
 //! Renders, measures and reads random frames.
 
-use crate::parallel::prelude::*;
+use crate::parallel::{map_with, threads};
 use fearless_simd::{self as simd, dispatch};
 use link::camera::Camera;
 use link::panel::{LEDS, PanelFrame, SoftPanel};
@@ -260,13 +260,11 @@ impl Evaluator {
     /// If a frame cannot be measured.
     pub fn run(&self, mut progress: impl FnMut(u64) -> bool) -> Result<Evaluation, EvaluateError> {
         let mut sums = Accumulator::default();
-        let (chunks, batch) = (chunks(self.settings.frames), 16 * crate::parallel::threads() as u64);
+        let (chunks, batch) = (chunks(self.settings.frames), 16 * threads() as u64);
         for first in (0..chunks).step_by(batch as usize) {
-            let parts: Vec<_> = (first..chunks.min(first + batch))
-                .into_par_iter()
-                .map_init(|| self.workspace(), |workspace, chunk| (chunk, self.chunk(chunk, workspace)))
-                .collect();
-            for (chunk, part) in parts {
+            let of_batch = |workspace: &mut Workspace, number: usize| self.chunk(first + number as u64, workspace);
+            let parts = map_with(batch.min(chunks - first) as usize, || self.workspace(), of_batch);
+            for (chunk, part) in (first..).zip(parts) {
                 sums.add(chunk, part?)?;
             }
             if !progress(sums.total().errors.frames()) {

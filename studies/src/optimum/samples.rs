@@ -1,10 +1,10 @@
 //! The same random frames at several ratios, in batches, so that the effect of chance can be estimated.
 
-use crate::parallel::prelude::*;
+use crate::parallel::{map, threads, try_map_with};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 
-use crate::monte_carlo::{EvaluateError, Evaluation, Evaluator, Settings};
+use crate::monte_carlo::{EvaluateError, Evaluation, Evaluator, Settings, Workspace};
 use sim::random::{Purpose, stream};
 use sim::scene::{L2a, Scene};
 
@@ -244,7 +244,7 @@ impl Samples {
 }
 
 /// `of` the batches of each resample. Batches are numbered through all rounds, and those of a round are drawn from that round.
-pub(crate) fn of_resamples<T: Send>(sizes: &[usize], seed: u64, of: impl Fn(Vec<usize>) -> T + Sync + Send) -> Vec<T> {
+pub(crate) fn of_resamples<T: Send>(sizes: &[usize], seed: u64, of: impl Fn(Vec<usize>) -> T + Sync) -> Vec<T> {
     let draw = |number: usize| {
         let mut random = stream(seed, number as u64, Purpose::Resampling);
         let (mut drawn, mut start) = (Vec::new(), 0);
@@ -254,8 +254,7 @@ pub(crate) fn of_resamples<T: Send>(sizes: &[usize], seed: u64, of: impl Fn(Vec<
         }
         drawn
     };
-    let numbers = (0..RESAMPLES as usize).into_par_iter();
-    numbers.map(|number| of(draw(number))).collect()
+    map(RESAMPLES as usize, |number| of(draw(number)))
 }
 
 /// The scene with its panels driven to a ratio.
@@ -300,15 +299,11 @@ impl Round {
     /// The next parts from `first` on: as many as a piece, with work for all threads.
     fn piece(&self, first: u64, evaluator: &Evaluator) -> Result<Vec<Evaluation>, EvaluateError> {
         let part_frames = self.frames.div_ceil(self.parts());
-        let count = (PIECE / part_frames).max(1).next_multiple_of(crate::parallel::threads() as u64);
+        let count = (PIECE / part_frames).max(1).next_multiple_of(threads() as u64);
         let frames_of = |part| self.border(part)..self.border(part + 1);
-        (first..self.parts().min(first + count))
-            .into_par_iter()
-            .map_init(
-                || evaluator.workspace(),
-                |workspace, part| evaluator.evaluate(frames_of(part), workspace),
-            )
-            .collect()
+        let count = count.min(self.parts() - first) as usize;
+        let evaluate = |workspace: &mut Workspace, number: usize| evaluator.evaluate(frames_of(first + number as u64), workspace);
+        try_map_with(count, || evaluator.workspace(), evaluate)
     }
 
     /// The batches from all parts.

@@ -1,4 +1,6 @@
-//! Sequential replacements of rayon's interfaces.
+//! A single worker, on the present thread.
+
+use super::Worker;
 
 /// The error of a missing thread, which cannot occur.
 #[derive(Debug, thiserror::Error)]
@@ -14,37 +16,7 @@ pub fn on_one_thread<T>(work: impl FnOnce() -> T) -> Result<T, NoThread> {
     Ok(work())
 }
 
-/// The used part of `rayon::prelude`.
-pub mod prelude {
-    /// As rayon's.
-    pub trait IntoParallelIterator: IntoIterator + Sized {
-        /// Sequential.
-        fn into_par_iter(self) -> Self::IntoIter {
-            self.into_iter()
-        }
-    }
-
-    impl<I: IntoIterator> IntoParallelIterator for I {}
-
-    /// As rayon's.
-    pub trait ParallelSlice<T> {
-        /// Sequential.
-        fn par_iter(&self) -> std::slice::Iter<'_, T>;
-    }
-
-    impl<T> ParallelSlice<T> for [T] {
-        fn par_iter(&self) -> std::slice::Iter<'_, T> {
-            self.iter()
-        }
-    }
-
-    /// As rayon's.
-    pub trait ParallelIterator: Iterator + Sized {
-        fn map_init<R, T>(self, room: impl FnOnce() -> R, mut work: impl FnMut(&mut R, Self::Item) -> T) -> impl Iterator<Item = T> {
-            let mut room = room();
-            self.map(move |item| work(&mut room, item))
-        }
-    }
-
-    impl<I: Iterator> ParallelIterator for I {}
+/// Runs tasks 0 to `count` - 1.
+pub fn run<'a>(count: usize, worker: &(dyn Fn() -> Worker<'a> + Sync)) {
+    (0..count).for_each(worker());
 }

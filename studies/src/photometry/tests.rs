@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::parallel::prelude::*;
+use crate::parallel::map;
 use link::camera::Encoding;
 use link::panel::PanelFrame;
 use properties::cases;
@@ -126,8 +126,8 @@ fn doubted(bench: &Renderer, view: &CameraSetup, seed: u64) -> Result<Calibrated
 }
 
 /// Results of many series of pictures.
-fn series<T: Send>(run: impl Fn(u64) -> T + Sync + Send) -> Vec<T> {
-    (0..u64::from(cases(40, 100))).into_par_iter().map(run).collect()
+fn series<T: Send>(run: impl Fn(u64) -> T + Sync) -> Vec<T> {
+    map(cases(40, 100) as usize, |number| run(number as u64))
 }
 
 fn luminances(runs: &[Calibrated]) -> Vec<Estimate> {

@@ -1,6 +1,6 @@
 //! The demand on the link, and the tolerable bit error rate.
 
-use crate::parallel::prelude::*;
+use crate::parallel::map;
 use link::fec::Code;
 use link::framing::{Deframer, Event, Framer, FramingError, MESSAGE_MAX};
 use link::panel::{Llr, PanelFrame, SoftPanel};
@@ -127,9 +127,9 @@ impl Demand {
         let enough = |rate| {
             let mut lost = 0;
             for first in (0..TRIALS).step_by(GROUP as usize) {
-                let group = (first..TRIALS.min(first + GROUP)).into_par_iter();
-                let arrives = |&trial: &u64| arrives(self.message_bytes, symbols, [rate, erased], seed, trial).unwrap_or(false);
-                lost += group.filter(|trial| !arrives(trial)).count();
+                let arrives = |trial| arrives(self.message_bytes, symbols, [rate, erased], seed, trial).unwrap_or(false);
+                let group = map(GROUP.min(TRIALS - first) as usize, |number| arrives(first + number as u64));
+                lost += group.iter().filter(|&&arrived| !arrived).count();
                 // Undecodable messages take longest, and more of them change nothing.
                 if lost > most_lost {
                     return false;

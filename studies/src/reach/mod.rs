@@ -52,7 +52,7 @@ use crossing::{Guess, Probe};
 
 use std::sync::{Mutex, PoisonError};
 
-use crate::parallel::prelude::*;
+use crate::parallel::try_map;
 use sim::accuracy::Level;
 use sim::scene::Scene;
 
@@ -255,18 +255,17 @@ impl Work<'_> {
 
     /// Finds the crossings of some ratios in parallel, and reports new ones.
     fn cross(&mut self, numbers: &[usize], rounds: usize, tell: &mut (impl FnMut(&Crossing) + Send)) -> Result<(), ReachError> {
-        let ratios = numbers.par_iter().map(|&number| ratio(self.search.range, number));
         let tell = Mutex::new(tell);
-        let cross = |l2a| {
-            let found = self.crossing(l2a, rounds)?;
+        let cross = |place: usize| {
+            let found = self.crossing(ratio(self.search.range, numbers[place]), rounds)?;
             if let Some((crossing, false)) = &found {
                 // Each as soon as it is known, because others may take long.
                 let mut tell = tell.lock().unwrap_or_else(PoisonError::into_inner);
                 tell(crossing);
             }
-            Ok(found.map(|(crossing, _)| crossing))
+            Ok::<_, ReachError>(found.map(|(crossing, _)| crossing))
         };
-        let crossed: Vec<Option<Crossing>> = ratios.map(cross).collect::<Result<_, ReachError>>()?;
+        let crossed: Vec<Option<Crossing>> = try_map(numbers.len(), cross)?;
         for crossing in crossed.into_iter().flatten() {
             match self.place(crossing.l2a) {
                 Ok(place) => self.found[place] = crossing,

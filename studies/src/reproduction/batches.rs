@@ -1,6 +1,6 @@
 //! The features of many frames at one setting, in batches, so that statistics of them have an interval.
 
-use crate::parallel::prelude::*;
+use crate::parallel::{threads, try_map_with};
 use link::panel::LEDS;
 use serde::{Deserialize, Serialize};
 
@@ -46,7 +46,7 @@ impl Batches {
         };
         let evaluator = Evaluator::new(scene, settings)?;
         let frames = frames.div_ceil(BATCHES as u64).max(1);
-        let batch = |workspace: &mut Workspace, batch: u64| {
+        let batch = |workspace: &mut Workspace, batch: u64| -> Result<Sums, EvaluateError> {
             let mut sums = Sums::default();
             for frame in batch * frames..(batch + 1) * frames {
                 let observed = evaluator.observe(frame, workspace)?;
@@ -54,13 +54,11 @@ impl Batches {
             }
             Ok(sums)
         };
-        let at_once = ((PIECE / frames) as usize).max(1).next_multiple_of(crate::parallel::threads());
+        let at_once = ((PIECE / frames) as usize).max(1).next_multiple_of(threads());
         while pieces.batches.len() < BATCHES {
             let begun = pieces.batches.len();
-            let piece = (begun..BATCHES.min(begun + at_once))
-                .into_par_iter()
-                .map_init(|| evaluator.workspace(), |workspace, index| batch(workspace, index as u64))
-                .collect::<Result<Vec<_>, EvaluateError>>()?;
+            let of_piece = |workspace: &mut Workspace, number: usize| batch(workspace, (begun + number) as u64);
+            let piece = try_map_with(at_once.min(BATCHES - begun), || evaluator.workspace(), of_piece)?;
             pieces.batches.extend(piece);
             tell(pieces);
         }

@@ -4,7 +4,7 @@
 //! that interval, in the other it is drawn uniformly from 0.2 to 4. All random properties of frames are independent, so that the interval
 //! of their error rate covers all of them. Both sets have the same intervals, bits, phases and reflectances.
 
-use crate::parallel::prelude::*;
+use crate::parallel::{try_map, try_map_with};
 use serde::{Deserialize, Serialize};
 
 use super::operating_point::OperatingPoint;
@@ -87,7 +87,7 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
                     settings,
                 )?])
             };
-            return (0..STEPS).into_par_iter().map(reader).collect();
+            return try_map(STEPS, reader);
         }
         let [intervals, ratios] = match (self.learnt_at, self.dimming) {
             ([intervals, ratios], Dimming::Best) => [intervals * ratios, 1],
@@ -101,15 +101,14 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
             };
             Evaluator::new(&self.at(interval, l2a), settings)
         };
-        let teachers = (0..intervals * ratios).into_par_iter().map(teacher);
-        let teachers = teachers.collect::<Result<Vec<_>, EvaluateError>>()?;
+        let teachers = try_map(intervals * ratios, teacher)?;
         let taught = |place| {
             let scene = self.at(middle(INTERVALS, place, STEPS), RATIOS[1]);
             let first = place * intervals / STEPS * ratios;
             let teachers = teachers[first..first + ratios].iter();
             teachers.map(|teacher| Evaluator::taught(&scene, teacher)).collect()
         };
-        (0..STEPS).into_par_iter().map(taught).collect()
+        try_map(STEPS, taught)
     }
 
     /// Counts bit errors: in as many frames as in `settings`, rounded up to whole rounds, or until there are `enough`.
@@ -126,7 +125,7 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
         mut tell: impl FnMut(&Pieces),
     ) -> Result<FrameErrors, EvaluateError> {
         let readers = self.readers(settings)?;
-        let read = |room: &mut Option<(usize, Workspace)>, frame: u64| {
+        let read = |room: &mut Option<(usize, Workspace)>, frame: u64| -> Result<FrameErrors, EvaluateError> {
             let (place, share, l2a) = self.drawn(settings.seed, frame);
             let reader = &readers[place][step(share, readers[place].len())];
             let workspace = match room {
@@ -141,8 +140,7 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
             let mut round: Vec<u64> = (done..done + ROUND).collect();
             // Successive frames of one interval need one workspace.
             round.sort_by_key(|&frame| self.drawn(settings.seed, frame).0);
-            let round = round.into_par_iter().map_init(|| None, read);
-            let round = round.collect::<Result<Vec<_>, EvaluateError>>()?;
+            let round = try_map_with(round.len(), || None, |room, number| read(room, round[number]))?;
             round.iter().for_each(|errors| pieces.errors.merge(errors));
             tell(pieces);
         }
@@ -202,7 +200,7 @@ mod tests {
             let room = &mut evaluator.workspace();
             evaluator.evaluate(frame..frame + 1, room).unwrap().errors.errors()
         };
-        let errors: u64 = (0..512).into_par_iter().map(one_by_one).sum();
+        let errors: u64 = (0..512).map(one_by_one).sum();
         assert!(
             errors > 50 && errors.abs_diff(counted.errors()) <= errors / 20,
             "{errors} {counted:?}"

@@ -22,7 +22,7 @@ mod dimming;
 mod exposed;
 mod trial;
 
-use crate::parallel::prelude::*;
+use crate::parallel::try_map;
 use link::fec::Code;
 use link::symbol_rate::{SymbolRate, SymbolRateError};
 use link::waveform::{SymbolTiming, Waveform};
@@ -249,13 +249,12 @@ impl Search {
         stop: Stop,
         done: &(impl Fn() + Sync),
     ) -> Result<TrialOutcome, TrialError> {
-        let runs = (0..self.runs).into_par_iter().map(|run| {
-            let result = self.trial(timing, code, run).run(scene, stop);
+        // In order, so that the sum of seconds is the same on any number of threads.
+        let runs = try_map(self.runs as usize, |run| {
+            let result = self.trial(timing, code, run as u64).run(scene, stop);
             done();
             result
-        });
-        // In order, so that the sum of seconds is the same on any number of threads.
-        let runs = runs.collect::<Result<Vec<_>, _>>()?;
+        })?;
         let mut sum = TrialOutcome {
             rate: timing.rate(),
             waveform: timing.waveform(),

@@ -1,6 +1,6 @@
 //! The levels of the score: found by subset simulation on frames of another seed.
 
-use crate::parallel::prelude::*;
+use crate::parallel::try_map_with;
 
 use super::sampler::{MISREAD, Sampler, ScoredParticle, SplittingWorkspace};
 use crate::monte_carlo::EvaluateError;
@@ -27,9 +27,8 @@ pub(super) fn choose(sampler: &Sampler) -> Result<Vec<f32>, EvaluateError> {
                 None => mine.map(|frame| sampler.draw(seed, frame as u64, &mut random, workspace)).collect(),
             }
         };
-        let parts = (0..PARTS).into_par_iter().map_init(|| sampler.workspace(), part);
-        let parts: Result<Vec<Vec<ScoredParticle>>, EvaluateError> = parts.collect();
-        parts.map(|parts| parts.into_iter().flatten().collect::<Vec<_>>())
+        let parts: Vec<Vec<ScoredParticle>> = try_map_with(PARTS, || sampler.workspace(), part)?;
+        Ok::<_, EvaluateError>(parts.into_iter().flatten().collect::<Vec<_>>())
     };
     let mut swarm = in_parts(0, None)?;
     let mut levels: Vec<f32> = Vec::new();

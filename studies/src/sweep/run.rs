@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use crate::parallel::prelude::*;
+use crate::parallel::{map, map_with, threads, try_map};
 
 use super::shard::ExpectedWork;
 use super::{Partition, Results, Shard, Sweep, SweepError, Work};
@@ -45,22 +45,19 @@ impl Sweep {
         let Some(enough) = self.stop_errors else {
             return Ok(vec![self.frames; self.cells()]);
         };
-        (0..self.cells())
-            .into_par_iter()
-            .map(|cell| {
-                let first = || {
-                    let worker = self.worker(cell, None, Stop::NEVER)?;
-                    self.chunk(cell, &worker, 0, &mut worker.room())
-                };
-                let first = match first() {
-                    Err(fault) if fault.why_empty().is_some() => return Ok(0),
-                    first => first?,
-                };
-                let frames = CHUNK.min(self.frames) as f64;
-                let expected = enough as f64 / first.bit_errors() as f64 * frames;
-                Ok((expected.ceil() as u64).clamp(1, self.frames))
-            })
-            .collect()
+        try_map(self.cells(), |cell| {
+            let first = || {
+                let worker = self.worker(cell, None, Stop::NEVER)?;
+                self.chunk(cell, &worker, 0, &mut worker.room())
+            };
+            let first = match first() {
+                Err(fault) if fault.why_empty().is_some() => return Ok(0),
+                first => first?,
+            };
+            let frames = CHUNK.min(self.frames) as f64;
+            let expected = enough as f64 / first.bit_errors() as f64 * frames;
+            Ok((expected.ceil() as u64).clamp(1, self.frames))
+        })
     }
 
     /// The borders between shards, by the `expected` frames of cells, or without them by [`Sweep::expected_frames`].
@@ -198,12 +195,12 @@ impl<'a> Run<'a> {
                 // Choosing levels takes all threads for a while: those of one cell are saved before the next.
                 new.truncate(1);
             }
-            let made = new.par_iter().map(|&cell| {
-                let levels = results.levels_of(cell);
-                (cell, self.sweep.worker(cell, levels.as_deref(), self.stop))
+            let made = map(new.len(), |number| {
+                let levels = results.levels_of(new[number]);
+                self.sweep.worker(new[number], levels.as_deref(), self.stop)
             });
             let (mut was_stopped, mut is_empty) = (false, false);
-            for (cell, worker) in made.collect::<Vec<_>>() {
+            for (&cell, worker) in new.iter().zip(made) {
                 match worker {
                     Ok(worker) => {
                         worker.store_levels(cell, results);
@@ -260,7 +257,7 @@ impl<'a> Run<'a> {
 
     /// The next chunks. A cell that may have enough soon gets at most as many as are done already, so that few are wasted.
     fn batch(&self, left: &[&Work], results: &Results) -> Vec<(usize, u64)> {
-        let size = CHUNKS_A_THREAD * crate::parallel::threads();
+        let size = CHUNKS_A_THREAD * threads();
         let mut batch = Vec::with_capacity(size);
         for work in left {
             let room = size - batch.len();
@@ -284,7 +281,8 @@ impl<'a> Run<'a> {
     /// The result of each chunk of a batch; `None` for those that were not started.
     fn evaluate(&self, batch: &[(usize, u64)], open: &BTreeMap<usize, Worker>) -> Vec<Option<Result<Evaluation, SweepError>>> {
         let begun = Instant::now();
-        let part = |room: &mut Option<(usize, ThreadMemory)>, &(cell, chunk): &(usize, u64)| {
+        let part = |room: &mut Option<(usize, ThreadMemory)>, number: usize| {
+            let (cell, chunk) = batch[number];
             if begun.elapsed() > BATCH_TIME {
                 return None;
             }
@@ -295,7 +293,7 @@ impl<'a> Run<'a> {
             };
             Some(self.sweep.chunk(cell, worker, chunk, room))
         };
-        batch.par_iter().map_init(|| None, part).collect()
+        map_with(batch.len(), || None, part)
     }
 
     /// Frames of this run in `results`.

@@ -1,6 +1,6 @@
 //! The transmitter's table for an unknown one of several scenes.
 
-use crate::parallel::prelude::*;
+use crate::parallel::map;
 use link::waveform::Waveform;
 use sim::l2a::file::RatioFile;
 use sim::random::{Purpose, stream};
@@ -82,13 +82,13 @@ impl LeastRegret {
     /// The 95 % interval of its ratio, from the uncertainty of the reach at each ratio. Errors of neighbours count as independent, while
     /// common random numbers make them smaller: the interval is rather too wide.
     fn l2a_95(scenes: &[TableFile], place: [f64; 2]) -> Option<[f64; 2]> {
-        let as_well = (0..RESAMPLES).into_par_iter().filter_map(|number| {
-            let random = &mut stream(0, number, Purpose::Resampling);
+        let as_well = map(RESAMPLES as usize, |number| {
+            let random = &mut stream(0, number as u64, Purpose::Resampling);
             let regrets = scenes.iter();
             let regrets = regrets.map(|scene| scene.resampled_regret(place, random));
             Some(Self::of(&regrets.collect::<Option<Vec<_>>>()?)?.l2a)
         });
-        percentiles(&mut as_well.collect::<Vec<_>>(), 0.025)
+        percentiles(&mut as_well.into_iter().flatten().collect::<Vec<_>>(), 0.025)
     }
 }
 
