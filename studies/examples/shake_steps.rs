@@ -1,4 +1,4 @@
-//! The motion of the panel's image from frame to frame with a vibrating camera, for the table in `docs/physics.md`.
+//! The motion of the panel's image from frame to frame with a vibrating camera, for `docs/physics.md`.
 
 use std::error::Error;
 
