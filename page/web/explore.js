@@ -195,7 +195,7 @@ function sayFrame(seen) {
   byId("rate").textContent = explore.isPaused ? "" : `${Math.round(stats.fps)} a second`;
   byId("explore-text").textContent = [
     explore.isPaused ? "" : `Counted over ${several(frames, "frame")}.`,
-    byMl ? `The best detector holds ${short(100 * seen.confidence, 4)} % of its bits for right.` : "",
+    byMl ? `The best detector expects ${short(100 * seen.confidence, 4)} % of its bits to be right.` : "",
     seen.mixed ? "This exposure caught two symbols." : "",
     seen.why ? sentence(seen.why) : "",
   ].filter(Boolean).join(" ");
