@@ -2,7 +2,7 @@
 //!
 //! Results are the same: they come in order, and random numbers are counter-based.
 //!
-//! Rayon compiles its iterators anew for each closure. Here it gets one type of closure, a boxed one: otherwise a quarter of the code that
+//! Rayon compiles its iterators anew for each closure. Here it gets one type of closure, a boxed one: otherwise a fifth of the code that
 //! the compiler has to optimise in this crate is rayon's.
 
 #[cfg_attr(feature = "threads", path = "threads.rs")]
