@@ -262,8 +262,8 @@ impl Evaluator {
         let mut sums = Accumulator::default();
         let (chunks, batch) = (chunks(self.settings.frames), 16 * threads() as u64);
         for first in (0..chunks).step_by(batch as usize) {
-            let of_batch = |workspace: &mut Workspace, number: usize| self.chunk(first + number as u64, workspace);
-            let parts = map_with(batch.min(chunks - first) as usize, || self.workspace(), of_batch);
+            let batch = first..chunks.min(first + batch);
+            let parts = map_with(batch, || self.workspace(), |workspace, chunk| self.chunk(chunk, workspace));
             for (chunk, part) in (first..).zip(parts) {
                 sums.add(chunk, part?)?;
             }

@@ -114,11 +114,8 @@ impl FrameSource {
     /// # Errors
     /// [`EvaluateError::Stopped`] as soon as `stop` is asked, and when a frame cannot be measured.
     pub fn draw_many(&self, first: u64, images: &mut [u8], stop: Stop) -> Result<Vec<LabelledFrame>, EvaluateError> {
-        let pieces: Vec<_> = images.chunks_mut(PIECE * self.pixels()).map(Mutex::new).collect();
-        let pieces = map(pieces.len(), |number| {
-            let mut images = pieces[number].lock().unwrap_or_else(PoisonError::into_inner);
-            self.draw_piece(first + (number * PIECE) as u64, &mut images, stop)
-        });
+        let pieces = (first..).step_by(PIECE).zip(images.chunks_mut(PIECE * self.pixels()));
+        let pieces = map(pieces, |(first, images)| self.draw_piece(first, images, stop));
         let pieces: Result<Vec<_>, _> = pieces.into_iter().collect();
         Ok(pieces?.into_iter().flatten().collect())
     }

@@ -254,7 +254,7 @@ pub(crate) fn of_resamples<T: Send>(sizes: &[usize], seed: u64, of: impl Fn(Vec<
         }
         drawn
     };
-    map(RESAMPLES as usize, |number| of(draw(number)))
+    map(0..RESAMPLES as usize, |number| of(draw(number)))
 }
 
 /// The scene with its panels driven to a ratio.
@@ -301,9 +301,9 @@ impl Round {
         let part_frames = self.frames.div_ceil(self.parts());
         let count = (PIECE / part_frames).max(1).next_multiple_of(threads() as u64);
         let frames_of = |part| self.border(part)..self.border(part + 1);
-        let count = count.min(self.parts() - first) as usize;
-        let evaluate = |workspace: &mut Workspace, number: usize| evaluator.evaluate(frames_of(first + number as u64), workspace);
-        try_map_with(count, || evaluator.workspace(), evaluate)
+        let parts = first..self.parts().min(first + count);
+        let evaluate = |workspace: &mut Workspace, part| evaluator.evaluate(frames_of(part), workspace);
+        try_map_with(parts, || evaluator.workspace(), evaluate)
     }
 
     /// The batches from all parts.

@@ -127,7 +127,7 @@ fn doubted(bench: &Renderer, view: &CameraSetup, seed: u64) -> Result<Calibrated
 
 /// Results of many series of pictures.
 fn series<T: Send>(run: impl Fn(u64) -> T + Sync) -> Vec<T> {
-    map(cases(40, 100) as usize, |number| run(number as u64))
+    map(0..u64::from(cases(40, 100)), run)
 }
 
 fn luminances(runs: &[Calibrated]) -> Vec<Estimate> {

@@ -128,7 +128,7 @@ impl Demand {
             let mut lost = 0;
             for first in (0..TRIALS).step_by(GROUP as usize) {
                 let arrives = |trial| arrives(self.message_bytes, symbols, [rate, erased], seed, trial).unwrap_or(false);
-                let group = map(GROUP.min(TRIALS - first) as usize, |number| arrives(first + number as u64));
+                let group = map(first..TRIALS.min(first + GROUP), arrives);
                 lost += group.iter().filter(|&&arrived| !arrived).count();
                 // Undecodable messages take longest, and more of them change nothing.
                 if lost > most_lost {

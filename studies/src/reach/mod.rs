@@ -256,8 +256,8 @@ impl Work<'_> {
     /// Finds the crossings of some ratios in parallel, and reports new ones.
     fn cross(&mut self, numbers: &[usize], rounds: usize, tell: &mut (impl FnMut(&Crossing) + Send)) -> Result<(), ReachError> {
         let tell = Mutex::new(tell);
-        let cross = |place: usize| {
-            let found = self.crossing(ratio(self.search.range, numbers[place]), rounds)?;
+        let cross = |&number: &usize| {
+            let found = self.crossing(ratio(self.search.range, number), rounds)?;
             if let Some((crossing, false)) = &found {
                 // Each as soon as it is known, because others may take long.
                 let mut tell = tell.lock().unwrap_or_else(PoisonError::into_inner);
@@ -265,7 +265,7 @@ impl Work<'_> {
             }
             Ok::<_, ReachError>(found.map(|(crossing, _)| crossing))
         };
-        let crossed: Vec<Option<Crossing>> = try_map(numbers.len(), cross)?;
+        let crossed: Vec<Option<Crossing>> = try_map(numbers, cross)?;
         for crossing in crossed.into_iter().flatten() {
             match self.place(crossing.l2a) {
                 Ok(place) => self.found[place] = crossing,

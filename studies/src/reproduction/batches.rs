@@ -57,8 +57,8 @@ impl Batches {
         let at_once = ((PIECE / frames) as usize).max(1).next_multiple_of(threads());
         while pieces.batches.len() < BATCHES {
             let begun = pieces.batches.len();
-            let of_piece = |workspace: &mut Workspace, number: usize| batch(workspace, (begun + number) as u64);
-            let piece = try_map_with(at_once.min(BATCHES - begun), || evaluator.workspace(), of_piece)?;
+            let piece = (begun..BATCHES.min(begun + at_once)).map(|index| index as u64);
+            let piece = try_map_with(piece, || evaluator.workspace(), batch)?;
             pieces.batches.extend(piece);
             tell(pieces);
         }

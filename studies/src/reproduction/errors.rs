@@ -87,7 +87,7 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
                     settings,
                 )?])
             };
-            return try_map(STEPS, reader);
+            return try_map(0..STEPS, reader);
         }
         let [intervals, ratios] = match (self.learnt_at, self.dimming) {
             ([intervals, ratios], Dimming::Best) => [intervals * ratios, 1],
@@ -101,14 +101,14 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
             };
             Evaluator::new(&self.at(interval, l2a), settings)
         };
-        let teachers = try_map(intervals * ratios, teacher)?;
+        let teachers = try_map(0..intervals * ratios, teacher)?;
         let taught = |place| {
             let scene = self.at(middle(INTERVALS, place, STEPS), RATIOS[1]);
             let first = place * intervals / STEPS * ratios;
             let teachers = teachers[first..first + ratios].iter();
             teachers.map(|teacher| Evaluator::taught(&scene, teacher)).collect()
         };
-        try_map(STEPS, taught)
+        try_map(0..STEPS, taught)
     }
 
     /// Counts bit errors: in as many frames as in `settings`, rounded up to whole rounds, or until there are `enough`.
@@ -140,7 +140,7 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
             let mut round: Vec<u64> = (done..done + ROUND).collect();
             // Successive frames of one interval need one workspace.
             round.sort_by_key(|&frame| self.drawn(settings.seed, frame).0);
-            let round = try_map_with(round.len(), || None, |room, number| read(room, round[number]))?;
+            let round = try_map_with(round, || None, read)?;
             round.iter().for_each(|errors| pieces.errors.merge(errors));
             tell(pieces);
         }

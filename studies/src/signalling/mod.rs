@@ -250,8 +250,8 @@ impl Search {
         done: &(impl Fn() + Sync),
     ) -> Result<TrialOutcome, TrialError> {
         // In order, so that the sum of seconds is the same on any number of threads.
-        let runs = try_map(self.runs as usize, |run| {
-            let result = self.trial(timing, code, run as u64).run(scene, stop);
+        let runs = try_map(0..self.runs, |run| {
+            let result = self.trial(timing, code, run).run(scene, stop);
             done();
             result
         })?;

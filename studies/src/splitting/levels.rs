@@ -27,8 +27,8 @@ pub(super) fn choose(sampler: &Sampler) -> Result<Vec<f32>, EvaluateError> {
                 None => mine.map(|frame| sampler.draw(seed, frame as u64, &mut random, workspace)).collect(),
             }
         };
-        let parts: Vec<Vec<ScoredParticle>> = try_map_with(PARTS, || sampler.workspace(), part)?;
-        Ok::<_, EvaluateError>(parts.into_iter().flatten().collect::<Vec<_>>())
+        let parts: Result<Vec<Vec<ScoredParticle>>, EvaluateError> = try_map_with(0..PARTS, || sampler.workspace(), part);
+        parts.map(|parts| parts.into_iter().flatten().collect::<Vec<_>>())
     };
     let mut swarm = in_parts(0, None)?;
     let mut levels: Vec<f32> = Vec::new();

@@ -45,7 +45,7 @@ impl Sweep {
         let Some(enough) = self.stop_errors else {
             return Ok(vec![self.frames; self.cells()]);
         };
-        try_map(self.cells(), |cell| {
+        try_map(0..self.cells(), |cell| {
             let first = || {
                 let worker = self.worker(cell, None, Stop::NEVER)?;
                 self.chunk(cell, &worker, 0, &mut worker.room())
@@ -195,12 +195,12 @@ impl<'a> Run<'a> {
                 // Choosing levels takes all threads for a while: those of one cell are saved before the next.
                 new.truncate(1);
             }
-            let made = map(new.len(), |number| {
-                let levels = results.levels_of(new[number]);
-                self.sweep.worker(new[number], levels.as_deref(), self.stop)
+            let made = map(&new, |&cell| {
+                let levels = results.levels_of(cell);
+                (cell, self.sweep.worker(cell, levels.as_deref(), self.stop))
             });
             let (mut was_stopped, mut is_empty) = (false, false);
-            for (&cell, worker) in new.iter().zip(made) {
+            for (cell, worker) in made {
                 match worker {
                     Ok(worker) => {
                         worker.store_levels(cell, results);
@@ -281,8 +281,7 @@ impl<'a> Run<'a> {
     /// The result of each chunk of a batch; `None` for those that were not started.
     fn evaluate(&self, batch: &[(usize, u64)], open: &BTreeMap<usize, Worker>) -> Vec<Option<Result<Evaluation, SweepError>>> {
         let begun = Instant::now();
-        let part = |room: &mut Option<(usize, ThreadMemory)>, number: usize| {
-            let (cell, chunk) = batch[number];
+        let part = |room: &mut Option<(usize, ThreadMemory)>, &(cell, chunk): &(usize, u64)| {
             if begun.elapsed() > BATCH_TIME {
                 return None;
             }
@@ -293,7 +292,7 @@ impl<'a> Run<'a> {
             };
             Some(self.sweep.chunk(cell, worker, chunk, room))
         };
-        map_with(batch.len(), || None, part)
+        map_with(batch, || None, part)
     }
 
     /// Frames of this run in `results`.

@@ -82,8 +82,8 @@ impl LeastRegret {
     /// The 95 % interval of its ratio, from the uncertainty of the reach at each ratio. Errors of neighbours count as independent, while
     /// common random numbers make them smaller: the interval is rather too wide.
     fn l2a_95(scenes: &[TableFile], place: [f64; 2]) -> Option<[f64; 2]> {
-        let as_well = map(RESAMPLES as usize, |number| {
-            let random = &mut stream(0, number as u64, Purpose::Resampling);
+        let as_well = map(0..RESAMPLES, |number| {
+            let random = &mut stream(0, number, Purpose::Resampling);
             let regrets = scenes.iter();
             let regrets = regrets.map(|scene| scene.resampled_regret(place, random));
             Some(Self::of(&regrets.collect::<Option<Vec<_>>>()?)?.l2a)
