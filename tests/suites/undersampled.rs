@@ -55,6 +55,19 @@ fn messages_arrive_line_by_line() {
     }
 }
 
+/// A bright disc lies behind one of the small LEDs. While that LED is On, the disc outshines the others so far that a comparison of the
+/// frame's LEDs alone reads all others as Off, and the panel seems to be gone: then 4 of 10 frames are read.
+#[test]
+fn a_bright_disc_behind_an_led_does_not_hide_the_panel() {
+    const FRAMES: usize = 90;
+    let fate = received(Film {
+        frames: FRAMES,
+        ..Film::of_rolling_camera(1027)
+    });
+    assert!(fate.delivered.is_some() && fate.wrong == 0, "{fate:?}");
+    assert!(10 * fate.read >= 7 * FRAMES, "{fate:?}");
+}
+
 /// Frames of a still panel keep their sign: no reading is the complement of the panel.
 #[test]
 fn still_panels_have_no_carrier() {

@@ -61,15 +61,26 @@ const STEADY_FRAMES: u64 = 8;
 #[cfg(feature = "carrier")]
 const TOO_FINE_FRAMES: u8 = 4;
 
-/// A track corrected by a frame, the reading of the frame, and the share of the light there that the panel explains.
-type Followed = (Track, Reading, f32);
+/// A track corrected by a frame.
+struct Followed {
+    track: Track,
+    reading: Reading,
+    /// The share of the light there that the panel explains.
+    explained: f32,
+    /// Whether the configured method has read the frame, not only the fast detector.
+    is_read_well: bool,
+}
 
 /// The attempt that explains clearly more light; the first if neither does. If the first attempt has no reading, edges and walls explain as
 /// much as a panel, and only bits as random as a message's distinguish a panel from them.
 fn better(here: Result<Followed, Loss>, elsewhere: Result<Followed, Loss>) -> Result<Followed, Loss> {
     match (here, elsewhere) {
-        (Ok(here), Ok(elsewhere)) if elsewhere.2 > here.2 + CLEARLY || 1.0 - elsewhere.2 < CLEARLY_LEFT * (1.0 - here.2) => Ok(elsewhere),
-        (Err(_), Ok(elsewhere)) if is_random(elsewhere.1.detection.bits.bits()) => Ok(elsewhere),
+        (Ok(here), Ok(elsewhere))
+            if elsewhere.explained > here.explained + CLEARLY || 1.0 - elsewhere.explained < CLEARLY_LEFT * (1.0 - here.explained) =>
+        {
+            Ok(elsewhere)
+        }
+        (Err(_), Ok(elsewhere)) if is_random(elsewhere.reading.detection.bits.bits()) => Ok(elsewhere),
         (here, _) => here,
     }
 }
@@ -383,9 +394,14 @@ impl Reader {
             locator: input.locator,
             tools: input.tools,
         };
-        let (corrected, reading, explained) = self.correct(&track, &mut input, profile)?;
+        let Followed {
+            track: corrected,
+            reading,
+            explained,
+            is_read_well,
+        } = self.correct(&track, &mut input, profile)?;
         let spots = corrected.spots();
-        let reading = if self.reads_well_at_once(&track) {
+        let reading = if is_read_well {
             let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
             Reading { corners, ..reading }
         } else {
@@ -442,14 +458,15 @@ impl Reader {
         profile: &mut impl Profile,
     ) -> Result<Followed, Loss> {
         let expected = input.expected;
-        let here = self.attempt(track, expected, Gate::SURE, input, profile);
+        let is_read_well = self.reads_well_at_once(track);
+        let here = self.attempt(track, expected, Gate::SURE, is_read_well, input, profile);
         let is_known = track.speed_known() || input.is_placed;
         // As long as the panel's motion is unknown, bits may look right one line off.
         let here = match here {
-            Ok(here) if is_known && here.0.is_on_course() => return Ok(here),
+            Ok(here) if is_known && here.track.is_on_course() => return Ok(here),
             Ok(here) if is_known => {
                 let here = self.on_its_line(track, Ok(here), input, profile);
-                if !matches!(&here, Ok((now, _, explained)) if now.may_be_elsewhere(*explained)) {
+                if !matches!(&here, Ok(now) if now.track.may_be_elsewhere(now.explained)) {
                     return here;
                 }
                 here
@@ -458,8 +475,8 @@ impl Reader {
             Err(Loss::Coasting {
                 why: TrackError::DoesNotFit { .. },
                 ..
-            }) if is_known && track.is_on_course() => match self.attempt(track, expected, Gate::STILL, input, profile) {
-                Ok(here) if here.0.is_on_course() => return Ok(here),
+            }) if is_known && track.is_on_course() => match self.attempt_still(track, is_read_well, input, profile) {
+                Ok(here) if here.track.is_on_course() => return Ok(here),
                 here => here,
             },
             here => here,
@@ -472,14 +489,38 @@ impl Reader {
             // The rest of a panel at the picture's edge looks like a panel that is one line off.
             (Some(near), here @ Err(Loss::Cells(_))) if !has_room(&near, input.frame) => here,
             (Some(near), here) if !near.is_close_to(&expected) && !self.is_held(track, &expected, &near) => {
-                let elsewhere = self.attempt(track, near, Gate::ELSEWHERE, input, profile);
+                let elsewhere = self.attempt(track, near, Gate::ELSEWHERE, is_read_well, input, profile);
                 let elsewhere = self.on_its_line(track, elsewhere, input, profile);
                 better(here, elsewhere)
             }
             (_, Ok(here)) => Ok(here),
-            (Some(_), Err(_)) => self.attempt(track, expected, Gate::STILL, input, profile),
+            (Some(_), Err(_)) => self.attempt(track, expected, Gate::STILL, is_read_well, input, profile),
             (None, Err(loss)) => Err(loss),
         }
+    }
+
+    /// The attempt at the expected place of a panel that has been on course: by the fast detector, and, if its bits do not fit, by the
+    /// configured method, which knows each LED's usual light. The fast detector compares the LEDs of one frame only: if light behind one of
+    /// them outshines the others, it reads all others as Off.
+    fn attempt_still<const N: usize>(
+        &mut self,
+        track: &Track,
+        is_read_well: bool,
+        input: &mut Input<'_, '_, '_, N>,
+        profile: &mut impl Profile,
+    ) -> Result<Followed, Loss> {
+        let expected = input.expected;
+        let here = self.attempt(track, expected, Gate::STILL, is_read_well, input, profile);
+        #[cfg(feature = "surroundings")]
+        if here.is_err() && !is_read_well && self.method == Method::MaximumLikelihood {
+            let learnt = input.tools.likelihood.experience();
+            let here = self.attempt(track, expected, Gate::STILL, true, input, profile);
+            if here.is_err() {
+                input.tools.likelihood.set_experience(learnt);
+            }
+            return here;
+        }
+        here
     }
 
     /// Whether a panel that hardly moves is still on `lattice`, because LEDs that have been lit there would be missing on `there`.
@@ -504,12 +545,12 @@ impl Reader {
         let mut found = attempt?;
         for _ in 0..LINES_MOVED {
             let observation = observation(input.frame, input.locator);
-            let beside = found.0.line_beside(observation, input.tools.residuals);
+            let beside = found.track.line_beside(observation, input.tools.residuals);
             let Some(beside) = beside.filter(|beside| !self.is_held(track, &input.expected, beside)) else {
                 break;
             };
-            match self.attempt(track, beside, Gate::ELSEWHERE, input, profile) {
-                Ok(other) if other.2 > found.2 => found = other,
+            match self.attempt(track, beside, Gate::ELSEWHERE, found.is_read_well, input, profile) {
+                Ok(other) if other.explained > found.explained => found = other,
                 _ => break,
             }
         }
@@ -623,12 +664,13 @@ impl Reader {
         }
     }
 
-    /// Reads the panel on `lattice` and corrects the track by the frame.
+    /// Reads the panel on `lattice`, with the configured method if `is_read_well`, and corrects the track by the frame.
     fn attempt<const N: usize>(
         &mut self,
         track: &Track,
         lattice: Lattice,
         gate: Gate,
+        is_read_well: bool,
         input: &mut Input<'_, '_, '_, N>,
         profile: &mut impl Profile,
     ) -> Result<Followed, Loss> {
@@ -638,7 +680,7 @@ impl Reader {
                 Loss::Detect(why) => TrackError::from(why).into(),
                 other => other,
             })?;
-        if self.reads_well_at_once(track) {
+        if is_read_well {
             let Input { frame, tools, .. } = &mut *input;
             let spots = LatticeModel { lattice, ..*track.spots() };
             reading = self.read_well(frame, &spots, reading, tools, profile)?;
@@ -656,7 +698,12 @@ impl Reader {
             )
         });
         let (track, explained) = corrected?;
-        Ok((track, reading, explained))
+        Ok(Followed {
+            track,
+            reading,
+            explained,
+            is_read_well,
+        })
     }
 
     /// Reads the panel with a fast detector, which suffices for following it.
@@ -805,7 +852,12 @@ mod tests {
             let corners = Scene::PLAIN.corners();
             let spots = spots_on(Lattice::through(&corners), 1.5);
             let detection = Detection::new(PanelFrame::from_bits(bits), [20.0; LEDS]);
-            Ok((Track::new(spots, 0, (96, 96)), Reading { corners, detection }, explained))
+            Ok(Followed {
+                track: Track::new(spots, 0, (96, 96)),
+                reading: Reading { corners, detection },
+                explained,
+                is_read_well: false,
+            })
         };
         let lost = || Err(TrackError::OutOfFrame.into());
         // No LED On, all On, and five whole rows.
@@ -815,6 +867,6 @@ mod tests {
         assert!(better(lost(), followed(Scene::PLAIN.bits, 0.9)).is_ok());
         // If both places are read, only the light decides.
         let both = better(followed(Scene::PLAIN.bits, 0.5), followed(0, 0.9));
-        assert!(both.is_ok_and(|(_, _, explained)| explained == 0.9));
+        assert!(both.is_ok_and(|followed| followed.explained == 0.9));
     }
 }
