@@ -91,7 +91,7 @@ async fn capture_frames(mut capture: Capture) {
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
-    let mut chip = embassy_rp::init(Default::default());
+    let chip = embassy_rp::init(Default::default());
     let mut watchdog = Watchdog::new(chip.WATCHDOG);
     let was_reset = watchdog.reset_reason().is_some();
     watchdog.start(WATCHDOG);

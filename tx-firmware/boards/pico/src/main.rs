@@ -75,7 +75,7 @@ unsafe fn SWI_IRQ_0() {
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
-    let mut board = embassy_rp::init(Default::default());
+    let board = embassy_rp::init(Default::default());
     let mut watchdog = Watchdog::new(board.WATCHDOG);
     let was_reset = watchdog.reset_reason().is_some();
     watchdog.start(WATCHDOG);
