@@ -511,16 +511,13 @@ impl Reader {
     ) -> Result<Followed, Loss> {
         let expected = input.expected;
         let here = self.attempt(track, expected, Gate::STILL, is_read_well, input, profile);
-        #[cfg(feature = "surroundings")]
-        if here.is_err() && !is_read_well && self.method == Method::MaximumLikelihood {
-            let learnt = input.tools.likelihood.experience();
-            let here = self.attempt(track, expected, Gate::STILL, true, input, profile);
-            if here.is_err() {
-                input.tools.likelihood.set_experience(learnt);
-            }
+        let is_read_again = cfg!(feature = "surroundings") && !is_read_well && self.method == Method::MaximumLikelihood;
+        if here.is_ok() || !is_read_again {
             return here;
         }
-        here
+        let learnt = input.tools.likelihood.experience();
+        let read_well = self.attempt(track, expected, Gate::STILL, true, input, profile);
+        read_well.inspect_err(|_| input.tools.likelihood.set_experience(learnt))
     }
 
     /// Whether a panel that hardly moves is still on `lattice`, because LEDs that have been lit there would be missing on `there`.
