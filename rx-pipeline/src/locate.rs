@@ -172,6 +172,8 @@ pub enum Effort {
     Spare(u64),
     /// A share of one level of larger pixels, beside other levels: fewer poses, and only panels for which the next level is too coarse.
     Level(u64),
+    /// The highest changed peak alone, if it is above the noise and the camera at rest: for a level whose turn it is not.
+    Changes,
 }
 
 impl Effort {
@@ -180,7 +182,7 @@ impl Effort {
             Self::Spots | Self::Full => u32::MAX,
             Self::Share(_) => share.into(),
             Self::Spare(_) => spare.min(share.into()),
-            Self::Level(_) => 1,
+            Self::Level(_) | Self::Changes => 1,
         }
     }
 
@@ -189,14 +191,22 @@ impl Effort {
         matches!(self, Self::Spare(_))
     }
 
-    /// The part of `places` changed places to search, and the turn of their poses if not all are tried.
-    fn changed(self, places: usize, in_motion: bool) -> (Range<usize>, Option<usize>) {
-        let Self::Spare(number) = self else {
-            return (0..places, None);
-        };
+    /// The part of `places` changed places to search, and the turn of their poses if not all are tried. `turns` counts the frames with
+    /// changed places, because a count of all frames would meet a panel that changes with every second one at every second turn only.
+    fn changed(self, places: usize, in_motion: bool, turns: &mut u64) -> (Range<usize>, Option<usize>) {
+        match self {
+            Self::Changes => return (0..places.min(1), None),
+            Self::Spare(_) if places > 0 => {}
+            _ => return (0..places, None),
+        }
+        *turns = turns.wrapping_add(1);
         // In motion, changes are everywhere and seldom a panel's.
-        let (turn, is_due) = if in_motion { (number / 2, number % 2 == 0) } else { (number, true) };
-        if places == 0 || !is_due {
+        let (turn, is_due) = if in_motion {
+            (*turns / 2, turns.is_multiple_of(2))
+        } else {
+            (*turns, true)
+        };
+        if !is_due {
             return (0..0, None);
         }
         let places = places as u64;
@@ -208,7 +218,7 @@ impl Effort {
     fn busy(self, places: usize) -> (impl Fn(usize, Ground) -> bool, &'static [Ground]) {
         let another = |number: u64| ALWAYS + (number % (BUSY_PEAKS - ALWAYS) as u64) as usize;
         let grounds = match self {
-            Self::Spots => &[][..],
+            Self::Spots | Self::Changes => &[][..],
             Self::Full => &[Ground::Around, Ground::Edges, Ground::Smooth, Ground::Holes],
             Self::Share(number) if number % HOLES_EVERY == HOLES_EVERY - 1 => &[Ground::Around, Ground::Holes],
             Self::Share(_) => &[Ground::Around, Ground::Edges],
@@ -220,18 +230,13 @@ impl Effort {
             Self::Level(_) => &[Ground::Around],
         };
         let chosen = move |rank: usize, ground: Ground| match self {
-            Self::Spots => true,
+            Self::Spots | Self::Changes => true,
             Self::Full => rank < ground.places(places),
             Self::Share(number) | Self::Level(number) => rank < ALWAYS || rank == another(number),
             // In eight frames each of the highest peaks is tried with each ground.
             Self::Spare(number) => rank == ((number / 2 + number / 4) % ALWAYS as u64) as usize || rank == another(number / 4),
         };
         (chosen, grounds)
-    }
-
-    /// Whether it searches all levels of a frame at once.
-    pub(crate) fn searches_all_levels(self) -> bool {
-        matches!(self, Self::Spots | Self::Full)
     }
 
     /// Poses tried at a busy place, at most.
@@ -242,7 +247,7 @@ impl Effort {
     /// The side of the largest panel in the search, in pixels.
     fn largest_px(self) -> f32 {
         match self {
-            Self::Level(_) => LEVEL_SIDE_MAX_PX,
+            Self::Level(_) | Self::Changes => LEVEL_SIDE_MAX_PX,
             Self::Spare(number) if !(number / 2).is_multiple_of(LARGE_EVERY) => LEVEL_SIDE_MAX_PX,
             _ => *SIDE_PX.end(),
         }
@@ -330,7 +335,12 @@ impl Locator {
     ) -> Result<Location, LocateError> {
         let same_size = |other: &&Frame<'_>| (other.width(), other.height()) == (frame.width(), frame.height());
         let Workspace { residuals, search } = workspace;
-        let SearchMemory { busy, changed, suspects } = search;
+        let SearchMemory {
+            busy,
+            changed,
+            suspects,
+            turns,
+        } = search;
         let suspected = suspects.begin();
         let survey = profile.timed(Stage::Survey, || {
             Survey::<BUSY_PEAKS>::of(frame, earlier.iter().find(same_size), busy, changed)
@@ -358,6 +368,13 @@ impl Locator {
             suspects.keep(suspect);
             None
         };
+        let is_clear = survey
+            .changed
+            .first()
+            .is_some_and(|peak| peak.strength > survey.noise_of_change_grey);
+        if effort == Effort::Changes && (in_motion || !is_clear) {
+            return Err(attempt.failure());
+        }
         if effort == Effort::Spots {
             let view = View {
                 ground: Ground::Edges,
@@ -380,7 +397,7 @@ impl Locator {
             }
         }
         let changed = survey.changed.iter().filter(unknown).take(CHANGED_PEAKS);
-        let (places, turn) = effort.changed(changed.clone().count(), in_motion);
+        let (places, turn) = effort.changed(changed.clone().count(), in_motion, turns);
         for peak in changed.take(places.end).skip(places.start) {
             is_faint = false;
             attempt.turn = turn;
@@ -651,6 +668,24 @@ mod tests {
             light
         };
         (0..SIDE * SIDE).map(|i| (118.0 * light(i).powf(1.0 / 2.2)).round() as u8).collect()
+    }
+
+    #[test]
+    fn each_changed_place_and_pose_has_its_turn_at_any_symbol_rate() {
+        for frames_per_symbol in 1..=8 {
+            let mut turns = 0;
+            let mut met = std::collections::BTreeSet::new();
+            for frame in 0..frames_per_symbol * CHANGED_PEAKS as u64 * SPARE_TURNS {
+                let changed = if frame.is_multiple_of(frames_per_symbol) {
+                    CHANGED_PEAKS
+                } else {
+                    0
+                };
+                let (places, turn) = Effort::Spare(frame).changed(changed, false, &mut turns);
+                met.extend(turn.map(|turn| (places.start, turn)));
+            }
+            assert_eq!(met.len(), CHANGED_PEAKS * SPARE_TURNS as usize, "{frames_per_symbol}");
+        }
     }
 
     #[test]

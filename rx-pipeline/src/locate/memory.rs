@@ -10,6 +10,8 @@ pub struct SearchMemory {
     pub(super) busy: Tiles,
     pub(super) changed: Tiles,
     pub(crate) suspects: Suspects,
+    /// Number of searches of one changed place.
+    pub(super) turns: u64,
 }
 
 impl SearchMemory {
@@ -18,6 +20,7 @@ impl SearchMemory {
         busy: Tiles::new(),
         changed: Tiles::new(),
         suspects: Suspects::NONE,
+        turns: 0,
     };
 
     /// Empty memory. On a computer, `Box::default()` creates it on the heap.

@@ -2,8 +2,8 @@
 //! next.
 //!
 //! A search finds panels of 14 to 110 px. The pixels of each level are four times as wide as those of the one before, so that the ranges
-//! overlap. A level has a sixteenth as many pixels, so drawing it costs no more than a survey of the frame. For each frame, one level is
-//! searched before the frame itself, because on the level that suits a panel none of its parts look like a panel.
+//! overlap. A level has a sixteenth as many pixels, so drawing it costs no more than a survey of the frame. For each frame, the
+//! levels are searched before the frame itself, because on the level that suits a panel none of its parts look like a panel.
 
 use super::history::{History, SLOTS};
 use crate::coarse::Grid;
@@ -35,6 +35,7 @@ impl<const PIXELS: usize> LevelQuery<'_, PIXELS> {
     pub fn at(
         &mut self,
         grid: &Grid,
+        effort: Effort,
         frame: &Frame<'_>,
         earlier: &[Frame<'_>],
         suspects: &mut Suspects,
@@ -47,7 +48,7 @@ impl<const PIXELS: usize> LevelQuery<'_, PIXELS> {
         workspace.search.suspects = core::mem::take(suspects);
         let found = if *grid == Grid::FRAME {
             let known = self.known;
-            self.locator.search(frame, earlier, known, self.effort, workspace, profile)
+            self.locator.search(frame, earlier, known, effort, workspace, profile)
         } else {
             let known: Vec<Corners, MOST_KNOWN> = self
                 .known
@@ -56,10 +57,6 @@ impl<const PIXELS: usize> LevelQuery<'_, PIXELS> {
                 .take(MOST_KNOWN)
                 .collect();
             let locator = self.locator.seen_in(grid);
-            let effort = match self.effort {
-                Effort::Share(number) | Effort::Spare(number) => Effort::Level(number),
-                other => other,
-            };
             locator
                 .search(frame, earlier, &known, effort, workspace, profile)
                 .and_then(|location| location.in_frame(grid))
@@ -76,8 +73,6 @@ const MOST_KNOWN: usize = 16;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Levels {
     level: [Level; LEVELS],
-    /// The level that was searched last; one is searched per frame.
-    turn: usize,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -118,38 +113,49 @@ impl Levels {
         }
     }
 
-    /// The panel on one level: first the coarsest, with the next frame the next one. If time does not count, the panel on any level.
+    /// The panel on one level, the coarsest first. If time counts, only the level whose turn it is is searched as a whole, and the others for
+    /// what has changed, because a new symbol may always fall on the other levels' turns.
     pub fn find<const PIXELS: usize>(
         &mut self,
         buffer: &[u8],
         query: &mut LevelQuery<'_, PIXELS>,
         profile: &mut impl Profile,
     ) -> Option<Location> {
-        let turns = if query.effort.searches_all_levels() { LEVELS } else { 1 };
-        (0..turns).find_map(|_| {
-            self.turn = self.turn.checked_sub(1).unwrap_or(LEVELS - 1);
-            self.find_in_turn(buffer, query, profile)
+        (0..LEVELS).rev().find_map(|level| {
+            let (turn, number) = match query.effort {
+                Effort::Share(number) => (number % LEVELS as u64, number),
+                // Two frames of four are nobody's turn.
+                Effort::Spare(number) => (number % (2 * LEVELS as u64), number),
+                other => return self.find_on(level, other, buffer, query, profile),
+            };
+            let effort = match turn as usize + level == LEVELS - 1 {
+                true => Effort::Level(number),
+                false => Effort::Changes,
+            };
+            self.find_on(level, effort, buffer, query, profile)
         })
     }
 
-    fn find_in_turn<const PIXELS: usize>(
+    fn find_on<const PIXELS: usize>(
         &mut self,
+        level: usize,
+        effort: Effort,
         buffer: &[u8],
         query: &mut LevelQuery<'_, PIXELS>,
         profile: &mut impl Profile,
     ) -> Option<Location> {
-        let before = self.level.iter().take(self.turn);
+        let grid = Grid::of_side(LEVEL_SIDE.pow(level as u32 + 1));
+        let before = self.level.iter().take(level);
         let start = before
             .filter_map(|level| level.size)
             .map(|(width, height)| SLOTS * width * height)
             .sum::<usize>();
-        let level = self.level.get_mut(self.turn)?;
+        let level = self.level.get_mut(level)?;
         let size = level.size?;
         let frames = level.history.frames(buffer.get(start..)?, size, SLOTS);
         let (latest, earlier) = frames.split_first()?;
-        let grid = Grid::of_side(LEVEL_SIDE.pow(self.turn as u32 + 1));
         let suspects = &mut level.suspects;
-        query.at(&grid, latest, earlier, suspects, profile).ok()
+        query.at(&grid, effort, latest, earlier, suspects, profile).ok()
     }
 }
 

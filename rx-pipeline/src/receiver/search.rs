@@ -140,19 +140,12 @@ impl<const PIXELS: usize, L: BorrowMut<SearchMemory>, H: BorrowMut<[u8]>> Search
         profile.begins(Stage::Survey);
         self.levels.draw(frame, for_levels);
         profile.ends(Stage::Survey);
-        // Each level's turn comes in every second frame, or in every fourth after failed searches.
-        let are_left_out = matches!(first, Effort::Spare(number) if number % 4 >= 2);
         let mut look = |effort| {
             query.effort = effort;
-            let near = if are_left_out {
-                None
-            } else {
-                self.levels.find(for_levels, &mut query, profile)
-            };
-            near.map_or_else(
+            self.levels.find(for_levels, &mut query, profile).map_or_else(
                 || {
                     let earlier = self.history.frames(for_frames, size, KEPT_FRAMES);
-                    query.at(&Grid::FRAME, frame, &earlier, &mut self.suspects, profile)
+                    query.at(&Grid::FRAME, effort, frame, &earlier, &mut self.suspects, profile)
                 },
                 Ok,
             )

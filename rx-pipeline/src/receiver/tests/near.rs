@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::cells::CellsError;
+use link::scramble::split_mix64;
 
 type Whole = Receiver<25_600, Box<ReceiverMemory<25_600>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>;
 
@@ -77,6 +78,45 @@ fn panels_of_any_size_are_found_at_once() {
         let (number, reading) = first_reading([1000, 960], &truth, panel.bits());
         assert_eq!(reading.detection.bits, panel, "{pitch}");
         assert!(number < 2 && off(&reading.corners, &truth) < 0.1 * pitch, "{pitch}");
+    }
+}
+
+/// A new symbol in every second frame, or less often, always shows in the frames in which the same level has its turn.
+#[test]
+fn a_near_panel_of_slow_symbols_is_found_at_any_phase() {
+    let size = [480, 360];
+    let noise = |frame: u64, pixel: usize| (split_mix64(frame << 32 | pixel as u64) % 7) as i16 - 3;
+    // On every level, blocks that stand out more than the panel's LEDs.
+    let block = |pixel: usize, side: usize| {
+        let [x, y] = [pixel % size[0] / side, pixel / size[0] / side];
+        (split_mix64((x + 1000 * y + side) as u64) % 120) as i16 - 60
+    };
+    let texture = |pixel: usize| block(pixel, 7) + block(pixel, 28);
+    for pitch in [20.0, 34.0] {
+        for frames_per_symbol in 1..=4 {
+            for phase in 0..frames_per_symbol {
+                let truth = square([241.0, 178.5], pitch);
+                let mut receiver = receiver_of(size[0], size[1]);
+                let panels = panels(30);
+                let right = (0..24).find(|&number| {
+                    let bits = panels[((number + phase) / frames_per_symbol) as usize].bits();
+                    let mut pixels = draw(size, &truth, bits);
+                    for (i, pixel) in pixels.iter_mut().enumerate() {
+                        let [x, y] = [i % size[0], i / size[0]].map(|c| c as f32);
+                        let is_around = (x - 241.0).abs().max((y - 178.5).abs()) > 4.4 * pitch;
+                        let light = i16::from(*pixel) + noise(number, i) + if is_around { texture(i) } else { 0 };
+                        *pixel = light.clamp(0, 255) as u8;
+                    }
+                    let frame = Frame::new(&pixels, size[0], size[1]).unwrap();
+                    let reading = receiver.frame(number, &frame).reading;
+                    reading.is_ok_and(|reading| off(&reading.corners, &truth) < 0.2 * pitch)
+                });
+                assert!(
+                    right.is_some_and(|number| number <= 2 * frames_per_symbol + 1),
+                    "{pitch} px, a symbol of {frames_per_symbol} frames from phase {phase}: found in frame {right:?}"
+                );
+            }
+        }
     }
 }
 
