@@ -89,7 +89,7 @@ enum Command {
     Optimize(commands::optimize::Arguments),
     /// The L2A table: show and check it, write it to a transmitter, read and compare it.
     Table(commands::table::Arguments),
-    /// The panels that the transmitter shows for a message.
+    /// The panels that the transmitter shows for a message, one a line: 16 hexadecimal digits, bit 8·row + column, 1 for On.
     Transmit(commands::transmit::Arguments),
     /// The bits of single pictures.
     Decode(commands::decode::Arguments),

@@ -120,7 +120,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     }
     if answer == Verdict::No && arguments.leaves_places() {
         output::tell(format_args!(
-            "vocc: {} places of a picture were searched; --places {BUSY_PEAKS} searches all busy places, and takes longer",
+            "vocc: the {} busiest places of a picture were searched. Crop it to the panel, try --places {BUSY_PEAKS}, which takes longer, or \
+             read a film with `vocc receive`, which finds the panel by its changes",
             arguments.places
         ));
     }

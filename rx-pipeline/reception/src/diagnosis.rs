@@ -19,6 +19,8 @@ const OFTEN_COVERED: f32 = 0.05;
 const OFTEN_EVEN: f32 = 0.5;
 /// An exposure of half a cycle of 1440 Hz, the usual carrier, in seconds.
 const HALF_A_CYCLE_S: f64 = 0.5 / 1440.0;
+/// Changes a frame from which the panel may show more symbols than there are frames. At the fastest usual rate, 9 of 10 frames change.
+const EVERY_FRAME: f32 = 0.97;
 /// Symbols of a message of a few words, sent twice.
 const SHORT: usize = 20;
 
@@ -36,13 +38,17 @@ impl LinkRates {
     /// The advice to check the rates; `has_options` says whether it may name the command line's options.
     fn doubt(&self, has_options: bool) -> String {
         let Self { symbols_hz, fps, .. } = self;
-        let seen = self.changes_hz.map_or_else(String::new, |changes| {
-            format!("; here the panel changes about {changes:.0} times a second")
-        });
-        let [symbols, frames] = match has_options {
-            true => [" (--symbol-rate)", " (--fps)"],
-            false => [""; 2],
+        let [symbols, frames, slower] = match has_options {
+            true => [" (--symbol-rate)", " (--fps)", " (`vocc device rate`)"],
+            false => [""; 3],
         };
+        let seen = self.changes_hz.map_or_else(String::new, |changes| {
+            let too_fast = match changes > EVERY_FRAME * fps {
+                true => format!(", with every frame; if it shows more than {fps} symbols, film faster or lower its symbol rate{slower}"),
+                false => String::new(),
+            };
+            format!("; here the panel changes about {changes:.0} times a second{too_fast}")
+        });
         format!(
             "check that the rates are right, {symbols_hz} symbols a second{symbols} and {fps} frames a second{frames}. The Pico shows 90 \
              symbols{seen}"
@@ -98,7 +104,7 @@ impl Diagnosis {
         if self.read == 0 {
             if frames > 0 {
                 let look = match has_options {
-                    true => "; look at a frame, and try it with `vocc decode FRAME --corners …`",
+                    true => "; look at a frame, and try it with `vocc decode FRAME`",
                     false => "",
                 };
                 lines.push(format!(
@@ -216,6 +222,23 @@ mod tests {
         let features = Features::measure(&Frame::new(&pixels, 40, 40).unwrap(), &map).unwrap();
         let detection = Detector::KMeans.detect(&features).unwrap();
         Reading { corners, detection }
+    }
+
+    #[test]
+    fn a_panel_that_changes_with_every_frame_may_be_too_fast() {
+        let advice = |changes_hz| {
+            let mut diagnosis = Diagnosis::default();
+            (0..60).for_each(|_| diagnosis.count(&Ok(reading())));
+            let rates = LinkRates {
+                symbols_hz: 27.0,
+                fps: 30.0,
+                changes_hz: Some(changes_hz),
+            };
+            diagnosis.lines(&rates, None, true).pop().unwrap()
+        };
+        let too_fast = "if it shows more than 30 symbols, film faster or lower its symbol rate (`vocc device rate`)";
+        assert!(advice(30.0).contains(too_fast), "{}", advice(30.0));
+        assert!(!advice(27.0).contains("film faster"), "{}", advice(27.0));
     }
 
     #[test]

@@ -76,10 +76,10 @@ pub struct Arguments {
     progressive: bool,
     /// Frames a second of the camera. Default: those of the film or the y4m stream, else 100. If the folder has a file timestamps.csv
     /// (lines of a frame's name or number, a comma, and its time in seconds), its times are used instead.
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", value_parser = per_second)]
     fps: Option<f32>,
     /// Symbols a second of the transmitter. Without it, 90, the Pico's rate, and other usual rates are tried.
-    #[arg(long, value_name = "F")]
+    #[arg(long, value_name = "F", value_parser = per_second)]
     symbol_rate: Option<f32>,
     /// best, ml, kmeans, kmeans-raw or otsu.
     #[arg(long, default_value = "best")]
@@ -159,6 +159,14 @@ fn size(text: &str) -> Result<(usize, usize), String> {
         _ => Err(format!(
             "{text:?} is not WIDTHxHEIGHT of 1 to {SIDE_MAX} pixels each, such as 1920x1080"
         )),
+    }
+}
+
+/// Parses a rate of frames or symbols.
+fn per_second(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(rate) if (0.001..=100_000.0).contains(&rate) => Ok(rate),
+        _ => Err("give 0.001 to 100000 a second".into()),
     }
 }
 
