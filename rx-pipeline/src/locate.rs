@@ -341,10 +341,19 @@ impl Locator {
             suspects,
             turns,
         } = search;
-        let suspected = suspects.begin();
         let survey = profile.timed(Stage::Survey, || {
             Survey::<BUSY_PEAKS>::of(frame, earlier.iter().find(same_size), busy, changed)
         });
+        let in_motion = survey.noise_of_change_grey > IN_MOTION.0 * survey.noise_grey + IN_MOTION.1;
+        let is_clear = survey
+            .changed
+            .first()
+            .is_some_and(|peak| peak.strength > survey.noise_of_change_grey);
+        if effort == Effort::Changes && (in_motion || !is_clear) {
+            return Err(LocateError::NothingStandsOut);
+        }
+        // Searches that see no change leave the suspects as they are.
+        let suspected = suspects.begin();
         let unknown = |peak: &&Peak| known.iter().all(|corners| !near(corners, peak.centre));
         let mut attempt = Attempt {
             locator: self,
@@ -355,7 +364,6 @@ impl Locator {
             turn: None,
             budget: effort.budget(self.settings.changed_poses, SPARE_POSES[0]),
         };
-        let in_motion = survey.noise_of_change_grey > IN_MOTION.0 * survey.noise_grey + IN_MOTION.1;
         let enough = if in_motion { FAINT_IN_MOTION } else { FAINT };
         let mut is_faint = false;
         // Returns a panel found by a change if it is certain, and keeps it as a suspect otherwise.
@@ -368,13 +376,6 @@ impl Locator {
             suspects.keep(suspect);
             None
         };
-        let is_clear = survey
-            .changed
-            .first()
-            .is_some_and(|peak| peak.strength > survey.noise_of_change_grey);
-        if effort == Effort::Changes && (in_motion || !is_clear) {
-            return Err(attempt.failure());
-        }
         if effort == Effort::Spots {
             let view = View {
                 ground: Ground::Edges,
