@@ -42,7 +42,7 @@ impl Surroundings {
         false
     }
 
-    pub fn place(&self, _: &Frame<'_>, _: &Lattice, _: f32, _: &mut Tiles) -> Placement {
+    pub fn place(&self, _: &Frame<'_>, _: &Lattice, _: &Lattice, _: f32, _: &mut Tiles) -> Placement {
         Placement
     }
 }

@@ -4,6 +4,9 @@
 //! two levels, whichever, and if everything around them looks as before. Its rating is the log odds against a part of the picture without a
 //! panel, with the grey levels of the whole picture's histogram.
 //!
+//! A panel may also move by itself while the camera rests. Then only its LEDs and the places next to them, which are on its board, tell its
+//! place, and the ground is compared where the panel was last seen.
+//!
 //! The picture is drawn in tiles a quarter of the LEDs' pitch wide, rotated with the panel. The odds of a candidate are then a sum of table
 //! look-ups: over the 64 LEDs for every candidate, and over the surroundings for those that the LEDs leave likely.
 
@@ -197,13 +200,14 @@ impl Surroundings {
         deviation * deviation
     }
 
-    /// The likeliest place of a panel that is usually `spread` pitches from its expected place, in the same exposure or a changed one.
-    pub fn place(&self, frame: &Frame<'_>, expected: &Lattice, spread: f32, tiles: &mut Tiles) -> Placement {
-        let placement = self.place_as_exposed(frame, expected, spread, tiles);
+    /// The likeliest place of a panel that was last seen on `last` and is usually `spread` pitches from its expected place, in the same
+    /// exposure or a changed one.
+    pub fn place(&self, frame: &Frame<'_>, expected: &Lattice, last: &Lattice, spread: f32, tiles: &mut Tiles) -> Placement {
+        let placement = self.place_as_exposed(frame, expected, last, spread, tiles);
         let Some(change) = self.exposure_change(frame, expected) else {
             return placement;
         };
-        let changed = self.brightened(change).place_as_exposed(frame, expected, spread, tiles);
+        let changed = self.brightened(change).place_as_exposed(frame, expected, last, spread, tiles);
         if changed.highest() > placement.highest() {
             changed
         } else {
@@ -211,19 +215,19 @@ impl Surroundings {
         }
     }
 
-    fn place_as_exposed(&self, frame: &Frame<'_>, expected: &Lattice, spread: f32, tiles: &mut Tiles) -> Placement {
-        let placement = self.place_near(frame, expected, spread, tiles);
+    fn place_as_exposed(&self, frame: &Frame<'_>, expected: &Lattice, last: &Lattice, spread: f32, tiles: &mut Tiles) -> Placement {
+        let placement = self.place_near(frame, expected, last, spread, tiles);
         let Some(Peak { lattice, odds, .. }) = placement.peaks.first().filter(|_| placement.is_at_edge()) else {
             return placement;
         };
-        let farther = self.place_near(frame, lattice, spread, tiles);
+        let farther = self.place_near(frame, lattice, last, spread, tiles);
         let as_expected = farther.as_expected + placement.as_expected - odds;
         Placement { as_expected, ..farther }
     }
 
-    fn place_near(&self, frame: &Frame<'_>, expected: &Lattice, spread: f32, tiles: &mut Tiles) -> Placement {
+    fn place_near(&self, frame: &Frame<'_>, expected: &Lattice, last: &Lattice, spread: f32, tiles: &mut Tiles) -> Placement {
         tiles.draw(frame, expected);
-        let odds = Odds::new(self, tiles, expected, spread.max(LEAST_SPREAD));
+        let odds = Odds::new(self, tiles, expected, last, spread.max(LEAST_SPREAD));
         let mut peaks = odds.peaks();
         peaks.sort_unstable_by(|a, b| b.odds.total_cmp(&a.odds));
         Placement {
@@ -306,7 +310,7 @@ mod tests {
         let centre = [scene.centre[0] + by[0], scene.centre[1] + by[1]];
         let now = Scene { centre, bits, ..scene };
         let mut tiles = Tiles::EMPTY;
-        let placement = surroundings.place(&now.render().frame(), &lattice, 0.5, &mut tiles);
+        let placement = surroundings.place(&now.render().frame(), &lattice, &lattice, 0.5, &mut tiles);
         let [x, y] = placement.peaks[0].lattice.centre;
         let truth = Lattice::through(&now.corners()).centre;
         ((x - truth[0]).hypot(y - truth[1]) / scene.pitch_px, placement)
@@ -355,7 +359,7 @@ mod tests {
             let frame = rendered.frame();
             assert!(!surroundings.agrees_as_exposed(&frame, &there), "{exposure}, {by:?}");
             assert!(surroundings.agrees(&frame, &there), "{exposure}, {by:?}");
-            let placement = surroundings.place(&frame, &lattice, 0.5, &mut tiles);
+            let placement = surroundings.place(&frame, &lattice, &lattice, 0.5, &mut tiles);
             let [x, y] = placement.peaks[0].lattice.centre;
             let off = (x - there.centre[0]).hypot(y - there.centre[1]) / WALL.pitch_px;
             assert!(off < 0.2, "{off} pitches off, exposure {exposure}, moved by {by:?} px");

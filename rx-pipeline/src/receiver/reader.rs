@@ -107,6 +107,8 @@ struct Input<'a, 'f, 't, const N: usize> {
     frame: &'a Frame<'f>,
     /// The expected lattice.
     expected: Lattice,
+    /// The lattice on which it was last seen.
+    last: Lattice,
     /// Whether the picture gave this place, not only the earlier motion.
     is_placed: bool,
     locator: &'a Locator,
@@ -122,7 +124,9 @@ impl<const N: usize> Input<'_, '_, '_, N> {
     /// The likely places of a panel that is usually `spread` pitches off its expected place.
     fn placed(&mut self, spread: f32, profile: &mut impl Profile) -> Placement {
         let Tools { surroundings, tiles, .. } = &mut *self.tools;
-        profile.timed(Stage::Follow, || surroundings.place(self.frame, &self.expected, spread, tiles))
+        profile.timed(Stage::Follow, || {
+            surroundings.place(self.frame, &self.expected, &self.last, spread, tiles)
+        })
     }
 }
 
@@ -221,6 +225,7 @@ impl Reader {
             number,
             frame,
             expected,
+            last: grid.lattice_to_frame(&track.spots().lattice),
             is_placed: false,
             locator,
             tools,
@@ -390,6 +395,7 @@ impl Reader {
             number: input.number,
             frame: &drawn,
             expected: view.grid.lattice_from_frame(place),
+            last: view.grid.lattice_from_frame(&input.last),
             is_placed,
             locator: input.locator,
             tools: input.tools,
@@ -471,6 +477,7 @@ impl Reader {
                 }
                 here
             }
+            Ok(here) => self.on_its_line(track, Ok(here), input, profile),
             // A panel that has been on course is likely still at its expected place.
             Err(Loss::Coasting {
                 why: TrackError::DoesNotFit { .. },

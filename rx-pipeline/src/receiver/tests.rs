@@ -1,5 +1,6 @@
 //! Whole films, in whole frames and in regions.
 
+mod moving;
 mod near;
 
 use super::*;

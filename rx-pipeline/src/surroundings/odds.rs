@@ -1,9 +1,9 @@
 //! The odds of a panel in one place of a picture against another.
 
-use super::places::AROUND;
+use super::places::{AROUND, Place, is_beside_leds, places};
 use super::tiles::{Offsets, ROOM, TILES, Tiles, offsets};
 use super::{DEVIATION, DEVIATION_AROUND, Level, Surroundings};
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, MIDDLE};
 
 /// Grey levels per bin of the picture's histogram.
 const BIN: usize = 8;
@@ -15,6 +15,9 @@ const BETWEEN: f32 = 0.4;
 const OUTLIER: f32 = 1e-5;
 /// The weight of each place around the LEDs (share), because neighbouring places are not independent.
 const NEW: f32 = 0.9;
+/// The log odds against a panel that moves by itself, before a ground at rest (nats). Higher: such a panel is followed a line off; lower:
+/// readings in clutter lose weight.
+const APART: f32 = 12.0;
 /// The uniform part of the distribution of grey levels elsewhere in the picture (share). Less: places of rare grey levels count for more,
 /// such as those halfway between LEDs.
 const ANY: f32 = 0.5;
@@ -60,15 +63,19 @@ pub(super) struct Odds<'a> {
     /// For each grey level, the log odds of an LED.
     led: [f32; 256],
     around: [AroundOdds; AROUND],
+    /// Whether a place around is next to an LED, and so on the panel's own board.
+    is_beside: [bool; AROUND],
     /// The least log odds of a place around.
     changed: f32,
+    /// The log odds of the ground if the panel moves before it.
+    ground_at_rest: f32,
     /// The usual distance of the panel from its expected place (tiles).
     spread: f32,
 }
 
 impl<'a> Odds<'a> {
-    /// For a panel with those surroundings that is usually `spread` pitches from its expected place.
-    pub fn new(known: &Surroundings, tiles: &'a Tiles, expected: &Lattice, spread: f32) -> Self {
+    /// For a panel with those surroundings that is usually `spread` pitches from its expected place, and was last seen on `last`.
+    pub fn new(known: &Surroundings, tiles: &'a Tiles, expected: &Lattice, last: &Lattice, spread: f32) -> Self {
         let usual = Histogram::of(tiles);
         let [least, least_around] = [DEVIATION, DEVIATION_AROUND].map(|share| known.least_variance(share));
         let [off, on] = [known.off, known.on].map(|level| level.with_variance_from(least));
@@ -84,16 +91,40 @@ impl<'a> Odds<'a> {
             let roll = (i as i32 - TURNS) as f32 * TURN_RAD;
             (roll, offsets(expected, roll))
         });
-        Self {
+        let mut is_beside = [false; AROUND];
+        for (place, at) in places() {
+            if let Place::Around(i) = place {
+                is_beside[i] = is_beside_leds(at);
+            }
+        }
+        let mut odds = Self {
             tiles,
             expected: *expected,
             turns,
             usual,
             led,
             around: known.around.map(|level| AroundOdds::of(level.with_variance_from(least_around))),
+            is_beside,
             changed: libm::logf(CHANGED),
+            ground_at_rest: f32::NEG_INFINITY,
             spread: spread * TILES as f32,
+        };
+        odds.ground_at_rest = odds.of_ground_at_rest(last) - APART;
+        odds
+    }
+
+    /// The log odds of the ground around the panel's last place, if the camera is at rest.
+    fn of_ground_at_rest(&self, last: &Lattice) -> f32 {
+        let Some(at) = self.expected.coordinates(last.centre) else {
+            return f32::NEG_INFINITY;
+        };
+        let at = at.map(|c| libm::roundf((c - MIDDLE) * TILES as f32) as i32);
+        if at.iter().any(|c| c.abs() > ROOM) {
+            return f32::NEG_INFINITY;
         }
+        let upright = &self.turns[TURNS as usize].1;
+        let near = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| within(at, [dx, dy])));
+        near.map(|at| self.of_around(upright, at)[0]).fold(f32::NEG_INFINITY, f32::max)
     }
 
     /// The log prior of a panel this many tiles from its expected place.
@@ -107,14 +138,21 @@ impl<'a> Odds<'a> {
         self.before(at) + greys.map(|grey| self.led[usize::from(grey)]).sum::<f32>()
     }
 
-    /// The same plus the evidence of its surroundings.
+    /// The same plus the evidence of its surroundings: of its board, and of the ground, before which it may move by itself.
     fn of_all(&self, offsets: &Offsets, at: [i32; 2]) -> f32 {
+        let [ground, board] = self.of_around(offsets, at);
+        self.of_leds(offsets, at) + board + ground.max(self.ground_at_rest)
+    }
+
+    /// The evidence of the ground, and of the places next to the LEDs.
+    fn of_around(&self, offsets: &Offsets, at: [i32; 2]) -> [f32; 2] {
+        let mut sums = [0.0; 2];
         let greys = self.tiles.at(at, &offsets.around);
-        let around = greys.zip(&self.around).map(|(grey, odds)| {
+        for ((grey, odds), &is_beside) in greys.zip(&self.around).zip(&self.is_beside) {
             let odds = odds.log_density(grey) - self.usual.log_density(grey);
-            odds.max(self.changed)
-        });
-        self.of_leds(offsets, at) + NEW * around.sum::<f32>()
+            sums[usize::from(is_beside)] += odds.max(self.changed);
+        }
+        sums.map(|sum| NEW * sum)
     }
 
     /// The likely places by their LEDs.

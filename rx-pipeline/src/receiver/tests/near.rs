@@ -4,9 +4,9 @@ use super::*;
 use crate::cells::CellsError;
 use link::scramble::split_mix64;
 
-type Whole = Receiver<25_600, Box<ReceiverMemory<25_600>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>;
+pub(super) type Whole = Receiver<25_600, Box<ReceiverMemory<25_600>>, FrameSearch<Box<SearchMemory>, Vec<u8>>>;
 
-fn receiver_of(width: usize, height: usize) -> Whole {
+pub(super) fn receiver_of(width: usize, height: usize) -> Whole {
     let room = FrameSearch::<Box<SearchMemory>>::bytes(width, height);
     let search = FrameSearch::with_history(Box::default(), std::vec![0; room]);
     Receiver::new(ReceiverSettings::default(), Box::default(), search).unwrap()
@@ -39,13 +39,13 @@ fn draw([width, height]: [usize; 2], corners: &Corners, bits: u64) -> Vec<u8> {
 }
 
 /// A square panel around a place.
-fn square([x, y]: [f32; 2], pitch: f32) -> Corners {
+pub(super) fn square([x, y]: [f32; 2], pitch: f32) -> Corners {
     let half = 3.5 * pitch;
     let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
     Corners::new(corners.map(|[dx, dy]| [x + dx, y + dy])).unwrap()
 }
 
-fn off(seen: &Corners, truth: &Corners) -> f32 {
+pub(super) fn off(seen: &Corners, truth: &Corners) -> f32 {
     let pairs = seen.points().into_iter().zip(truth.points());
     pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f32::max)
 }
@@ -81,32 +81,36 @@ fn panels_of_any_size_are_found_at_once() {
     }
 }
 
-/// A new symbol in every second frame, or less often, always shows in the frames in which the same level has its turn.
-#[test]
-fn a_near_panel_of_slow_symbols_is_found_at_any_phase() {
-    let size = [480, 360];
-    let noise = |frame: u64, pixel: usize| (split_mix64(frame << 32 | pixel as u64) % 7) as i16 - 3;
-    // On every level, blocks that stand out more than the panel's LEDs.
+/// A frame of a square panel with a board of 8.8 pitches before blocks that stand out more than its LEDs, on every level.
+pub(super) fn before_blocks(size: [usize; 2], centre: [f32; 2], pitch: f32, bits: u64, number: u64) -> Vec<u8> {
+    let noise = |pixel: usize| (split_mix64(number << 32 | pixel as u64) % 7) as i16 - 3;
     let block = |pixel: usize, side: usize| {
         let [x, y] = [pixel % size[0] / side, pixel / size[0] / side];
         (split_mix64((x + 1000 * y + side) as u64) % 120) as i16 - 60
     };
-    let texture = |pixel: usize| block(pixel, 7) + block(pixel, 28);
+    let mut pixels = draw(size, &square(centre, pitch), bits);
+    for (i, pixel) in pixels.iter_mut().enumerate() {
+        let away = [i % size[0], i / size[0]].map(|c| c as f32);
+        let away = (away[0] - centre[0]).abs().max((away[1] - centre[1]).abs());
+        let texture = if away > 4.4 * pitch { block(i, 7) + block(i, 28) } else { 0 };
+        *pixel = (i16::from(*pixel) + noise(i) + texture).clamp(0, 255) as u8;
+    }
+    pixels
+}
+
+/// A new symbol in every second frame, or less often, always shows in the frames in which the same level has its turn.
+#[test]
+fn a_near_panel_of_slow_symbols_is_found_at_any_phase() {
+    let (size, centre) = ([480, 360], [241.0, 178.5]);
     for pitch in [20.0, 34.0] {
         for frames_per_symbol in 1..=4 {
             for phase in 0..frames_per_symbol {
-                let truth = square([241.0, 178.5], pitch);
+                let truth = square(centre, pitch);
                 let mut receiver = receiver_of(size[0], size[1]);
                 let panels = panels(30);
                 let right = (0..24).find(|&number| {
                     let bits = panels[((number + phase) / frames_per_symbol) as usize].bits();
-                    let mut pixels = draw(size, &truth, bits);
-                    for (i, pixel) in pixels.iter_mut().enumerate() {
-                        let [x, y] = [i % size[0], i / size[0]].map(|c| c as f32);
-                        let is_around = (x - 241.0).abs().max((y - 178.5).abs()) > 4.4 * pitch;
-                        let light = i16::from(*pixel) + noise(number, i) + if is_around { texture(i) } else { 0 };
-                        *pixel = light.clamp(0, 255) as u8;
-                    }
+                    let pixels = before_blocks(size, centre, pitch, bits, number);
                     let frame = Frame::new(&pixels, size[0], size[1]).unwrap();
                     let reading = receiver.frame(number, &frame).reading;
                     reading.is_ok_and(|reading| off(&reading.corners, &truth) < 0.2 * pitch)
