@@ -477,7 +477,8 @@ impl Reader {
                 }
                 here
             }
-            Ok(here) => self.on_its_line(track, Ok(here), input, profile),
+            // A panel that moves may be seen a line off. Microcontrollers, which lack the feature, have no flash left for this.
+            Ok(here) if cfg!(feature = "surroundings") => self.on_its_line(track, Ok(here), input, profile),
             // A panel that has been on course is likely still at its expected place.
             Err(Loss::Coasting {
                 why: TrackError::DoesNotFit { .. },
