@@ -107,8 +107,6 @@ struct Input<'a, 'f, 't, const N: usize> {
     frame: &'a Frame<'f>,
     /// The expected lattice.
     expected: Lattice,
-    /// The lattice on which it was last seen.
-    last: Lattice,
     /// Whether the picture gave this place, not only the earlier motion.
     is_placed: bool,
     locator: &'a Locator,
@@ -121,11 +119,11 @@ impl<const N: usize> Input<'_, '_, '_, N> {
         profile.timed(Stage::Follow, || self.tools.surroundings.agrees(self.frame, &self.expected))
     }
 
-    /// The likely places of a panel that is usually `spread` pitches off its expected place.
-    fn placed(&mut self, spread: f32, profile: &mut impl Profile) -> Placement {
+    /// The likely places of a panel that was last seen on `last` and is usually `spread` pitches off its expected place.
+    fn placed(&mut self, last: &Lattice, spread: f32, profile: &mut impl Profile) -> Placement {
         let Tools { surroundings, tiles, .. } = &mut *self.tools;
         profile.timed(Stage::Follow, || {
-            surroundings.place(self.frame, &self.expected, &self.last, spread, tiles)
+            surroundings.place(self.frame, &self.expected, last, spread, tiles)
         })
     }
 }
@@ -221,18 +219,18 @@ impl Reader {
         }
         let grid = self.view.grid;
         let (expected, spread) = (grid.lattice_to_frame(&track.predicted(number)), track.spread());
+        let last = grid.lattice_to_frame(&track.spots().lattice);
         let mut input = Input {
             number,
             frame,
             expected,
-            last: grid.lattice_to_frame(&track.spots().lattice),
             is_placed: false,
             locator,
             tools,
         };
         let is_known = input.tools.surroundings.is_known();
         let is_steady = is_known && track.is_steady() && input.agrees(profile);
-        let mut placement = (is_known && !is_steady).then(|| input.placed(spread, profile));
+        let mut placement = (is_known && !is_steady).then(|| input.placed(&last, spread, profile));
         let elsewhere = placement.as_ref().and_then(|placement| placement.elsewhere(&expected));
         let learnt = elsewhere.map(|_| input.tools.likelihood.experience());
         let mut followed = self.follow_to(&track, elsewhere, &mut input, canvas, profile);
@@ -244,7 +242,7 @@ impl Reader {
         }
         let is_in_place = matches!(&followed, Ok((track, _)) if track.is_steady());
         if is_steady && !is_in_place {
-            let placed = input.placed(spread, profile);
+            let placed = input.placed(&last, spread, profile);
             if let Some(elsewhere) = placed.elsewhere(&expected) {
                 let grid = self.view.grid;
                 let again = self.follow_to(&track, Some(elsewhere), &mut input, canvas, profile);
@@ -395,7 +393,6 @@ impl Reader {
             number: input.number,
             frame: &drawn,
             expected: view.grid.lattice_from_frame(place),
-            last: view.grid.lattice_from_frame(&input.last),
             is_placed,
             locator: input.locator,
             tools: input.tools,
