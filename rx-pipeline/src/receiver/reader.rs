@@ -464,18 +464,17 @@ impl Reader {
         let is_read_well = self.reads_well_at_once(track);
         let here = self.attempt(track, expected, Gate::SURE, is_read_well, input, profile);
         let is_known = track.speed_known() || input.is_placed;
-        // As long as the panel's motion is unknown, bits may look right one line off.
+        // As long as the panel's motion is unknown, bits may look right one line off. Microcontrollers have no flash left to compare the
+        // lines then.
         let here = match here {
             Ok(here) if is_known && here.track.is_on_course() => return Ok(here),
-            Ok(here) if is_known => {
+            Ok(here) if is_known || cfg!(feature = "surroundings") => {
                 let here = self.on_its_line(track, Ok(here), input, profile);
-                if !matches!(&here, Ok(now) if now.track.may_be_elsewhere(now.explained)) {
+                if is_known && !matches!(&here, Ok(now) if now.track.may_be_elsewhere(now.explained)) {
                     return here;
                 }
                 here
             }
-            // A panel that moves may be seen a line off. Microcontrollers, which lack the feature, have no flash left for this.
-            Ok(here) if cfg!(feature = "surroundings") => self.on_its_line(track, Ok(here), input, profile),
             // A panel that has been on course is likely still at its expected place.
             Err(Loss::Coasting {
                 why: TrackError::DoesNotFit { .. },

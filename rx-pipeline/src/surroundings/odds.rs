@@ -1,9 +1,10 @@
 //! The odds of a panel in one place of a picture against another.
 
-use super::places::{AROUND, Place, is_beside_leds, places};
+use super::places::{AROUND, ON_BOARD};
 use super::tiles::{Offsets, ROOM, TILES, Tiles, offsets};
 use super::{DEVIATION, DEVIATION_AROUND, Level, Surroundings};
 use crate::lattice::{Lattice, MIDDLE};
+use core::ops::Range;
 
 /// Grey levels per bin of the picture's histogram.
 const BIN: usize = 8;
@@ -63,8 +64,6 @@ pub(super) struct Odds<'a> {
     /// For each grey level, the log odds of an LED.
     led: [f32; 256],
     around: [AroundOdds; AROUND],
-    /// Whether a place around is next to an LED, and so on the panel's own board.
-    is_beside: [bool; AROUND],
     /// The least log odds of a place around.
     changed: f32,
     /// The log odds of the ground if the panel moves before it.
@@ -91,12 +90,6 @@ impl<'a> Odds<'a> {
             let roll = (i as i32 - TURNS) as f32 * TURN_RAD;
             (roll, offsets(expected, roll))
         });
-        let mut is_beside = [false; AROUND];
-        for (place, at) in places() {
-            if let Place::Around(i) = place {
-                is_beside[i] = is_beside_leds(at);
-            }
-        }
         let mut odds = Self {
             tiles,
             expected: *expected,
@@ -104,7 +97,6 @@ impl<'a> Odds<'a> {
             usual,
             led,
             around: known.around.map(|level| AroundOdds::of(level.with_variance_from(least_around))),
-            is_beside,
             changed: libm::logf(CHANGED),
             ground_at_rest: f32::NEG_INFINITY,
             spread: spread * TILES as f32,
@@ -124,7 +116,8 @@ impl<'a> Odds<'a> {
         }
         let upright = &self.turns[TURNS as usize].1;
         let near = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| within(at, [dx, dy])));
-        near.map(|at| self.of_around(upright, at)[0]).fold(f32::NEG_INFINITY, f32::max)
+        near.map(|at| self.of_around(upright, at, ON_BOARD..AROUND))
+            .fold(f32::NEG_INFINITY, f32::max)
     }
 
     /// The log prior of a panel this many tiles from its expected place.
@@ -140,19 +133,19 @@ impl<'a> Odds<'a> {
 
     /// The same plus the evidence of its surroundings: of its board, and of the ground, before which it may move by itself.
     fn of_all(&self, offsets: &Offsets, at: [i32; 2]) -> f32 {
-        let [ground, board] = self.of_around(offsets, at);
+        let board = self.of_around(offsets, at, 0..ON_BOARD);
+        let ground = self.of_around(offsets, at, ON_BOARD..AROUND);
         self.of_leds(offsets, at) + board + ground.max(self.ground_at_rest)
     }
 
-    /// The evidence of the ground, and of the places next to the LEDs.
-    fn of_around(&self, offsets: &Offsets, at: [i32; 2]) -> [f32; 2] {
-        let mut sums = [0.0; 2];
-        let greys = self.tiles.at(at, &offsets.around);
-        for ((grey, odds), &is_beside) in greys.zip(&self.around).zip(&self.is_beside) {
+    /// The evidence of some places around.
+    fn of_around(&self, offsets: &Offsets, at: [i32; 2], some: Range<usize>) -> f32 {
+        let greys = self.tiles.at(at, &offsets.around[some.clone()]);
+        let around = greys.zip(&self.around[some]).map(|(grey, odds)| {
             let odds = odds.log_density(grey) - self.usual.log_density(grey);
-            sums[usize::from(is_beside)] += odds.max(self.changed);
-        }
-        sums.map(|sum| NEW * sum)
+            odds.max(self.changed)
+        });
+        NEW * around.sum::<f32>()
     }
 
     /// The likely places by their LEDs.

@@ -13,6 +13,9 @@ pub(super) const SPAN: usize = SIDE + 2 * RINGS;
 /// Places around the LEDs.
 pub(super) const AROUND: usize = SPAN * SPAN - LEDS;
 
+/// Those of them next to the LEDs, and so on a panel's board: the first ones.
+pub(super) const ON_BOARD: usize = (SIDE + 2) * (SIDE + 2) - LEDS;
+
 /// A place of the model.
 pub(super) enum Place {
     Led(usize),
@@ -21,16 +24,18 @@ pub(super) enum Place {
 
 /// All places, row by row, with their columns and rows on the lattice.
 pub(super) fn places() -> impl Iterator<Item = (Place, [f32; 2])> {
-    let inside = RINGS..RINGS + SIDE;
-    let mut around = 0..AROUND;
+    let inside = 0..SIDE as i32;
+    let (mut beside, mut beyond) = (0..ON_BOARD, ON_BOARD..AROUND);
     (0..SPAN * SPAN).map(move |i| {
-        let (column, row) = (i % SPAN, i / SPAN);
+        let [column, row] = [i % SPAN, i / SPAN].map(|line| line as i32 - RINGS as i32);
+        let at = [column as f32, row as f32];
         let place = if inside.contains(&column) && inside.contains(&row) {
-            Place::Led((row - RINGS) * SIDE + column - RINGS)
+            Place::Led(row as usize * SIDE + column as usize)
         } else {
-            Place::Around(around.next().unwrap_or_default())
+            let one = if is_beside_leds(at) { &mut beside } else { &mut beyond };
+            Place::Around(one.next().unwrap_or_default())
         };
-        (place, [column, row].map(|at| at as f32 - RINGS as f32))
+        (place, at)
     })
 }
 
