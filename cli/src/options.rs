@@ -1,9 +1,12 @@
 //! Options that several commands share.
 
 use std::ffi::OsStr;
+use std::fmt::Display;
 use std::fs::File;
 use std::io::Read;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::time::{Duration, SystemTime};
 
 use anyhow::Context;
@@ -147,9 +150,16 @@ impl Port {
 
 /// Parses a number of seconds, with bounds in milliseconds.
 pub fn seconds<const LEAST_MS: u64, const MOST_MS: u64>(text: &str) -> Result<f64, String> {
-    let (least, most) = (LEAST_MS as f64 / 1000.0, MOST_MS as f64 / 1000.0);
+    number_in(text, LEAST_MS as f64 / 1000.0..=MOST_MS as f64 / 1000.0, "seconds")
+}
+
+/// Parses a number within a range; the refusal names the range and the unit.
+pub fn number_in<T: FromStr + PartialOrd + Display>(text: &str, range: RangeInclusive<T>, unit: &str) -> Result<T, String> {
     match text.parse() {
-        Ok(seconds) if (least..=most).contains(&seconds) => Ok(seconds),
-        _ => Err(format!("give {least} to {most} seconds")),
+        Ok(number) if range.contains(&number) => Ok(number),
+        _ => {
+            let refusal = format!("give {} to {} {unit}", range.start(), range.end());
+            Err(refusal.trim_end().into())
+        }
     }
 }

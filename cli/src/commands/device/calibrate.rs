@@ -21,7 +21,7 @@ use crate::files;
 use crate::frames::PixelArguments;
 use crate::frames::files as pictures;
 use crate::frames::picture::{GreyPicture, PictureReader};
-use crate::options::Shared;
+use crate::options::{Shared, number_in};
 use crate::output::{self, Verdict, line};
 
 /// The prefix of the duty in a picture's name.
@@ -67,19 +67,12 @@ pub struct Arguments {
 
 /// A number within bounds in hundredths.
 fn within<const LEAST: u64, const MOST: u64>(text: &str) -> Result<f64, String> {
-    in_range(text, LEAST as f64 / 100.0, MOST as f64 / 100.0)
+    number_in(text, LEAST as f64 / 100.0..=MOST as f64 / 100.0, "")
 }
 
 /// The interval of a panel that a transmitter can drive.
 fn interval(text: &str) -> Result<f64, String> {
-    in_range(text, INTERVAL.start().to_num(), INTERVAL.end().to_num())
-}
-
-fn in_range(text: &str, least: f64, most: f64) -> Result<f64, String> {
-    match text.parse() {
-        Ok(number) if (least..=most).contains(&number) => Ok(number),
-        _ => Err(format!("give {least} to {most}")),
-    }
+    number_in(text, INTERVAL.start().to_num::<f64>()..=INTERVAL.end().to_num(), "")
 }
 
 /// Four numbers of the option `--card`.

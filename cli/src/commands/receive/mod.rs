@@ -31,7 +31,7 @@ use crate::frames::picture::{GreyPicture, PictureReader};
 use crate::frames::secrets;
 use crate::frames::waiting::Moment;
 use crate::keys::TrustArguments;
-use crate::options::Shared;
+use crate::options::{Shared, number_in};
 use crate::output::{self, Hex, Verdict};
 use crate::outputs;
 use crate::pose::PanelArguments;
@@ -164,10 +164,7 @@ fn size(text: &str) -> Result<(usize, usize), String> {
 
 /// Parses a rate of frames or symbols.
 fn per_second(text: &str) -> Result<f32, String> {
-    match text.parse() {
-        Ok(rate) if (0.001..=100_000.0).contains(&rate) => Ok(rate),
-        _ => Err("give 0.001 to 100000 a second".into()),
-    }
+    number_in(text, 0.001..=100_000.0, "a second")
 }
 
 /// The origin of the frames.

@@ -10,7 +10,7 @@ use studies::flicker::{Flicker, Measures, Practice, Spectrum, Visibility, manche
 
 use super::chart;
 use crate::numbers::digits;
-use crate::options::Shared;
+use crate::options::{Shared, number_in};
 use crate::output::{self, Verdict, line};
 use crate::{outputs, plot};
 
@@ -66,11 +66,7 @@ impl Options {
 }
 
 fn rate_hz(text: &str) -> Result<f64, String> {
-    let (least, most) = (RANGE_HZ.start(), RANGE_HZ.end());
-    match text.parse() {
-        Ok(rate_hz) if RANGE_HZ.contains(&rate_hz) => Ok(rate_hz),
-        _ => Err(format!("give {least} to {most} symbols a second")),
-    }
+    number_in(text, RANGE_HZ, "symbols a second")
 }
 
 /// The results.
