@@ -19,7 +19,7 @@ use crate::frame::Frame;
 use crate::lattice::Lattice;
 use link::panel::PanelFrame;
 use odds::{Odds, PEAKS, Peak};
-use places::{AROUND, Place, places};
+use places::{AROUND, ON_BOARD, Place, places};
 pub(crate) use tiles::Tiles;
 use tiles::{ROOM, TILES};
 
@@ -143,10 +143,8 @@ impl Surroundings {
         let [off, on] = leds.map(Sums::level);
         self.off.go_on(off, gain);
         self.on.go_on(on, gain);
-        for (place, at) in places() {
-            let Place::Around(i) = place else { continue };
-            let (before, now) = (&mut self.around[i], around[i]);
-            let at_first = DEVIATION_AT_FIRST[usize::from(places::is_beside_leds(at))];
+        for (i, (before, now)) in self.around.iter_mut().zip(around).enumerate() {
+            let at_first = DEVIATION_AT_FIRST[usize::from(i < ON_BOARD)];
             let off = if is_known {
                 now.mean - before.mean
             } else {
@@ -188,8 +186,8 @@ impl Surroundings {
             off * off > FAR * FAR * level.variance.max(least)
         };
         let differing = places().filter(|&(ref place, at)| match place {
-            Place::Around(i) => places::is_beside_leds(at) && differs(&self.around[*i], at),
-            Place::Led(_) => false,
+            Place::Around(i @ 0..ON_BOARD) => differs(&self.around[*i], at),
+            _ => false,
         });
         differing.count() <= DIFFERING
     }

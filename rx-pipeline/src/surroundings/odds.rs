@@ -107,13 +107,11 @@ impl<'a> Odds<'a> {
 
     /// The log odds of the ground around the panel's last place, if the camera is at rest.
     fn of_ground_at_rest(&self, last: &Lattice) -> f32 {
-        let Some(at) = self.expected.coordinates(last.centre) else {
+        let tiles = |c: f32| libm::roundf((c - MIDDLE) * TILES as f32) as i32;
+        let at = self.expected.coordinates(last.centre).map(|at| at.map(tiles));
+        let Some(at) = at.filter(|at| at.iter().all(|c| c.abs() <= ROOM)) else {
             return f32::NEG_INFINITY;
         };
-        let at = at.map(|c| libm::roundf((c - MIDDLE) * TILES as f32) as i32);
-        if at.iter().any(|c| c.abs() > ROOM) {
-            return f32::NEG_INFINITY;
-        }
         let upright = &self.turns[TURNS as usize].1;
         let near = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| within(at, [dx, dy])));
         near.map(|at| self.of_around(upright, at, ON_BOARD..AROUND))

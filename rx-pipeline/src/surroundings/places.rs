@@ -12,8 +12,7 @@ const RINGS: usize = 3;
 pub(super) const SPAN: usize = SIDE + 2 * RINGS;
 /// Places around the LEDs.
 pub(super) const AROUND: usize = SPAN * SPAN - LEDS;
-
-/// Those of them next to the LEDs, and so on a panel's board: the first ones.
+/// The number of places next to the LEDs, and so on a panel's board: the first ones of those around.
 pub(super) const ON_BOARD: usize = (SIDE + 2) * (SIDE + 2) - LEDS;
 
 /// A place of the model.
@@ -28,20 +27,15 @@ pub(super) fn places() -> impl Iterator<Item = (Place, [f32; 2])> {
     let (mut beside, mut beyond) = (0..ON_BOARD, ON_BOARD..AROUND);
     (0..SPAN * SPAN).map(move |i| {
         let [column, row] = [i % SPAN, i / SPAN].map(|line| line as i32 - RINGS as i32);
-        let at = [column as f32, row as f32];
         let place = if inside.contains(&column) && inside.contains(&row) {
             Place::Led(row as usize * SIDE + column as usize)
         } else {
-            let one = if is_beside_leds(at) { &mut beside } else { &mut beyond };
+            let is_beside = [column, row].iter().all(|line| (-1..=SIDE as i32).contains(line));
+            let one = if is_beside { &mut beside } else { &mut beyond };
             Place::Around(one.next().unwrap_or_default())
         };
-        (place, at)
+        (place, [column as f32, row as f32])
     })
-}
-
-/// Whether a place is an LED's or next to one.
-pub(super) fn is_beside_leds(at: [f32; 2]) -> bool {
-    at.iter().all(|at| (-1.0..=SIDE as f32).contains(at))
 }
 
 /// The mean grey level of a place, half a pitch wide, and the variance of the grey levels in it.
