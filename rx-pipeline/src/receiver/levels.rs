@@ -113,8 +113,8 @@ impl Levels {
         }
     }
 
-    /// The panel on one level, the coarsest first. If time counts, only the level whose turn it is is searched as a whole, and the others for
-    /// what has changed, because a new symbol may always fall on the other levels' turns.
+    /// The panel on one level, the coarsest first. If time counts, one level in turn is searched as a whole. The others are searched for
+    /// changes, because new symbols may fall on the turns of the same level always.
     pub fn find<const PIXELS: usize>(
         &mut self,
         buffer: &[u8],
