@@ -429,7 +429,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             best = self.model.search(frame, &crop, &self.experience.levels, variance)?;
         }
         let fits = self.fits(&best);
-        if !fits {
+        let usual = &self.experience.levels;
+        if !usual.fits_so_far(usual.usual_noise(&best.levels)) {
             let two = self.model.two_symbols(frame, &crop, before, &self.experience.levels)?;
             #[cfg(feature = "carrier")]
             let two = two.filter(|two| !self.experience.levels.has_carrier || !two.is_one_by_carrier());

@@ -12,6 +12,9 @@ const MEMORY_FRAMES: u32 = 64;
 const MISFITS_MAX: u32 = 4;
 /// The noise of a frame that fits, at most (multiple of the usual noise). Higher: mixtures of symbols fit.
 pub(super) const NOISIER: f32 = 1.3;
+/// The same until the usual noise is known (multiple of the noise so far): the average of two such frames is then not forgotten after the
+/// quieter one. Higher: if every other frame is a mixture, the noise never becomes known; lower: unequal LEDs and codecs delay it.
+const NOISIER_AT_FIRST: f32 = 2.0 * QUIETER - 1.0;
 /// The noise up to which a frame that does not fit still updates the usual noise (multiple of it), because a codec leaves more noise in
 /// some frames than in others. Higher: mixtures of symbols teach; lower: noisy frames count as mixtures.
 const NOISIER_AT_TIMES: f32 = 1.7;
@@ -116,9 +119,14 @@ impl LevelPrior {
         })
     }
 
-    /// Whether a frame of that noise may show the same panel in the same light, or nothing is known to compare it with.
+    /// Whether a frame of that noise may show the same panel in the same light, or too little is known to compare it with.
     pub fn fits(&self, noise: f32) -> bool {
         self.frames < FRAMES_MIN || noise <= NOISIER * self.noise
+    }
+
+    /// As [`Self::fits`], but false for a frame that is much noisier than the first ones.
+    pub fn fits_so_far(&self, noise: f32) -> bool {
+        self.fits(noise) && (self.frames == 0 || noise <= NOISIER_AT_FIRST * self.noise)
     }
 
     /// As [`Self::fits`], but false until the usual noise is known.
@@ -202,7 +210,7 @@ impl LevelPrior {
     /// The scatter of the levels is the scatter of their estimates plus the uncertainty of these (Dempster, Laird & Rubin 1977).
     pub fn update(&mut self, levels: &Levels, unsure: &Matrix) {
         let noise = self.usual_noise(levels);
-        if !self.fits(noise) {
+        if !self.fits_so_far(noise) {
             self.misfits += 1;
             if self.misfits > MISFITS_MAX {
                 *self = self.forgotten();
@@ -275,5 +283,18 @@ mod tests {
     fn mixtures_of_symbols_do_not_make_others_fit() {
         let mixtures = (0..64).map(|frame| if frame % 5 == 4 { 2.5 } else { 1.0 });
         assert!(!after(mixtures).fits(1.4));
+    }
+
+    #[test]
+    fn mixtures_in_every_other_frame_leave_the_noise_of_single_symbols_known() {
+        for noisier in [3.5, 10.0, 100.0] {
+            for first in [0, 1] {
+                let prior = after((first..16).map(|frame| if frame % 2 == 0 { 1.0 } else { noisier }));
+                assert!(
+                    prior.fits_surely(1.0) && !prior.fits(1.4),
+                    "{noisier} times the noise, from {first} on"
+                );
+            }
+        }
     }
 }

@@ -79,6 +79,35 @@ fn slow_panels_and_lost_frames_still_give_the_message() {
     assert_eq!(delivered.unwrap().0, MESSAGE);
 }
 
+/// At two frames a symbol, every other exposure of an unlucky camera catches a change of symbols, from the first one on.
+#[test]
+fn a_change_in_every_other_exposure_costs_no_message() {
+    let panels = panels(41);
+    for share in [0.2, 0.5, 0.8] {
+        for first in [0, 1] {
+            let mut receiver = receiver(0.5);
+            let mut delivered = None;
+            for number in first..80 {
+                let (bits, next) = (panels[number / 2].bits(), panels[number.div_ceil(2)].bits());
+                let rendered = Scene {
+                    bits,
+                    next: (next, share),
+                    noise_grey: 1.0,
+                    ..Scene::PLAIN
+                }
+                .render();
+                let outcome = receiver.frame(number as u64, &rendered.frame());
+                let is_one = number % 2 == 0;
+                if let (true, Ok(reading)) = (is_one, outcome.reading) {
+                    assert_eq!(reading.detection.bits.bits(), bits, "share {share}, frame {number}");
+                }
+                delivered = delivered.or(delivery(outcome.event));
+            }
+            assert_eq!(delivered.unwrap_or_default().0, MESSAGE, "share {share}, from frame {first} on");
+        }
+    }
+}
+
 /// Reads panels in the scenes that `scene` makes; returns the number of readings, all of which must be right.
 fn read(receiver: &mut Searching, frames: usize, scene: impl Fn(usize) -> Scene) -> usize {
     let panels = panels(frames);
