@@ -90,6 +90,16 @@ impl Lattice {
         best.unwrap_or(*self)
     }
 
+    /// The same lattice elsewhere.
+    #[cfg(feature = "surroundings")]
+    pub fn shifted(&self, [dx, dy]: [f32; 2]) -> Self {
+        let [x, y] = self.centre;
+        Self {
+            centre: [x + dx, y + dy],
+            ..*self
+        }
+    }
+
     /// The same shape around `centre`, `scale` times as large.
     pub fn scaled(&self, centre: [f32; 2], scale: f32) -> Self {
         Self {

@@ -56,6 +56,15 @@ const ASTRAY_SHARE: f32 = 0.8;
 /// A panel that has jumped is moved by a line if the residual there is expected to be smaller than this (share of the residual at the
 /// present place). Higher: LEDs that are Off along a side move it.
 const LINE_LEFT: f32 = 0.8;
+/// Frames between two places of one panel from which its speed is known (count). More: panels that change their direction seem slow.
+#[cfg(feature = "surroundings")]
+const COMING_FRAMES: u64 = 32;
+/// Maximum speed between them (pitches a frame): half the panel's width.
+#[cfg(feature = "surroundings")]
+const COMING_PITCHES: f32 = 4.0;
+/// Maximum difference of their pitches (share). More: two panels count as one.
+#[cfg(feature = "surroundings")]
+const COMING_GROWTH: f32 = 0.2;
 /// Number of frames over which the usual light is averaged (frames).
 const MEMORY_FRAMES: f32 = 16.0;
 /// Gain of a frame for the wander, which is the distance from the prediction (share). Higher: the camera's shake is known sooner, but less
@@ -254,6 +263,26 @@ impl Track {
     /// Sets whether the panel was located from the inside of its own outline alone.
     pub fn amid_clutter(self, is_amid_clutter: bool) -> Self {
         Self { is_amid_clutter, ..self }
+    }
+
+    /// The track with the speed of a panel that was at `place` in frame `before`, if that is not long ago and it moves by less than half its
+    /// width a frame. Otherwise it is expected at rest.
+    #[cfg(feature = "surroundings")]
+    pub fn coming_from(self, before: u64, place: &Lattice) -> Self {
+        let Some(elapsed @ 1..=COMING_FRAMES) = self.last_seen.checked_sub(before) else {
+            return self;
+        };
+        let share = 1.0 / elapsed as f32;
+        let [dx, dy] = difference(&self.spots.lattice, place).centre.map(|by| by * share);
+        let (now, then) = (self.spots.lattice.pitch()[0], place.pitch()[0]);
+        if libm::hypotf(dx, dy) > COMING_PITCHES * now || (now - then).abs() > COMING_GROWTH * now {
+            return self;
+        }
+        let speed = Lattice {
+            centre: [dx, dy],
+            ..AT_REST
+        };
+        Self { speed, ..self }
     }
 
     /// A track of a panel at rest in a given place, whatever the number of the next frame.
@@ -502,7 +531,7 @@ impl Track {
     }
 
     /// The share of the light that the panel usually explains; 1 while it is unknown.
-    fn usually_explained(&self) -> f32 {
+    pub fn usually_explained(&self) -> f32 {
         self.usual.map_or(1.0, |usual| usual.explained)
     }
 

@@ -46,6 +46,9 @@ const LINES_MOVED: usize = 3;
 /// It is also accepted if it leaves less than this share of the expected place's residual (share).
 const CLEARLY_LEFT: f32 = 0.6;
 
+/// Between two lines, a panel explains at most this (share of the light there). Higher: slower before clutter.
+const BETWEEN_LINES: f32 = 0.7;
+
 /// The bits at a place that the surroundings give are unsure if their confidence is below the usual one by this (probability that one is
 /// right). Less: slower.
 const LESS_SURE: f32 = 0.01;
@@ -88,6 +91,11 @@ fn better(here: Result<Followed, Loss>, elsewhere: Result<Followed, Loss>) -> Re
 /// The confidence of a reading, if there is one: the probability that a bit is right.
 fn confidence(followed: &Result<(Track, Reading), Loss>) -> f32 {
     followed.as_ref().map_or(0.0, |(_, reading)| reading.detection.confidence)
+}
+
+/// Whether a panel explains so little light that it may lie between its lines.
+fn explains_little(track: &Track) -> bool {
+    cfg!(feature = "surroundings") && track.usually_explained() < BETWEEN_LINES
 }
 
 /// The large tools for reading a panel.
@@ -150,6 +158,9 @@ pub(crate) struct Reader {
     /// The places beside the panel.
     #[cfg(feature = "surroundings")]
     line_watch: LineWatch,
+    /// The number of the frame in which a search last found the panel, and its place in that frame.
+    #[cfg(feature = "surroundings")]
+    found: Option<(u64, Lattice)>,
 }
 
 impl Reader {
@@ -168,6 +179,8 @@ impl Reader {
             recent_levels: RecentLevels::NONE,
             #[cfg(feature = "surroundings")]
             line_watch: LineWatch::NEW,
+            #[cfg(feature = "surroundings")]
+            found: None,
         }
     }
 
@@ -189,6 +202,10 @@ impl Reader {
         let moved = |corners: Corners| corners.shifted(by[0], by[1]).ok();
         self.frame_size = frame_size;
         self.seen = self.seen.and_then(moved);
+        #[cfg(feature = "surroundings")]
+        {
+            self.found = self.found.map(|(number, place)| (number, place.shifted(by)));
+        }
         if !self.view.is_whole() {
             self.view.grid = self.view.grid.shifted(shift);
             return;
@@ -574,9 +591,10 @@ impl Reader {
         }
     }
 
-    /// Whether bits are so unsure that the followed place may not be a panel, or may lie beside one. Only maximum likelihood shows this.
+    /// Whether bits are so unsure, or so little of the light is explained, that the followed place may not be a panel, or may lie beside
+    /// one. Only maximum likelihood shows this.
     pub fn is_doubtful(&self) -> bool {
-        let is_unsure = |track: &Track| track.trust() < self.settings.min_confidence;
+        let is_unsure = |track: &Track| track.trust() < self.settings.min_confidence || explains_little(track);
         self.method == Method::MaximumLikelihood && self.track.as_ref().is_some_and(is_unsure)
     }
 
@@ -604,7 +622,8 @@ impl Reader {
         let (before, learnt, around) = (self.clone(), tools.likelihood.experience(), *tools.surroundings);
         tools.likelihood.forget_leds();
         let found = self.begin(number, frame, location, tools, canvas, profile);
-        let is_surer = |reading: &Reading| reading.detection.confidence > track.trust();
+        let least = track.trust().min(if explains_little(&track) { SURE } else { 1.0 });
+        let is_surer = |reading: &Reading| reading.detection.confidence > least;
         let found = found.ok().filter(is_surer);
         if found.is_none() {
             self.go_back(before, tools);
@@ -647,6 +666,11 @@ impl Reader {
         let view = view.ok_or(out_of_frame)?;
         let drawn = view.draw(frame, canvas).ok_or(out_of_frame)?;
         let track = Track::new(location.spots, number, self.frame_size).amid_clutter(location.is_amid_clutter);
+        #[cfg(feature = "surroundings")]
+        let track = match self.found.replace((number, location.spots.lattice)) {
+            Some((before, place)) => track.coming_from(before, &place),
+            None => track,
+        };
         let track = track.seen_in(&Grid::FRAME, &view.grid, view.frame_size());
         let spots = track.spots();
         let reading = self
@@ -845,7 +869,9 @@ fn are_close(a: &Corners, b: &Corners) -> bool {
 mod tests {
     use super::*;
     use crate::synthetic::Scene;
+    use link::camera::Camera;
     use link::panel::PanelFrame;
+    use std::boxed::Box;
 
     #[test]
     fn where_nothing_was_read_only_bits_like_a_messages_tell_a_panel_from_an_edge() {
@@ -869,5 +895,30 @@ mod tests {
         // If both places are read, only the light decides.
         let both = better(followed(Scene::PLAIN.bits, 0.5), followed(0, 0.9));
         assert!(both.is_ok_and(|followed| followed.explained == 0.9));
+    }
+
+    /// As between two lines of LEDs, where bits may be sure.
+    #[test]
+    fn a_place_that_explains_little_light_raises_doubts() {
+        let scene = Scene {
+            pitch_px: 10.0,
+            blur_px: [1.0; 2],
+            ..Scene::PLAIN
+        };
+        let rendered = scene.render();
+        let frame = rendered.frame();
+        let locator = Locator::new(Camera::default()).unwrap();
+        let lattice = Lattice::through(&scene.corners());
+        let followed_with = |bits: u64| {
+            let track = Track::new(spots_on(lattice, 2.5), 0, (scene.width, scene.height));
+            let shares = PanelFrame::from_bits(bits).shares();
+            let mut residuals = Box::new(Residuals::<9216>::new());
+            let corrected = track.corrected(1, observation(&frame, &locator), [lattice; 2], shares, Gate::STILL, &mut residuals);
+            let mut reader = Reader::new(Method::MaximumLikelihood, TrackingSettings::DEFAULT);
+            reader.track = Some(corrected.unwrap().0);
+            reader
+        };
+        assert!(!followed_with(scene.bits).is_doubtful());
+        assert!(followed_with(scene.bits ^ 0x8181_8181_8181_8181).is_doubtful());
     }
 }

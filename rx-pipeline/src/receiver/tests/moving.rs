@@ -27,3 +27,28 @@ fn a_panel_that_moves_before_a_still_ground_is_followed() {
         );
     }
 }
+
+/// A panel that drives into the frame is found, lost and found again. It is then expected at the speed between the two places.
+#[test]
+fn a_panel_that_is_found_twice_is_followed_at_its_speed() {
+    const FRAMES: u64 = 40;
+    const PITCH: f32 = 8.7;
+    let size = [900, 160];
+    let panels = panels(FRAMES as usize);
+    for pitches_a_frame in [1.5, 1.9, 2.0, 2.1] {
+        let mut receiver = receiver_of(size[0], size[1]);
+        let mut missed = 0;
+        for number in 0..FRAMES {
+            let centre = [30.0 + pitches_a_frame * PITCH * number as f32, 80.5];
+            let pixels = before_blocks(size, centre, PITCH, panels[number as usize].bits(), number);
+            let frame = Frame::new(&pixels, size[0], size[1]).unwrap();
+            let reading = receiver.frame(number, &frame).reading;
+            let is_right = reading.is_ok_and(|reading| off(&reading.corners, &square(centre, PITCH)) < 0.3 * PITCH);
+            missed += u64::from(!is_right);
+        }
+        assert!(
+            missed <= 3,
+            "{pitches_a_frame} pitches a frame: {missed} of {FRAMES} not read in place"
+        );
+    }
+}
