@@ -429,8 +429,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             best = self.model.search(frame, &crop, &self.experience.levels, variance)?;
         }
         let fits = self.fits(&best);
-        let usual = &self.experience.levels;
-        if !usual.fits_so_far(usual.usual_noise(&best.levels)) {
+        // Before the usual noise is known, single symbols read from mixtures may look like a carrier's complements.
+        #[cfg(feature = "carrier")]
+        let may_be_single = self.fits_so_far(&best);
+        #[cfg(not(feature = "carrier"))]
+        let may_be_single = fits;
+        if !may_be_single {
             let two = self.model.two_symbols(frame, &crop, before, &self.experience.levels)?;
             #[cfg(feature = "carrier")]
             let two = two.filter(|two| !self.experience.levels.has_carrier || !two.is_one_by_carrier());
@@ -510,6 +514,13 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     fn fits(&self, estimate: &Estimate) -> bool {
         let usual = &self.experience.levels;
         usual.fits(usual.usual_noise(&estimate.levels))
+    }
+
+    /// As [`Self::fits`], but false for a frame that is much noisier than the first ones.
+    #[cfg(feature = "carrier")]
+    fn fits_so_far(&self, estimate: &Estimate) -> bool {
+        let usual = &self.experience.levels;
+        usual.fits_so_far(usual.usual_noise(&estimate.levels))
     }
 
     /// The prior knowledge of the panel's image.
