@@ -90,6 +90,12 @@ impl Lattice {
         best.unwrap_or(*self)
     }
 
+    /// Whether the middle of another lattice is so near that both cannot be panels.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        let [dx, dy] = core::array::from_fn(|axis| self.centre[axis] - other.centre[axis]);
+        libm::hypotf(dx, dy) < SIDE as f32 * self.pitch()[0]
+    }
+
     /// The same lattice elsewhere.
     #[cfg(feature = "surroundings")]
     pub fn shifted(&self, [dx, dy]: [f32; 2]) -> Self {

@@ -429,7 +429,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             best = self.model.search(frame, &crop, &self.experience.levels, variance)?;
         }
         let fits = self.fits(&best);
-        // Before the usual noise is known, single symbols read from mixtures may look like a carrier's complements.
+        // Until the usual noise is known, a mixture that is read as one symbol may look like a carrier's complement.
         #[cfg(feature = "carrier")]
         let may_be_single = self.fits_so_far(&best);
         #[cfg(not(feature = "carrier"))]
@@ -616,6 +616,8 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     }
 
     fn learn(&mut self, estimate: &mut Estimate) {
+        #[cfg(feature = "carrier")]
+        let may_be_single = self.fits_so_far(estimate);
         self.model.expect(estimate);
         let (levels, equations) = (&estimate.levels, self.model.equations(estimate, &self.experience.levels));
         if let Some(unsure) = equations.covariance(levels.noise) {
@@ -626,6 +628,10 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
                 unsure
             };
             self.experience.levels.update(levels, &unsure);
+        }
+        #[cfg(feature = "carrier")]
+        if !may_be_single {
+            return;
         }
         let Experience {
             levels, leds, light_noise, ..

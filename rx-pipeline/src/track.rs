@@ -56,7 +56,13 @@ const ASTRAY_SHARE: f32 = 0.8;
 /// A panel that has jumped is moved by a line if the residual there is expected to be smaller than this (share of the residual at the
 /// present place). Higher: LEDs that are Off along a side move it.
 const LINE_LEFT: f32 = 0.8;
-/// Frames between two places of one panel from which its speed is known (count). More: panels that change their direction seem slow.
+/// A panel that explains less may lie between its lines (share of the light there). Higher: slower before clutter.
+#[cfg(feature = "surroundings")]
+const BETWEEN_LINES: f32 = 0.7;
+/// How much less a panel must explain than when a search confirmed its place to raise doubts again (share of the light there).
+#[cfg(feature = "surroundings")]
+const CLEARLY_LESS: f32 = 0.05;
+/// Maximum number of frames between two finds that give a speed (count). More: panels that change their direction seem slow.
 #[cfg(feature = "surroundings")]
 const COMING_FRAMES: u64 = 32;
 /// Maximum speed between them (pitches a frame): half the panel's width.
@@ -170,6 +176,9 @@ pub(crate) struct Track {
     astray: Option<f32>,
     /// Mean confidence of the bits in the last frames.
     trust: f32,
+    /// A panel that usually explains less may lie between its lines (share of the light there).
+    #[cfg(feature = "surroundings")]
+    little: f32,
     last_seen: u64,
     /// Whether the number of the last frame with the panel is unknown.
     any_number: bool,
@@ -250,6 +259,8 @@ impl Track {
             usual: None,
             astray: Some(1.0),
             trust: 1.0,
+            #[cfg(feature = "surroundings")]
+            little: BETWEEN_LINES,
             last_seen: number,
             any_number: false,
             missed: 0,
@@ -265,8 +276,8 @@ impl Track {
         Self { is_amid_clutter, ..self }
     }
 
-    /// The track with the speed of a panel that was at `place` in frame `before`, if that is not long ago and it moves by less than half its
-    /// width a frame. Otherwise it is expected at rest.
+    /// The track with the speed of a panel that was at `place` in frame `before`, if that is not long ago and the panel moves by at most half
+    /// its width a frame. Otherwise it is expected at rest.
     #[cfg(feature = "surroundings")]
     pub fn coming_from(self, before: u64, place: &Lattice) -> Self {
         let Some(elapsed @ 1..=COMING_FRAMES) = self.last_seen.checked_sub(before) else {
@@ -520,9 +531,25 @@ impl Track {
         }
     }
 
-    /// The track with full confidence.
+    /// The track with full confidence, after a search has found the panel at its place.
     pub fn trusted(self) -> Self {
-        Self { trust: 1.0, ..self }
+        Self {
+            trust: 1.0,
+            #[cfg(feature = "surroundings")]
+            little: self.little.min(self.usually_explained() - CLEARLY_LESS),
+            ..self
+        }
+    }
+
+    /// Whether a panel explains so little light that it may lie between its lines.
+    #[cfg(feature = "surroundings")]
+    pub fn explains_little(&self) -> bool {
+        self.usually_explained() < self.little
+    }
+
+    #[cfg(not(feature = "surroundings"))]
+    pub fn explains_little(&self) -> bool {
+        false
     }
 
     /// The track without confidence: its bits are as good as random.
@@ -531,7 +558,7 @@ impl Track {
     }
 
     /// The share of the light that the panel usually explains; 1 while it is unknown.
-    pub fn usually_explained(&self) -> f32 {
+    fn usually_explained(&self) -> f32 {
         self.usual.map_or(1.0, |usual| usual.explained)
     }
 

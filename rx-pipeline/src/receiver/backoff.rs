@@ -1,6 +1,6 @@
-//! Schedules searches for a panel that is followed but read with unsure bits.
+//! Schedules searches for a panel that is followed at a doubtful place.
 
-/// Maximum number of frames between two searches (frames). More: cheaper if bits stay unsure, but a panel that is followed beside its place
+/// Maximum number of frames between two searches (frames). More: cheaper if doubts remain, but a panel that is followed beside its place
 /// is found later.
 const LONGEST_FRAMES: u32 = 8;
 
@@ -28,7 +28,7 @@ impl Backoff {
         self.wait = (2 * self.wait).clamp(1, LONGEST_FRAMES);
     }
 
-    /// Shortens the wait after a frame whose bits were sure.
+    /// Shortens the wait after a frame without doubts.
     pub fn shorten(&mut self) {
         self.wait /= 2;
         self.left = self.left.min(self.wait);

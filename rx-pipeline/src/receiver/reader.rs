@@ -46,16 +46,13 @@ const LINES_MOVED: usize = 3;
 /// It is also accepted if it leaves less than this share of the expected place's residual (share).
 const CLEARLY_LEFT: f32 = 0.6;
 
-/// Between two lines, a panel explains at most this (share of the light there). Higher: slower before clutter.
-const BETWEEN_LINES: f32 = 0.7;
-
 /// The bits at a place that the surroundings give are unsure if their confidence is below the usual one by this (probability that one is
 /// right). Less: slower.
 const LESS_SURE: f32 = 0.01;
 /// The probability that a panel is in its place if the light beside it may be its own (share).
 #[cfg(feature = "surroundings")]
 const LINE_OFF: f32 = 0.5;
-/// Minimum confidence of bits from which the surroundings are learnt (probability that a bit is right).
+/// Minimum confidence of bits from which the surroundings are learnt, or that replace a place between lines (probability that one is right).
 const SURE: f32 = 0.98;
 /// Frames between updates of the surroundings of a panel that hardly moves (count). More: faster, and slow changes are noticed later.
 const STEADY_FRAMES: u64 = 8;
@@ -91,11 +88,6 @@ fn better(here: Result<Followed, Loss>, elsewhere: Result<Followed, Loss>) -> Re
 /// The confidence of a reading, if there is one: the probability that a bit is right.
 fn confidence(followed: &Result<(Track, Reading), Loss>) -> f32 {
     followed.as_ref().map_or(0.0, |(_, reading)| reading.detection.confidence)
-}
-
-/// Whether a panel explains so little light that it may lie between its lines.
-fn explains_little(track: &Track) -> bool {
-    cfg!(feature = "surroundings") && track.usually_explained() < BETWEEN_LINES
 }
 
 /// The large tools for reading a panel.
@@ -158,7 +150,7 @@ pub(crate) struct Reader {
     /// The places beside the panel.
     #[cfg(feature = "surroundings")]
     line_watch: LineWatch,
-    /// The number of the frame in which a search last found the panel, and its place in that frame.
+    /// The number of the frame in which a search last found the panel, and its place there.
     #[cfg(feature = "surroundings")]
     found: Option<(u64, Lattice)>,
 }
@@ -189,6 +181,10 @@ impl Reader {
     }
 
     pub fn forget(&mut self) {
+        #[cfg(feature = "surroundings")]
+        if self.is_following() {
+            self.found = None;
+        }
         self.track = None;
     }
 
@@ -594,7 +590,7 @@ impl Reader {
     /// Whether bits are so unsure, or so little of the light is explained, that the followed place may not be a panel, or may lie beside
     /// one. Only maximum likelihood shows this.
     pub fn is_doubtful(&self) -> bool {
-        let is_unsure = |track: &Track| track.trust() < self.settings.min_confidence || explains_little(track);
+        let is_unsure = |track: &Track| track.trust() < self.settings.min_confidence || track.explains_little();
         self.method == Method::MaximumLikelihood && self.track.as_ref().is_some_and(is_unsure)
     }
 
@@ -622,7 +618,8 @@ impl Reader {
         let (before, learnt, around) = (self.clone(), tools.likelihood.experience(), *tools.surroundings);
         tools.likelihood.forget_leds();
         let found = self.begin(number, frame, location, tools, canvas, profile);
-        let least = track.trust().min(if explains_little(&track) { SURE } else { 1.0 });
+        let lies_between_lines = track.explains_little() && place.overlaps(&location.spots.lattice);
+        let least = track.trust().min(if lies_between_lines { SURE } else { 1.0 });
         let is_surer = |reading: &Reading| reading.detection.confidence > least;
         let found = found.ok().filter(is_surer);
         if found.is_none() {
@@ -686,6 +683,10 @@ impl Reader {
     fn watch(&mut self, frame_size: (usize, usize)) {
         if self.frame_size != frame_size {
             (self.frame_size, self.cells) = (frame_size, None);
+            #[cfg(feature = "surroundings")]
+            {
+                self.found = None;
+            }
         }
     }
 
@@ -800,7 +801,8 @@ impl Reader {
         locator: &Locator,
         tools: &mut Tools<'_, N>,
     ) -> Result<(), CellsError> {
-        (self.track, self.cells, self.seen) = (None, None, None);
+        self.forget();
+        (self.cells, self.seen) = (None, None);
         self.forget_places();
         *tools.surroundings = Surroundings::UNKNOWN;
         self.watch(frame_size);
@@ -897,7 +899,7 @@ mod tests {
         assert!(both.is_ok_and(|followed| followed.explained == 0.9));
     }
 
-    /// As between two lines of LEDs, where bits may be sure.
+    #[cfg(feature = "surroundings")]
     #[test]
     fn a_place_that_explains_little_light_raises_doubts() {
         let scene = Scene {

@@ -55,7 +55,7 @@ impl<const PIXELS: usize> Search<PIXELS> for NoSearch {
     fn forget(&mut self) {}
 }
 
-/// Searches whole frames while fewer panels are followed than there may be, or while maximum likelihood reads one with unsure bits.
+/// Searches whole frames while fewer panels are followed than there may be, or while the place of one is in doubt.
 ///
 /// `L` is the location of its [memory](SearchMemory): `SearchMemory` itself, `&mut SearchMemory`, or a `Box` of it. `H` stores the last
 /// frames, so that a panel that does not stand out is found by its blinking; it is anything that lends a slice of bytes. If it also has
