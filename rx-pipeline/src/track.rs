@@ -276,8 +276,8 @@ impl Track {
         Self { is_amid_clutter, ..self }
     }
 
-    /// The track with the speed of a panel that was at `place` in frame `before`, if that is not long ago and the panel moves by at most half
-    /// its width a frame. Otherwise it is expected at rest.
+    /// The track with the speed of a panel that was at `place` in frame `before`, if that is not long ago and the panel moves by at most
+    /// half its width a frame. Otherwise it is expected at rest.
     #[cfg(feature = "surroundings")]
     pub fn coming_from(self, before: u64, place: &Lattice) -> Self {
         let Some(elapsed @ 1..=COMING_FRAMES) = self.last_seen.checked_sub(before) else {

@@ -52,7 +52,8 @@ const LESS_SURE: f32 = 0.01;
 /// The probability that a panel is in its place if the light beside it may be its own (share).
 #[cfg(feature = "surroundings")]
 const LINE_OFF: f32 = 0.5;
-/// Minimum confidence of bits from which the surroundings are learnt, or that replace a place between lines (probability that one is right).
+/// Minimum confidence of bits from which the surroundings are learnt, or which replace a place between lines (probability that a bit is
+/// right).
 const SURE: f32 = 0.98;
 /// Frames between updates of the surroundings of a panel that hardly moves (count). More: faster, and slow changes are noticed later.
 const STEADY_FRAMES: u64 = 8;
