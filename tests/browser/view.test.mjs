@@ -100,8 +100,8 @@ test("view: the page is the Receive tab of the project's own page, without what 
   assert.equal(await page.evaluate(parsed, served), await page.evaluate(parsed, own));
   for (const name of SHARED) {
     const text = readFileSync(new URL(`../../page/web/${name}`, import.meta.url), "utf8");
-    // `page/build` leaves out the lines that are only a comment.
-    assert.ok(own.includes(text.replace(/^ *\/\/.*\n/gm, "")), name);
+    // `page/build` leaves out indentation, and the lines that are empty or only a comment.
+    assert.ok(own.includes(text.replace(/^ *(\/\/.*)?\n/gm, "").replace(/^ +/gm, "")), name);
     assert.ok(files.join("").includes(text), name);
   }
   assert.equal(await page.locator("button, input, select, textarea").count(), 0);
