@@ -43,7 +43,6 @@ impl Lattice {
     }
 
     /// Whether the middle of another lattice is at most `pitches` pitches away.
-    #[cfg(feature = "surroundings")]
     pub fn is_beside(&self, other: &Self, pitches: f32) -> bool {
         let [dx, dy] = core::array::from_fn(|axis| self.centre[axis] - other.centre[axis]);
         libm::hypotf(dx, dy) <= pitches * self.pitch()[0]
@@ -88,12 +87,6 @@ impl Lattice {
         let upright = |lattice: &Self| lattice.column[0] + lattice.row[1];
         let best = self.turns().max_by(|a, b| upright(a).total_cmp(&upright(b)));
         best.unwrap_or(*self)
-    }
-
-    /// Whether the middle of another lattice is so near that both cannot be panels.
-    pub fn overlaps(&self, other: &Self) -> bool {
-        let [dx, dy] = core::array::from_fn(|axis| self.centre[axis] - other.centre[axis]);
-        libm::hypotf(dx, dy) < SIDE as f32 * self.pitch()[0]
     }
 
     /// The same lattice elsewhere.

@@ -429,12 +429,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             best = self.model.search(frame, &crop, &self.experience.levels, variance)?;
         }
         let fits = self.fits(&best);
-        // Until the usual noise is known, a mixture that is read as one symbol may look like a carrier's complement.
-        #[cfg(feature = "carrier")]
-        let may_be_single = self.fits_so_far(&best);
-        #[cfg(not(feature = "carrier"))]
-        let may_be_single = fits;
-        if !may_be_single {
+        if !self.may_be_single(&best) {
             let two = self.model.two_symbols(frame, &crop, before, &self.experience.levels)?;
             #[cfg(feature = "carrier")]
             let two = two.filter(|two| !self.experience.levels.has_carrier || !two.is_one_by_carrier());
@@ -516,9 +511,12 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         usual.fits(usual.usual_noise(&estimate.levels))
     }
 
-    /// As [`Self::fits`], but false for a frame that is much noisier than the first ones.
-    #[cfg(feature = "carrier")]
-    fn fits_so_far(&self, estimate: &Estimate) -> bool {
+    /// As [`Self::fits`], but false for a frame that is much noisier than the first ones: until the usual noise is known, a mixture that is
+    /// read as one symbol may look like a carrier's complement.
+    fn may_be_single(&self, estimate: &Estimate) -> bool {
+        if cfg!(not(feature = "carrier")) {
+            return self.fits(estimate);
+        }
         let usual = &self.experience.levels;
         usual.fits_so_far(usual.usual_noise(&estimate.levels))
     }
@@ -616,8 +614,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     }
 
     fn learn(&mut self, estimate: &mut Estimate) {
-        #[cfg(feature = "carrier")]
-        let may_be_single = self.fits_so_far(estimate);
+        let may_be_single = self.may_be_single(estimate);
         self.model.expect(estimate);
         let (levels, equations) = (&estimate.levels, self.model.equations(estimate, &self.experience.levels));
         if let Some(unsure) = equations.covariance(levels.noise) {
@@ -629,8 +626,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             };
             self.experience.levels.update(levels, &unsure);
         }
-        #[cfg(feature = "carrier")]
-        if !may_be_single {
+        if cfg!(feature = "carrier") && !may_be_single {
             return;
         }
         let Experience {

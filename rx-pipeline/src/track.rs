@@ -283,16 +283,12 @@ impl Track {
         let Some(elapsed @ 1..=COMING_FRAMES) = self.last_seen.checked_sub(before) else {
             return self;
         };
-        let share = 1.0 / elapsed as f32;
-        let [dx, dy] = difference(&self.spots.lattice, place).centre.map(|by| by * share);
-        let (now, then) = (self.spots.lattice.pitch()[0], place.pitch()[0]);
-        if libm::hypotf(dx, dy) > COMING_PITCHES * now || (now - then).abs() > COMING_GROWTH * now {
+        let (here, elapsed) = (&self.spots.lattice, elapsed as f32);
+        let [now, then] = [here, place].map(|lattice| lattice.pitch()[0]);
+        if !here.is_beside(place, COMING_PITCHES * elapsed) || (now - then).abs() > COMING_GROWTH * now {
             return self;
         }
-        let speed = Lattice {
-            centre: [dx, dy],
-            ..AT_REST
-        };
+        let speed = speed_between(place, here, elapsed);
         Self { speed, ..self }
     }
 
@@ -657,11 +653,7 @@ impl Track {
                 ..moved(&self.speed, off, gains)
             };
         }
-        let whole = difference(seen, &self.spots.lattice);
-        Lattice {
-            centre: whole.centre.map(|c| c / elapsed),
-            ..AT_REST
-        }
+        speed_between(&self.spots.lattice, seen, elapsed)
     }
 }
 
@@ -672,6 +664,14 @@ const AT_REST: Lattice = Lattice {
     row: [0.0; 2],
     tilt: [0.0; 2],
 };
+
+/// The speed of a panel that moves from one place to another over `elapsed` frames and keeps its shape.
+fn speed_between(from: &Lattice, to: &Lattice, elapsed: f32) -> Lattice {
+    Lattice {
+        centre: difference(to, from).centre.map(|c| c / elapsed),
+        ..AT_REST
+    }
+}
 
 /// `lattice` moved by the shares `[place, shape]` of `by`.
 fn moved(lattice: &Lattice, by: &Lattice, [place, shape]: [f32; 2]) -> Lattice {

@@ -27,7 +27,7 @@ use crate::surroundings::{Placement, Surroundings, Tiles};
 use crate::track::{Gate, Track, TrackError};
 #[cfg(feature = "carrier")]
 use link::panel::PanelFrame;
-use link::panel::{LEDS, SoftPanel};
+use link::panel::{LEDS, SIDE, SoftPanel};
 
 /// Cells are reused while the corners differ by less (pitches): noise alone moves them by less, and a cell's mean hardly changes. Higher:
 /// faster, and cells that are off.
@@ -52,6 +52,8 @@ const LESS_SURE: f32 = 0.01;
 /// The probability that a panel is in its place if the light beside it may be its own (share).
 #[cfg(feature = "surroundings")]
 const LINE_OFF: f32 = 0.5;
+/// Two places whose middles are nearer show one panel (pitches).
+const WIDTH: f32 = SIDE as f32;
 /// Minimum confidence of bits from which the surroundings are learnt, or which replace a place between lines (probability that a bit is
 /// right).
 const SURE: f32 = 0.98;
@@ -182,11 +184,19 @@ impl Reader {
     }
 
     pub fn forget(&mut self) {
-        #[cfg(feature = "surroundings")]
+        // The last place of a panel that has been lost gives its speed once it is found again.
         if self.is_following() {
-            self.found = None;
+            self.forget_find();
         }
         self.track = None;
+    }
+
+    /// Forgets where a search last found the panel.
+    fn forget_find(&mut self) {
+        #[cfg(feature = "surroundings")]
+        {
+            self.found = None;
+        }
     }
 
     pub fn corners(&self) -> Option<Corners> {
@@ -619,7 +629,7 @@ impl Reader {
         let (before, learnt, around) = (self.clone(), tools.likelihood.experience(), *tools.surroundings);
         tools.likelihood.forget_leds();
         let found = self.begin(number, frame, location, tools, canvas, profile);
-        let lies_between_lines = track.explains_little() && place.overlaps(&location.spots.lattice);
+        let lies_between_lines = track.explains_little() && place.is_beside(&location.spots.lattice, WIDTH);
         let least = track.trust().min(if lies_between_lines { SURE } else { 1.0 });
         let is_surer = |reading: &Reading| reading.detection.confidence > least;
         let found = found.ok().filter(is_surer);
@@ -684,10 +694,7 @@ impl Reader {
     fn watch(&mut self, frame_size: (usize, usize)) {
         if self.frame_size != frame_size {
             (self.frame_size, self.cells) = (frame_size, None);
-            #[cfg(feature = "surroundings")]
-            {
-                self.found = None;
-            }
+            self.forget_find();
         }
     }
 
@@ -802,8 +809,8 @@ impl Reader {
         locator: &Locator,
         tools: &mut Tools<'_, N>,
     ) -> Result<(), CellsError> {
-        self.forget();
-        (self.cells, self.seen) = (None, None);
+        (self.track, self.cells, self.seen) = (None, None, None);
+        self.forget_find();
         self.forget_places();
         *tools.surroundings = Surroundings::UNKNOWN;
         self.watch(frame_size);
