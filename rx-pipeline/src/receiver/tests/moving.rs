@@ -3,7 +3,8 @@
 use super::near::{before_blocks, off, receiver_of, square};
 use super::*;
 
-/// The number of frames, of `frames`, in which a panel that moves to the right is not read in place. Each of its symbols lasts for `symbol_frames`.
+/// The number of frames, of `frames`, in which a panel that moves to the right is not read in place. Each of its symbols lasts for
+/// `symbol_frames`.
 fn missed(width: usize, [from_x, pitch, pitches_a_frame]: [f32; 3], frames: u64, symbol_frames: usize) -> usize {
     let size = [width, 160];
     let panels = panels(frames as usize);
