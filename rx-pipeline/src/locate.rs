@@ -15,7 +15,9 @@
 //!
 //! The difference of two frames contains nothing that stands still, so steps 2 to 4 do not depend on the background. In a single frame step
 //! 3 works on the patch without its smooth part, and again without edges (`patch`), for bright or for dark spots; step 4 looks only at
-//! pixels within the lattice's own outline. So neither a board nor its surroundings count.
+//! pixels within the lattice's own outline. So neither a board nor its surroundings count. If shadows fall across the board, step 4 is
+//! repeated without the light between the LEDs; places with small bright spots are searched before merely busy ones. Microcontrollers do
+//! neither.
 //!
 //! The locator needs the sensor's encoding; a configured blur is only its starting point. It does not find panels without a pattern, such
 //! as all On. Panels of more than 110 px are searched in larger pixels ([`crate::receiver::FrameSearch`]), in perspective.
@@ -44,7 +46,7 @@ use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::profile::{Profile, Stage};
 use crate::settings::{SearchSettings, SettingError};
-use crate::spots::{GreyMetric, LatticeModel, PIXEL_VARIANCE, Residuals};
+use crate::spots::{GreyMetric, LatticeModel, PIXEL_VARIANCE, Residuals, SHADED};
 use blob::{Blob, SIDE_PX};
 use core::ops::{Range, RangeInclusive};
 use link::camera::{Camera, CameraError};
@@ -244,6 +246,18 @@ impl Effort {
         if matches!(self, Self::Spare(_)) { 1 } else { u32::MAX }
     }
 
+    /// The sides of the panels among isolated spots around each busy place, in pixels: in a film one in each frame.
+    fn spots_sides_px(self) -> &'static [f32] {
+        match self {
+            Self::Spots | Self::Full => &SPOTS_SIDES_PX,
+            Self::Share(number) | Self::Spare(number) => {
+                let side = (number % SPOTS_SIDES_PX.len() as u64) as usize;
+                &SPOTS_SIDES_PX[side..=side]
+            }
+            Self::Level(_) | Self::Changes => &[],
+        }
+    }
+
     /// The side of the largest panel in the search, in pixels.
     fn largest_px(self) -> f32 {
         match self {
@@ -337,12 +351,13 @@ impl Locator {
         let Workspace { residuals, search } = workspace;
         let SearchMemory {
             busy,
+            spotted,
             changed,
             suspects,
             turns,
         } = search;
-        let survey = profile.timed(Stage::Survey, || {
-            Survey::<BUSY_PEAKS>::of(frame, earlier.iter().find(same_size), busy, changed)
+        let mut survey = profile.timed(Stage::Survey, || {
+            Survey::<BUSY_PEAKS>::of(frame, earlier.iter().find(same_size), busy, spotted.first_mut(), changed)
         });
         let in_motion = survey.noise_of_change_grey > IN_MOTION.0 * survey.noise_grey + IN_MOTION.1;
         let is_clear = survey
@@ -354,13 +369,17 @@ impl Locator {
         }
         // Searches that see no change leave the suspects as they are.
         let suspected = suspects.begin();
-        let unknown = |peak: &&Peak| known.iter().all(|corners| !near(corners, peak.centre));
+        let unknown = |peak: &Peak| known.iter().all(|corners| !near(corners, peak.centre));
+        for places in [&mut survey.busy, &mut survey.spotted, &mut survey.changed] {
+            places.retain(unknown);
+        }
         let mut attempt = Attempt {
             locator: self,
             residuals,
             failure: None,
             places: 0,
             largest_px: effort.largest_px(),
+            spots_sides_px: effort.spots_sides_px(),
             turn: None,
             budget: effort.budget(self.settings.changed_poses, SPARE_POSES[0]),
         };
@@ -381,7 +400,7 @@ impl Locator {
                 ground: Ground::Edges,
                 ..self.view(frame, None, survey.noise_grey)
             };
-            let mut places = survey.busy.iter().filter(unknown);
+            let mut places = survey.around(Ground::Edges).iter();
             let found = profile.timed(Stage::Search, || places.find_map(|peak| attempt.on_spots(peak, view)));
             return found.ok_or_else(|| attempt.failure());
         }
@@ -397,9 +416,8 @@ impl Locator {
                 }
             }
         }
-        let changed = survey.changed.iter().filter(unknown).take(CHANGED_PEAKS);
-        let (places, turn) = effort.changed(changed.clone().count(), in_motion, turns);
-        for peak in changed.take(places.end).skip(places.start) {
+        let (places, turn) = effort.changed(survey.changed.len().min(CHANGED_PEAKS), in_motion, turns);
+        for peak in &survey.changed[places] {
             is_faint = false;
             attempt.turn = turn;
             for before in earlier.iter().filter(same_size) {
@@ -418,8 +436,11 @@ impl Locator {
         // One budget per ground, because each ground suits other panels.
         let mut budgets = [effort.budget(self.settings.busy_poses, SPARE_POSES[1]); 4];
         attempt.turn = None;
-        for (rank, peak) in survey.busy.iter().filter(unknown).enumerate() {
+        for rank in 0..BUSY_PEAKS {
             for (&ground, left) in grounds.iter().zip(&mut budgets).filter(|(ground, _)| chosen(rank, **ground)) {
+                let Some(peak) = survey.around(ground).get(rank) else {
+                    continue;
+                };
                 let view = View {
                     ground,
                     ..self.view(frame, None, survey.noise_grey)
@@ -493,6 +514,16 @@ fn near(corners: &Corners, [x, y]: [f32; 2]) -> bool {
     KNOWN.contains(&column) && KNOWN.contains(&row)
 }
 
+impl Survey<BUSY_PEAKS> {
+    /// The places to search with that ground.
+    fn around(&self, ground: Ground) -> &[Peak] {
+        match ground {
+            Ground::Edges if cfg!(feature = "surroundings") => &self.spotted,
+            _ => &self.busy,
+        }
+    }
+}
+
 /// A search in progress, and the first reason of its failure so far.
 struct Attempt<'a, const N: usize> {
     locator: &'a Locator,
@@ -500,6 +531,8 @@ struct Attempt<'a, const N: usize> {
     failure: Option<LocateError>,
     places: usize,
     largest_px: f32,
+    /// The sides of panels among isolated spots, beside those of blobs (px).
+    spots_sides_px: &'static [f32],
     /// The turn of poses at a place: the likeliest one of each size, then the next ones. `None`: all of one size, then all of the next.
     turn: Option<usize>,
     /// Poses left to try.
@@ -515,6 +548,7 @@ impl<'a, const N: usize> Attempt<'a, N> {
             failure: None,
             places: 1,
             largest_px: f32::INFINITY,
+            spots_sides_px: &SPOTS_SIDES_PX,
             turn: None,
             budget: u32::MAX,
         }
@@ -533,76 +567,87 @@ impl<'a, const N: usize> Attempt<'a, N> {
         if self.budget == 0 {
             return None;
         }
-        let mut failure = None;
-        let mut best: Option<Verified> = None;
+        let mut best = Best::default();
         let mut blobs = Blob::around(peak, view.frame, view.earlier);
         blobs.retain(|blob| blob.side_px <= self.largest_px && view.resolves(blob));
+        if view.leaves_only_spots() {
+            let lattices = self.patches_of_spots(peak, &blobs).filter_map(|blob| view.on_spots(&blob));
+            if let Some(found) = self.among(lattices, &view, &mut best) {
+                return Some(found);
+            }
+        }
         let (blobs, passed_over) = match (self.turn, blobs.len()) {
             (None, _) | (_, 0) => (&blobs[..], 0),
             (Some(turn), sizes) => (&blobs[turn % sizes..][..1], turn / sizes),
         };
         for &blob in blobs {
-            if self.budget == 0 {
+            if self.budget == 0 || best.fits() {
                 break;
             }
-            let mut starts = heapless::Vec::<Lattice, { POSE_CANDIDATES + 1 }>::new();
-            let mut tried = heapless::Vec::<_, { 2 * POSE_CANDIDATES }>::new();
-            for candidate in view.pose_candidates(blob).skip(passed_over) {
-                if self.budget == 0 {
-                    break;
-                }
-                if starts.iter().any(|start| candidate.is_close_to(start)) {
-                    continue;
-                }
-                let _full = starts.push(candidate);
-                self.budget -= 1;
-                for Trial { widths_px, scope } in view.trials(&candidate) {
-                    let Some(pose) = view.promising(&candidate, &widths_px, scope) else {
-                        continue;
-                    };
-                    let same = |(other, scope_of_other): &(Lattice, Scope)| scope == *scope_of_other && pose.lattice.is_close_to(other);
-                    if tried.iter().any(same) {
-                        continue;
-                    }
-                    let _full = tried.push((pose.lattice, scope));
-                    match self.verified(&view, scope, &pose) {
-                        Ok(verified) if verified.is_beyond_doubt() => {
-                            return Some(verified.location());
-                        }
-                        // A pose that passes may still be the second best.
-                        Ok(verified) => {
-                            let fits = verified.fits();
-                            if best.as_ref().is_none_or(|best| verified.is_better_than(best)) {
-                                best = Some(verified);
-                            }
-                            if fits {
-                                break;
-                            }
-                        }
-                        Err(why) => {
-                            failure.get_or_insert(why);
-                        }
-                    }
-                }
-            }
-            if best.as_ref().is_some_and(Verified::fits) {
-                break;
+            if let Some(found) = self.among(view.pose_candidates(blob).skip(passed_over), &view, &mut best) {
+                return Some(found);
             }
         }
-        self.failure = self.failure.or(failure);
-        best.map(|verified| verified.location())
+        self.failure = self.failure.or(best.failure);
+        best.verified.map(|verified| verified.location())
+    }
+
+    /// The patches in which to search for isolated spots: a few sizes around a place, and its blobs.
+    fn patches_of_spots<'b>(&self, peak: &Peak, blobs: &'b [Blob]) -> impl Iterator<Item = Blob> + use<'b, N> {
+        let centre = peak.centre;
+        let sizes = self.spots_sides_px.iter().map(move |&side_px| Blob { centre, side_px });
+        sizes.chain(blobs.iter().copied())
+    }
+
+    /// A panel beyond doubt among candidates for its pose; keeps the best of the others.
+    fn among(&mut self, candidates: impl Iterator<Item = Lattice>, view: &View<'_, '_>, best: &mut Best) -> Option<Location> {
+        let mut starts = heapless::Vec::<Lattice, { POSE_CANDIDATES + 1 }>::new();
+        let mut tried = heapless::Vec::<_, { 2 * POSE_CANDIDATES }>::new();
+        let mut candidates = candidates;
+        while self.budget > 0
+            && let Some(candidate) = candidates.next()
+        {
+            if starts.iter().any(|start| candidate.is_close_to(start)) {
+                continue;
+            }
+            let _full = starts.push(candidate);
+            self.budget -= 1;
+            for Trial { widths_px, scope } in view.trials(&candidate) {
+                let Some(pose) = view.promising(&candidate, &widths_px, scope) else {
+                    continue;
+                };
+                let same = |(other, scope_of_other): &(Lattice, Scope)| scope == *scope_of_other && pose.lattice.is_close_to(other);
+                if tried.iter().any(same) {
+                    continue;
+                }
+                let _full = tried.push((pose.lattice, scope));
+                match self.verified(view, scope, &pose) {
+                    Ok(verified) if verified.is_beyond_doubt() => {
+                        return Some(verified.location());
+                    }
+                    // A pose that passes may still be the second best.
+                    Ok(verified) => {
+                        let fits = verified.fits();
+                        best.offer(verified);
+                        if fits {
+                            break;
+                        }
+                    }
+                    Err(why) => {
+                        best.failure.get_or_insert(why);
+                    }
+                }
+            }
+        }
+        None
     }
 
     /// A clear panel on the lattice of the spots around a place: in its blobs, or in patches of a few sizes.
     fn on_spots(&mut self, peak: &Peak, view: View<'_, '_>) -> Option<Location> {
         self.places += 1;
-        let sizes = SPOTS_SIDES_PX.map(|side_px| Blob {
-            centre: peak.centre,
-            side_px,
-        });
-        let blobs = Blob::around(peak, view.frame, None).into_iter().filter(|blob| view.resolves(blob));
-        let candidates = blobs.chain(sizes).filter_map(|blob| view.on_spots(&blob));
-        for candidate in candidates {
+        let mut blobs = Blob::around(peak, view.frame, None);
+        blobs.retain(|blob| view.resolves(blob));
+        for candidate in self.patches_of_spots(peak, &blobs).filter_map(|blob| view.on_spots(&blob)) {
             for Trial { widths_px, scope } in view.trials(&candidate) {
                 let pose = view.sharpened(&candidate, &widths_px, view.least_share());
                 match pose.and_then(|pose| self.verified(&view, scope, &pose).ok()) {
@@ -621,13 +666,37 @@ impl<'a, const N: usize> Attempt<'a, N> {
         Some(verified.location())
     }
 
-    /// Verifies a pose in that scope. If only its surroundings may have failed it, verifies it within the panel's own outline.
+    /// Verifies a pose in that scope. If only its surroundings may have failed it, verifies it within the panel's own outline, and if only
+    /// shadows on the board may have, without these.
     fn verified(&mut self, view: &View<'_, '_>, scope: Scope, pose: &Sharpened) -> Result<Verified, LocateError> {
         let mut verify = |scope| verification::verify(self.residuals, view, self.locator, scope, pose);
-        match verify(scope) {
+        let verified = verify(scope);
+        match verified {
             Err(why) if scope == Scope::Ground && why.may_be_of_the_surroundings() => verify(Scope::Board).map_err(|_| why),
+            Err(why) if SHADED && scope == Scope::Board && why.may_be_of_shadows() && pose.may_be_shaded() => {
+                verify(Scope::ShadedBoard).map_err(|_| why)
+            }
             verified => verified,
         }
+    }
+}
+
+/// The best panel of a place, and the first reason why a pose is none.
+#[derive(Default)]
+struct Best {
+    verified: Option<Verified>,
+    failure: Option<LocateError>,
+}
+
+impl Best {
+    fn offer(&mut self, verified: Verified) {
+        if self.verified.as_ref().is_none_or(|best| verified.is_better_than(best)) {
+            self.verified = Some(verified);
+        }
+    }
+
+    fn fits(&self) -> bool {
+        self.verified.as_ref().is_some_and(Verified::fits)
     }
 }
 
@@ -701,6 +770,29 @@ mod tests {
     fn white_boards_are_found_by_their_dark_leds() {
         for blur_sigma_px in [0.6, 0.7, 0.8] {
             expect_found(&before_two_walls(4.8, [-3.0, 0.3], blur_sigma_px));
+        }
+    }
+
+    /// The light of an edge of shadow moves across the panel.
+    #[test]
+    fn panels_half_in_the_shade_are_found_from_one_frame() {
+        for edge_px in [48.0, 55.0, 62.0, 69.0, 76.0] {
+            let sunlight = |x: f32| 0.15 + 0.85 / (1.0 + ((edge_px - x) / 0.8).exp());
+            let light = |i: usize| {
+                let at = [(i % SIDE) as f32, (i / SIDE) as f32];
+                let [column, row] = TRUTH.coordinates(at).unwrap();
+                let is_board = [column, row].iter().all(|c| (-1.5..8.5).contains(c));
+                let mut light = sunlight(at[0]) * if is_board { 0.8 } else { 0.5 };
+                for led in 0..64 {
+                    let [x, y] = TRUTH.position((led % 8) as f32, (led / 8) as f32);
+                    let squared = (at[0] - x) * (at[0] - x) + (at[1] - y) * (at[1] - y);
+                    let height = if BITS >> led & 1 == 1 { 2.5 } else { 0.1 };
+                    light += height * (-0.5 * squared / 1.2).exp();
+                }
+                light
+            };
+            let pixels: Vec<u8> = (0..SIDE * SIDE).map(|i| (118.0 * light(i).powf(1.0 / 2.2)).round() as u8).collect();
+            expect_found(&pixels);
         }
     }
 

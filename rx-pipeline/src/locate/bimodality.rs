@@ -92,6 +92,7 @@ mod tests {
             earlier: None,
             metric: &metric,
             within: None,
+            shade: None,
         };
         let lattice = Lattice::through(&SCENE.corners());
         let start = LatticeModel {

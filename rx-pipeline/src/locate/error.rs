@@ -136,4 +136,12 @@ impl LocateError {
             _ => false,
         }
     }
+
+    /// Whether shadows across the lattice may have caused the error.
+    pub(super) fn may_be_of_shadows(&self) -> bool {
+        matches!(
+            self,
+            Self::NoLattice | Self::GridDoesNotFit { .. } | Self::EdgeUnseen { .. } | Self::Indistinct { .. }
+        )
+    }
 }

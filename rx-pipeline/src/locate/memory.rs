@@ -4,10 +4,14 @@ use super::survey::Tiles;
 use super::suspects::Suspects;
 use crate::spots::Residuals;
 
-/// The memory of a search in frames of any size: 131 kB, 8 kB without the feature `large-frames`. A search also takes up to 100 kB of
-/// stack.
+/// Tiles for small bright spots (count): none on microcontrollers, whose searches make do with busy places.
+const SPOTTED: usize = if cfg!(feature = "surroundings") { 1 } else { 0 };
+
+/// The memory of a search in frames of any size: 197 kB, 8 kB without the features `large-frames` and `surroundings`. A search also takes
+/// up to 100 kB of stack.
 pub struct SearchMemory {
     pub(super) busy: Tiles,
+    pub(super) spotted: [Tiles; SPOTTED],
     pub(super) changed: Tiles,
     pub(crate) suspects: Suspects,
     /// Number of searches of one changed place.
@@ -18,6 +22,7 @@ impl SearchMemory {
     /// A constant, so that it does not pass through the stack.
     const EMPTY: Self = Self {
         busy: Tiles::new(),
+        spotted: [const { Tiles::new() }; SPOTTED],
         changed: Tiles::new(),
         suspects: Suspects::NONE,
         turns: 0,

@@ -8,6 +8,7 @@ use super::hill_climbing::{self, Pose};
 use super::patch::{PATCH_SIDE, Patch};
 use crate::frame::Frame;
 use crate::lattice::Lattice;
+use crate::spots::SHADE_LEAST_PITCH;
 use heapless::Vec;
 use link::panel::{LEDS, SIDE};
 
@@ -174,12 +175,14 @@ impl View<'_, '_> {
         any || blob.side_px >= 8.0 * LEAST_RESOLVED_PX
     }
 
-    /// The candidates for the pose of a blob, computed one by one: the lattice of isolated spots, and the evidence's maxima.
+    /// Whether only isolated spots are left of the frame.
+    pub fn leaves_only_spots(&self) -> bool {
+        self.earlier.is_none() && self.ground.leaves_only_spots()
+    }
+
+    /// The candidates for the pose of a blob, computed one by one: the evidence's maxima.
     pub fn pose_candidates(self, blob: Blob) -> impl Iterator<Item = Lattice> {
-        let spots_alone = self.earlier.is_none() && self.ground.leaves_only_spots();
-        let on_spots = spots_alone.then(|| self.on_spots(&blob)).flatten();
-        let hills = core::iter::once_with(move || self.climb_starts(&blob).into_maxima());
-        on_spots.into_iter().chain(hills.flatten())
+        core::iter::once_with(move || self.climb_starts(&blob).into_maxima()).flatten()
     }
 
     /// The lattice of the spots in a blob.
@@ -310,11 +313,17 @@ pub(super) enum Scope {
     Ground,
     /// A single frame as far as a board is sure to reach, without its surroundings.
     Board,
+    /// The same, without the shadows on the board.
+    ShadedBoard,
 }
 
 impl Scope {
     pub fn is_single(self) -> bool {
         self != Self::Change
+    }
+
+    pub fn is_board(self) -> bool {
+        matches!(self, Self::Board | Self::ShadedBoard)
     }
 }
 
@@ -341,7 +350,17 @@ impl Sharpened {
         if self.spot_sigma_px > TOLD_APART * across.min(down) {
             return true;
         }
-        distinctness(&self.brightness, &two_states(&self.brightness)) > LEAST_DISTINCT
+        self.distinctness() > LEAST_DISTINCT
+    }
+
+    /// Whether its LEDs are so distinct, and the ground is so visible between them, that only shadows on the board may prevent a fit.
+    pub fn may_be_shaded(&self) -> bool {
+        let [across, down] = self.lattice.pitch();
+        across.min(down) > SHADE_LEAST_PITCH * self.spot_sigma_px && self.distinctness() > LEAST_DISTINCT
+    }
+
+    fn distinctness(&self) -> f32 {
+        distinctness(&self.brightness, &two_states(&self.brightness))
     }
 }
 

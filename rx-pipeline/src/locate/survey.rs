@@ -3,17 +3,25 @@
 //! The pass uses sums of 2×2 pixels. For each tile of 16×16 pixels it adds up
 //!
 //! - the second differences over 4 pixels, along rows and along columns: LEDs make both large, edges and stripes only one;
-//! - the differences from an earlier frame, if there is one: before a still background only a panel's LEDs change.
+//! - the differences from an earlier frame, if there is one: before a still background only a panel's LEDs change;
+//! - on computers also the excess over the brighter of two neighbours, the least of several directions: only small bright spots have one,
+//!   and windows, branches and the edges of shadows have none.
 
 use crate::frame::Frame;
 use heapless::Vec;
 
 /// Side of a tile in frames of up to [`TILES`] of them (px). Larger: faster, and small panels drown in their surroundings.
 const TILE_PX: usize = 16;
-/// Tiles along one side of the frame, at most (count). More: 8 bytes of memory a tile of the square; fewer: coarser tiles in large frames.
+/// Tiles along one side of the frame, at most (count). More: 12 bytes of memory a tile of the square; fewer: coarser tiles in large frames.
 const TILES: usize = if cfg!(feature = "large-frames") { 128 } else { 32 };
 /// Reach of the second difference (sums of 2×2 px). Longer: tuned to larger LEDs.
 const LAG: usize = 2;
+/// The weight of the excess over next neighbours against that over neighbours [`LAG`] away (ratio), because an LED's excess grows with the
+/// square of the distance. Higher: small panels are found, and large ones drown in noise.
+const NEXT: u16 = 4;
+/// Places with spots for each busy place in a search for isolated spots (count). More: panels of large LEDs are found later, those of small
+/// ones sooner.
+const SPOTTED_IN_A_ROW: usize = 3;
 /// The least excess of a peak over the median tile (share of that). Higher: faint panels are missed; lower: noise makes peaks. The mean of
 /// a tile's 64 differences varies by a tenth.
 const STANDS_OUT: f32 = 0.25;
@@ -36,6 +44,9 @@ pub(super) struct Peak {
 pub(super) struct Survey<const N: usize> {
     /// Busy places, busiest first.
     pub busy: Vec<Peak, N>,
+    /// Places with small bright spots, the most and brightest first, and every fourth of them a busy one, because large LEDs are no small
+    /// spots; empty without tiles for them.
+    pub spotted: Vec<Peak, N>,
     /// Changed places, most changed first; empty without an earlier frame.
     pub changed: Vec<Peak, N>,
     /// Standard deviation of the noise of one pixel, in grey levels.
@@ -49,13 +60,20 @@ pub(super) struct Tiles([[u32; TILES]; TILES]);
 
 impl<const N: usize> Survey<N> {
     /// Surveys `frame` and, if there is one, an `earlier` frame of the same size.
-    pub fn of(frame: &Frame<'_>, earlier: Option<&Frame<'_>>, busy: &mut Tiles, changed: &mut Tiles) -> Self {
+    pub fn of(
+        frame: &Frame<'_>,
+        earlier: Option<&Frame<'_>>,
+        busy: &mut Tiles,
+        mut spotted: Option<&mut Tiles>,
+        changed: &mut Tiles,
+    ) -> Self {
         let scale = frame.width().max(frame.height()).div_ceil(TILE_PX * TILES);
         let tiles = |length: usize| (length / 2).div_ceil(TILE_SUMS * scale).min(TILES);
         let size = (tiles(frame.width()), tiles(frame.height()));
         if size.0 == 0 || size.1 == 0 {
             return Self {
                 busy: Vec::new(),
+                spotted: Vec::new(),
                 changed: Vec::new(),
                 noise_grey: 0.0,
                 noise_of_change_grey: 0.0,
@@ -63,13 +81,26 @@ impl<const N: usize> Survey<N> {
         }
         busy.clear(size);
         changed.clear(size);
-        let mut sums = Sums { busy, changed };
+        if let Some(spotted) = &mut spotted {
+            spotted.clear(size);
+        }
+        let mut sums = Sums {
+            busy,
+            spotted: spotted.as_deref_mut(),
+            changed,
+        };
         sums.add(frame, earlier, scale);
         let tile_px = (TILE_PX * scale) as f32;
         let per_sum = 1.0 / (4.0 * (TILE_SUMS * TILE_SUMS * scale * scale) as f32);
         let (busy_floor, changed_floor) = (busy.median(size), changed.median(size));
+        let busy = busy.peaks(size, busy_floor, tile_px, per_sum);
+        let spotted = spotted.map_or_else(Vec::new, |spotted| {
+            let spotted = spotted.peaks::<N>(size, spotted.median(size), tile_px, per_sum);
+            mixed(&spotted, &busy)
+        });
         Self {
-            busy: busy.peaks(size, busy_floor, tile_px, per_sum),
+            busy,
+            spotted,
             changed: if earlier.is_some() {
                 changed.peaks(size, changed_floor, tile_px, per_sum)
             } else {
@@ -78,6 +109,23 @@ impl<const N: usize> Survey<N> {
             noise_grey: noise(frame),
             // The mean of |a − b| of normal numbers is 2/√π·σ; a mean of four pixels has half the noise of one.
             noise_of_change_grey: changed_floor as f32 * per_sum * 1.772,
+        }
+    }
+}
+
+/// The places of two lists in their order, [`SPOTTED_IN_A_ROW`] of the first for each of the second.
+fn mixed<const N: usize>(spotted: &[Peak], busy: &[Peak]) -> Vec<Peak, N> {
+    let mut mixed: Vec<Peak, N> = Vec::new();
+    let (mut spotted, mut busy) = (spotted.chunks(SPOTTED_IN_A_ROW), busy.iter());
+    loop {
+        let (several, one) = (spotted.next().unwrap_or_default(), busy.next());
+        if several.is_empty() && one.is_none() {
+            return mixed;
+        }
+        for peak in several.iter().chain(one) {
+            if mixed.iter().all(|other| other.centre != peak.centre) && mixed.push(*peak).is_err() {
+                return mixed;
+            }
         }
     }
 }
@@ -109,6 +157,7 @@ pub(super) fn noise(frame: &Frame<'_>) -> f32 {
 
 struct Sums<'a> {
     busy: &'a mut Tiles,
+    spotted: Option<&'a mut Tiles>,
     changed: &'a mut Tiles,
 }
 
@@ -129,7 +178,7 @@ impl Sums<'_> {
         let mut ring: [Row; 2 * LAG + 1] = [[0; SEGMENT + 2 * LAG]; 2 * LAG + 1];
         let mut sums: Row = [0; SEGMENT + 2 * LAG];
         let mut before: Row = [0; SEGMENT + 2 * LAG];
-        let (mut along, mut down) = ([0; SEGMENT], [0; SEGMENT]);
+        let (mut along, mut down, mut spots) = ([0; SEGMENT], [0; SEGMENT], [0; SEGMENT]);
         // For this row of tiles and for the next one, whose first change is known before this one's last second differences.
         let mut change = [[0; SEGMENT]; 2];
         for y in 0..rows + LAG {
@@ -150,6 +199,11 @@ impl Sums<'_> {
                 };
                 let (here, below) = (&ring[middle % (2 * LAG + 1)], &ring[newest]);
                 second_differences(above, here, below, &mut along, &mut down);
+                if self.spotted.is_some() {
+                    let next = |lines: usize| &ring[(middle + lines) % (2 * LAG + 1)];
+                    let beside = if middle > 0 { [next(2 * LAG), next(1)] } else { [here; 2] };
+                    excesses([above, beside[0], here, beside[1], below], &mut spots);
+                }
                 if (middle + 1).is_multiple_of(TILE_SUMS) || middle + 1 == rows {
                     let row = middle / TILE_SUMS / scale;
                     let changed = &mut change[middle / TILE_SUMS % 2];
@@ -160,11 +214,14 @@ impl Sums<'_> {
                         let (along, down) = (total(&along), total(&down));
                         if row < TILES && column < TILES {
                             self.busy.0[row][column] += along.min(down);
+                            if let Some(spotted) = &mut self.spotted {
+                                spotted.0[row][column] += total(&spots);
+                            }
                             self.changed.0[row][column] += total(changed);
                         }
                     }
                     changed.fill(0);
-                    (along, down) = ([0; SEGMENT], [0; SEGMENT]);
+                    (along, down, spots) = ([0; SEGMENT], [0; SEGMENT], [0; SEGMENT]);
                 }
             }
         }
@@ -210,6 +267,18 @@ fn second_differences(above: &Row, here: &Row, below: &Row, along: &mut [u16; SE
         let twice = 2 * here[i + LAG];
         along[i] += (here[i] + here[i + 2 * LAG]).abs_diff(twice);
         down[i] += (above[i + LAG] + below[i + LAG]).abs_diff(twice);
+    }
+}
+
+/// Adds the excess of each light over the brighter of two opposite neighbours: over the next ones the least along the row and the column,
+/// over those [`LAG`] away also the least along the diagonals. The rows are those from [`LAG`] above to [`LAG`] below.
+fn excesses([above, upper, here, lower, below]: [&Row; 5], spots: &mut [u16; SEGMENT]) {
+    for i in 0..SEGMENT {
+        let light = here[i + LAG];
+        let next = here[i + LAG - 1].max(here[i + LAG + 1]).max(upper[i + LAG]).max(lower[i + LAG]);
+        let far = here[i].max(here[i + 2 * LAG]).max(above[i + LAG]).max(below[i + LAG]);
+        let diagonal = above[i].max(below[i + 2 * LAG]).max(above[i + 2 * LAG]).max(below[i]);
+        spots[i] += NEXT * light.saturating_sub(next) + light.saturating_sub(far.max(diagonal));
     }
 }
 
@@ -304,5 +373,32 @@ impl Tiles {
             }
         }
         peaks
+    }
+}
+
+#[cfg(all(test, feature = "surroundings"))]
+mod tests {
+    use super::*;
+    use std::boxed::Box;
+    use std::vec::Vec as Pixels;
+
+    /// Windows, which are busier than LEDs, have edges and corners, but no small spots.
+    #[test]
+    fn small_spots_come_before_windows() {
+        const SIDE: usize = 256;
+        let is_window = |x: usize, y: usize| x < 128 && x % 16 < 9 && y % 20 < 12;
+        let is_led = |x: usize, y: usize| (180..228).contains(&x) && (100..148).contains(&y) && x % 6 < 2 && y % 6 < 2;
+        let grey = |i: usize| match (i % SIDE, i / SIDE) {
+            (x, y) if is_window(x, y) => 220,
+            (x, y) if is_led(x, y) => 160,
+            _ => 60,
+        };
+        let pixels: Pixels<u8> = (0..SIDE * SIDE).map(grey).collect();
+        let frame = Frame::new(&pixels, SIDE, SIDE).unwrap();
+        let tiles = || Box::new(Tiles::new());
+        let survey = Survey::<8>::of(&frame, None, &mut tiles(), Some(&mut tiles()), &mut tiles());
+        let is_panel = |peak: &Peak| (170.0..240.0).contains(&peak.centre[0]) && (90.0..160.0).contains(&peak.centre[1]);
+        assert!(is_panel(&survey.spotted[0]), "{:?}", survey.spotted);
+        assert!(!is_panel(&survey.busy[0]), "{:?}", survey.busy);
     }
 }

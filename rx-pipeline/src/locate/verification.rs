@@ -11,7 +11,7 @@ use super::pose_candidates::{self, Ground, Scope, Sharpened, View};
 use super::{LocateError, Location, Locator};
 use crate::corners::Corners;
 use crate::fit::Fit;
-use crate::spots::{LatticeModel, Observation, Residuals};
+use crate::spots::{LatticeModel, Observation, Residuals, Shade};
 pub use criteria::LEAST_PITCH_PX;
 pub(crate) use criteria::is_random;
 use criteria::{DISTINCT, FitQuality, examine};
@@ -126,11 +126,20 @@ pub(super) fn verify<const N: usize>(
         contrast: 0.0,
         state: state.map(|state| on(state).into()),
     };
+    let shade = match scope {
+        Scope::ShadedBoard => {
+            let light_at = |at| Some(metric.light_at(view.frame, at)?.0);
+            let shade = Shade::of(lattice, light_at).filter(|shade| shade.is_uneven(shade.contrast(light_at)));
+            Some(shade.ok_or(LocateError::NoLattice)?)
+        }
+        _ => None,
+    };
     let observation = Observation {
         frame: view.frame,
         earlier: view.earlier,
         metric,
         within: None,
+        shade: shade.as_ref(),
     };
     let noise = view.noise_grey * view.noise_grey + ROUNDING;
     let mut settling = Settling {
@@ -139,7 +148,7 @@ pub(super) fn verify<const N: usize>(
         is_near: view.is_near,
     };
     let (fitted, observation) = match scope {
-        Scope::Board => settling.within_a_board(start)?,
+        Scope::Board | Scope::ShadedBoard => settling.within_a_board(start)?,
         _ => (settling.on_its_line(scope, start, noise)?, observation),
     };
     let window = settling.window(&fitted.spots, scope.rim())?;
@@ -156,14 +165,14 @@ pub(super) fn verify<const N: usize>(
     let noise = around.map_or(noise, |around| around.max(LEAST_NOISE_AROUND * noise));
     let FitQuality { signal_to_noise, misfit } = examine(&fitted, noise, scope, settings)?;
     let lit_around = match scope {
-        Scope::Board => LedLikeness::of(observation, &fitted.spots).lit_around(),
+        Scope::Board | Scope::ShadedBoard => LedLikeness::of(observation, &fitted.spots).lit_around(),
         _ => residuals.lit_around(&fitted.spots, window),
     };
     if lit_around > LIT_AROUND[usize::from(single)] {
         return Err(LocateError::GoesOn { lit_around });
     }
     if single {
-        let is_apart = fitted.spots.stand_apart(APART[usize::from(scope == Scope::Board)]);
+        let is_apart = fitted.spots.stand_apart(APART[usize::from(scope.is_board())]);
         if is_apart && let Some(lit_around) = beyond::goes_on(observation, &fitted.spots) {
             return Err(LocateError::GoesOn { lit_around });
         }
@@ -178,14 +187,17 @@ pub(super) fn verify<const N: usize>(
         noise_grey: libm::sqrtf(noise),
         signal_to_noise,
         misfit,
-        is_amid_clutter: scope == Scope::Board,
-        spots: fitted.spots,
+        is_amid_clutter: scope.is_board(),
+        spots: LatticeModel {
+            background: fitted.spots.background + shade.map_or(0.0, |shade| shade.mean()),
+            ..fitted.spots
+        },
     })
 }
 
 /// Whether spots of any brightness could explain as much.
 fn may_be_no_panel(fitted: &Fit, scope: Scope) -> bool {
-    fitted.spots.apart() < 1.0 || scope == Scope::Board && distinctness(fitted) < DISTINCT
+    fitted.spots.apart() < 1.0 || scope.is_board() && distinctness(fitted) < DISTINCT
 }
 
 /// The separation of LEDs of different states, in brightness or in change, by the residual of each.

@@ -856,6 +856,7 @@ fn observation<'a, 'f>(frame: &'a Frame<'f>, locator: &'a Locator) -> Observatio
         earlier: None,
         metric: locator.metric(),
         within: None,
+        shade: None,
     }
 }
 

@@ -4,6 +4,7 @@ use super::grey_metric::GreyMetric;
 use super::lattice_model::LatticeModel;
 use super::outline::Outline;
 use super::profile::{Moments, Profile};
+use super::shade::{SHADED, Shade};
 use super::slope::Slope;
 use super::window::{LANES, Window};
 use crate::frame::Frame;
@@ -24,6 +25,15 @@ pub(crate) struct Observation<'a, 'f> {
     pub metric: &'a GreyMetric,
     /// The part in use; all if `None`.
     pub within: Option<Outline>,
+    /// The light between the LEDs if it is uneven, which adds to the background; only with the feature `surroundings`.
+    pub shade: Option<&'a Shade>,
+}
+
+impl Observation<'_, '_> {
+    /// The light between pixels, and whether it is white; `None` beyond the frame.
+    pub fn light_at(&self, at: [f32; 2]) -> Option<(f32, bool)> {
+        self.metric.light_at(self.frame, at)
+    }
 }
 
 /// Memory for a window of up to `N` pixels.
@@ -42,14 +52,15 @@ struct Sums {
 }
 
 impl Sums {
-    /// Adds pixels whose model is in `residual`; leaves their weighted residuals and their weights.
-    #[inline]
+    /// Adds pixels whose model is in `residual`, and their shade in `weight`; leaves their weighted residuals and their weights.
+    #[inline(always)]
     fn add<const L: usize>(&mut self, [light, weights]: [[f32; L]; 2], background: f32, residual: &mut [f32; L], weight: &mut [f32; L]) {
         const { assert!(L <= LANES) }
         for i in 0..L {
             let difference = light[i] - residual[i];
             let weighted = weights[i] * difference;
-            let step = light[i] - background;
+            let ground = if SHADED { background + weight[i] } else { background };
+            let step = light[i] - ground;
             self.squares[i] += weighted * difference;
             self.total[i] += weights[i] * step * step;
             self.pixels[i] += u32::from(weights[i] > 0.0);
@@ -129,6 +140,12 @@ impl<const N: usize> Residuals<N> {
                 row[span.end..].fill(0.0);
             }
             let (residual, weight) = (&mut residual[span.clone()], &mut weight[span.clone()]);
+            if SHADED {
+                match observation.shade {
+                    Some(shade) => shade.add_row(window, y, span.clone(), residual, weight),
+                    None => weight.fill(0.0),
+                }
+            }
             let columns = window.x + span.start..window.x + span.end;
             let now = observation.frame.row(y)?.get(columns.clone())?;
             let earlier = match observation.earlier {

@@ -5,7 +5,7 @@
 //! up to [`LINES`] lines beyond it, with the same curvature counts as one more LED. Edges, gradients and textures of another size rarely
 //! have it in both directions.
 
-use super::led_likeness::{light_at, median_of, second_differences, unexplained};
+use super::led_likeness::{median_of, second_differences, unexplained};
 use crate::spots::{LatticeModel, Observation};
 use heapless::Vec;
 use link::panel::{LEDS, SIDE};
@@ -35,7 +35,7 @@ pub(super) fn goes_on(observation: Observation<'_, '_>, spots: &LatticeModel) ->
         let group = if spots.state[led] > 0.5 { &mut on } else { &mut off };
         let at = [(led % SIDE) as f32, (led / SIDE) as f32];
         // The capacity holds all LEDs.
-        let _full = group.push(curvature(spots, at, |at| Some(light_at(observation, at)?.0)));
+        let _full = group.push(curvature(spots, at, |at| Some(observation.light_at(at)?.0)));
     }
     let (of_on, of_off) = (median_of(&mut on)?, median_of(&mut off)?);
     let step = of_on - of_off;

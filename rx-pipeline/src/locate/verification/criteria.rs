@@ -80,7 +80,7 @@ pub(super) fn examine(fitted: &Fit, noise: f32, scope: Scope, settings: &SearchS
     let darkest = match scope {
         Scope::Change => f32::NEG_INFINITY,
         Scope::Ground => DARKEST_OFF[0],
-        Scope::Board => DARKEST_OFF[1],
+        Scope::Board | Scope::ShadedBoard => DARKEST_OFF[1],
     };
     if spots.off < darkest * spots.contrast {
         return Err(LocateError::NoLattice);

@@ -4,7 +4,6 @@
 //! these are darker than those points. Edges, a board's end and gradients are curved along one direction at most.
 
 use super::shows_off;
-use crate::frame::Frame;
 use crate::locate::verification::Observation;
 use crate::spots::LatticeModel;
 use crate::spots::REACH_FITTED;
@@ -173,12 +172,12 @@ pub(super) fn second_differences(
 
 /// The light at a position minus the model's.
 pub(super) fn unexplained(observation: Observation<'_, '_>, spots: &LatticeModel, at: [f32; 2]) -> f32 {
-    let Some((light, white)) = light_at(observation, at) else {
+    let Some((light, white)) = observation.light_at(at) else {
         return 0.0;
     };
     let reach = REACH_FITTED * spots.sigma;
     let half = 0.5 / (spots.sigma * spots.sigma);
-    let mut model = spots.background;
+    let mut model = spots.background + observation.shade.map_or(0.0, |shade| shade.at(at));
     for led in 0..LEDS {
         let [x, y] = spots.lattice.position((led % SIDE) as f32, (led / SIDE) as f32);
         let (dx, dy) = (at[0] - x, at[1] - y);
@@ -188,22 +187,4 @@ pub(super) fn unexplained(observation: Observation<'_, '_>, spots: &LatticeModel
         }
     }
     if white && model > light { 0.0 } else { light - model }
-}
-
-/// The light between pixels, and whether it is white.
-pub(super) fn light_at(observation: Observation<'_, '_>, [x, y]: [f32; 2]) -> Option<(f32, bool)> {
-    let frame: &Frame<'_> = observation.frame;
-    let (i, j) = (libm::floorf(x), libm::floorf(y));
-    if !(i >= 0.0 && j >= 0.0) {
-        return None;
-    }
-    let (u, v) = (x - i, y - j);
-    let (i, j) = (i as usize, j as usize);
-    let upper: &[u8] = frame.row(j)?.get(i..i + 2)?;
-    let lower: &[u8] = frame.row(j + 1)?.get(i..i + 2)?;
-    let light = |grey: u8| observation.metric.light(grey);
-    let above = light(upper[0]) + u * (light(upper[1]) - light(upper[0]));
-    let below = light(lower[0]) + u * (light(lower[1]) - light(lower[0]));
-    let white = upper.iter().chain(lower).any(|&grey| grey == u8::MAX);
-    Some((above + v * (below - above), white))
 }
