@@ -136,6 +136,18 @@ impl<'a> Frame<'a> {
         self.pixels.chunks(self.stride).take(self.height).map(|row| &row[..self.width])
     }
 
+    /// The four pixels around a position, row by row, and its distances from the first one (px); `None` beyond the frame.
+    pub(crate) fn four_around(&self, [x, y]: [f32; 2]) -> Option<([u8; 4], [f32; 2])> {
+        let (i, j) = (libm::floorf(x), libm::floorf(y));
+        if !(i >= 0.0 && j >= 0.0) {
+            return None;
+        }
+        let distance = [x - i, y - j];
+        let (i, j) = (i as usize, j as usize);
+        let [upper, lower] = [self.row(j)?.get(i..i + 2)?, self.row(j + 1)?.get(i..i + 2)?];
+        Some(([upper[0], upper[1], lower[0], lower[1]], distance))
+    }
+
     /// The grey level of one pixel; `None` outside the frame.
     pub fn pixel(&self, x: usize, y: usize) -> Option<u8> {
         self.row(y)?.get(x).copied()
@@ -170,6 +182,12 @@ impl<'a> Frame<'a> {
         }
         Self::with_stride(&self.pixels[y * self.stride + x..], width, height, self.stride)
     }
+}
+
+/// The value between four neighbours, given row by row, at those distances from the first one (0 to 1).
+pub(crate) fn bilinear([a, b, c, d]: [f32; 4], [u, v]: [f32; 2]) -> f32 {
+    let (above, below) = (a + u * (b - a), c + u * (d - c));
+    above + v * (below - above)
 }
 
 #[cfg(test)]

@@ -103,7 +103,11 @@ use crate::corners::Corners;
 use crate::detect::Lights;
 use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
+#[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+use crate::frame::bilinear;
 use crate::settings::LikelihoodSettings;
+#[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+use crate::spots::{LatticeModel, SHADE_LEAST_PITCH, Shade};
 use crop::{Crop, ImagePrior};
 use curve::CurveEvidence;
 use estimate::Estimate;
@@ -360,6 +364,42 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         Ok(detection)
     }
 
+    /// The shadows across a panel with spots `spots` in a frame, if the ground between its LEDs is uneven.
+    #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+    pub(crate) fn shade_on(&self, frame: &Frame<'_>, spots: &LatticeModel) -> Option<Shade> {
+        if !spots.stand_apart(SHADE_LEAST_PITCH) {
+            return None;
+        }
+        let metric = &self.model.metric;
+        Shade::uneven_on(&spots.lattice, |at| {
+            let (grey, distance) = frame.four_around(at)?;
+            Some((bilinear(grey.map(|grey| metric.light(grey)), distance), grey.contains(&u8::MAX)))
+        })
+    }
+
+    /// Reads a panel without shadows, and learns nothing from it.
+    ///
+    /// # Errors
+    /// As [`Self::detect`].
+    #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn detect_without(
+        &mut self,
+        shade: Shade,
+        before: &SoftPanel,
+        frame: &Frame<'_>,
+        corners: &Corners,
+        spot_sigma_px: f32,
+    ) -> Result<Detection, DetectError> {
+        let learnt = self.experience();
+        self.model.shade = Some(shade);
+        let detection = self.read(before, frame, corners, Some(spot_sigma_px));
+        self.model.shade = None;
+        self.set_experience(learnt);
+        detection
+    }
+
     /// Whether the bits stay unsure or a carrier is expected: lines exposed one after another may then give single LEDs another contrast.
     #[cfg(feature = "carrier")]
     fn is_asked_for_lights(&mut self, detection: &Detection) -> bool {
@@ -482,7 +522,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         };
         let shown = self.proven.contrast_shown(&best.levels);
         let is_random = shows_a_message(&bits);
-        let teaches = sure && is_random && self.proven.teaches(shown);
+        let teaches = sure && is_random && !self.model.is_without_shadows() && self.proven.teaches(shown);
         if !teaches {
             self.experience.is_plain_around = was_plain_around;
             // All LEDs Off, or On, explain anything that does not show the panel, but poorly.

@@ -46,7 +46,7 @@ use crate::frame::Frame;
 use crate::lattice::Lattice;
 use crate::profile::{Profile, Stage};
 use crate::settings::{SearchSettings, SettingError};
-use crate::spots::{GreyMetric, LatticeModel, PIXEL_VARIANCE, Residuals, SHADED};
+use crate::spots::{GreyMetric, LatticeModel, MEASURES_SHADE, PIXEL_VARIANCE, Residuals};
 use blob::{Blob, SIDE_PX};
 use core::ops::{Range, RangeInclusive};
 use link::camera::{Camera, CameraError};
@@ -58,7 +58,7 @@ use suspects::Suspect;
 pub(crate) use suspects::Suspects;
 pub use verification::LEAST_PITCH_PX;
 use verification::Verified;
-pub(crate) use verification::is_random;
+pub(crate) use verification::{is_random, may_be_shown};
 
 /// Changed peaks tried in a frame, at most (count). More: slower, and panels among much motion are found.
 const CHANGED_PEAKS: usize = 4;
@@ -600,10 +600,9 @@ impl<'a, const N: usize> Attempt<'a, N> {
     }
 
     /// A panel beyond doubt among candidates for its pose; keeps the best of the others.
-    fn among(&mut self, candidates: impl Iterator<Item = Lattice>, view: &View<'_, '_>, best: &mut Best) -> Option<Location> {
+    fn among(&mut self, mut candidates: impl Iterator<Item = Lattice>, view: &View<'_, '_>, best: &mut Best) -> Option<Location> {
         let mut starts = heapless::Vec::<Lattice, { POSE_CANDIDATES + 1 }>::new();
         let mut tried = heapless::Vec::<_, { 2 * POSE_CANDIDATES }>::new();
-        let mut candidates = candidates;
         while self.budget > 0
             && let Some(candidate) = candidates.next()
         {
@@ -670,10 +669,9 @@ impl<'a, const N: usize> Attempt<'a, N> {
     /// shadows on the board may have, without these.
     fn verified(&mut self, view: &View<'_, '_>, scope: Scope, pose: &Sharpened) -> Result<Verified, LocateError> {
         let mut verify = |scope| verification::verify(self.residuals, view, self.locator, scope, pose);
-        let verified = verify(scope);
-        match verified {
+        match verify(scope) {
             Err(why) if scope == Scope::Ground && why.may_be_of_the_surroundings() => verify(Scope::Board).map_err(|_| why),
-            Err(why) if SHADED && scope == Scope::Board && why.may_be_of_shadows() && pose.may_be_shaded() => {
+            Err(why) if MEASURES_SHADE && scope == Scope::Board && why.may_be_of_shadows() && pose.may_be_shaded() => {
                 verify(Scope::ShadedBoard).map_err(|_| why)
             }
             verified => verified,
@@ -776,23 +774,24 @@ mod tests {
     /// The light of an edge of shadow moves across the panel.
     #[test]
     fn panels_half_in_the_shade_are_found_from_one_frame() {
+        let truth = TRUTH.scaled(TRUTH.centre, 1.5);
         for edge_px in [48.0, 55.0, 62.0, 69.0, 76.0] {
             let sunlight = |x: f32| 0.15 + 0.85 / (1.0 + ((edge_px - x) / 0.8).exp());
             let light = |i: usize| {
                 let at = [(i % SIDE) as f32, (i / SIDE) as f32];
-                let [column, row] = TRUTH.coordinates(at).unwrap();
+                let [column, row] = truth.coordinates(at).unwrap();
                 let is_board = [column, row].iter().all(|c| (-1.5..8.5).contains(c));
                 let mut light = sunlight(at[0]) * if is_board { 0.8 } else { 0.5 };
                 for led in 0..64 {
-                    let [x, y] = TRUTH.position((led % 8) as f32, (led / 8) as f32);
+                    let [x, y] = truth.position((led % 8) as f32, (led / 8) as f32);
                     let squared = (at[0] - x) * (at[0] - x) + (at[1] - y) * (at[1] - y);
                     let height = if BITS >> led & 1 == 1 { 2.5 } else { 0.1 };
-                    light += height * (-0.5 * squared / 1.2).exp();
+                    light += height * (-0.5 * squared / 2.4).exp();
                 }
                 light
             };
             let pixels: Vec<u8> = (0..SIDE * SIDE).map(|i| (118.0 * light(i).powf(1.0 / 2.2)).round() as u8).collect();
-            expect_found(&pixels);
+            expect_found_on(&truth, &pixels);
         }
     }
 
@@ -900,12 +899,16 @@ mod tests {
     }
 
     fn expect_found(pixels: &[u8]) {
+        expect_found_on(&TRUTH, pixels);
+    }
+
+    fn expect_found_on(truth: &Lattice, pixels: &[u8]) {
         let locator = Locator::new(Camera::default()).unwrap();
         let mut memory = Box::new(LocatorMemory::<25_600>::new());
         let frame = Frame::new(pixels, SIDE, SIDE).unwrap();
         let found = locator.locate(&frame, &mut memory).unwrap();
         let seen = Lattice::through(&found.corners);
-        assert!(seen.is_close_to(&TRUTH), "{seen:?}");
+        assert!(seen.is_close_to(truth), "{seen:?}");
         assert_eq!(found.spots.state, core::array::from_fn(|led| (BITS >> led & 1) as f32));
     }
 }

@@ -32,7 +32,7 @@ pub(crate) use outline::Outline;
 pub(crate) use profile::REACH_FITTED;
 pub(crate) use residuals::{Observation, Residuals};
 pub(crate) use root_metric::RootMetric;
-pub(crate) use shade::{SHADE_LEAST_PITCH, SHADED, Shade};
+pub(crate) use shade::{MEASURES_SHADE, SHADE_LEAST_PITCH, Shade};
 pub(crate) use slope::Slope;
 pub(crate) use spot_table::{OVERLAP, SpotTable};
 pub(crate) use window::{LANES, SPOT_PX, Window, dot};

@@ -6,9 +6,10 @@
 
 use crate::coarse::Grid;
 use crate::corners::{Corners, CornersError};
-use crate::detect::DetectError;
+use crate::detect::{DetectError, bits_where};
 use crate::fit::{self, LEVELLING};
 use crate::lattice::Lattice;
+use crate::locate::may_be_shown;
 use crate::spots::{LatticeModel, Observation, Outline, Residuals, Slope, Window};
 use core::ops::RangeInclusive;
 use link::panel::LEDS;
@@ -32,7 +33,8 @@ const GATE_SHARE: f32 = 0.85;
 /// The same minimum at the likeliest place, and for a panel that has been on course: a frame that straddles two symbols explains as little
 /// (share).
 const GATE_SHARE_LIKELIEST: f32 = 0.5;
-/// The same minimum at a place that the surroundings gave (share).
+/// The same minimum at a place that the surroundings gave, and for bits that no symbol shows: a single bright line explains half of the
+/// usual share with some (share).
 const GATE_SHARE_PLACED: f32 = 0.7;
 /// Minimum light that it explains while the usual share is unknown (share of the light there).
 const GATE_LEAST: f32 = 0.25;
@@ -429,7 +431,10 @@ impl Track {
             state,
             ..self.spots
         };
-        let needed = self.usual.map_or(gate.least, |usual| gate.share * usual.explained);
+        // Microcontrollers have no flash left for this.
+        let is_symbol = cfg!(not(feature = "surroundings")) || may_be_shown(bits_where(|led| state[led] > 0.5).bits());
+        let share = if is_symbol { gate.share } else { gate.share.max(GATE_SHARE_PLACED) };
+        let needed = self.usual.map_or(gate.least, |usual| share * usual.explained);
         let nothing = TrackError::DoesNotFit { explained: 0.0, needed };
         let is_alone = self.is_amid_clutter || self.is_blurred();
         let observation = Observation {

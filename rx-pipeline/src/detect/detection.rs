@@ -87,6 +87,23 @@ impl Detection {
         }
     }
 
+    /// The same reading with the bits of `other`, which shows the same panel, but no surer than before.
+    #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+    pub fn with_bits_of(&self, other: &Self) -> Self {
+        let bits = if other.confidence > self.confidence {
+            other.doubted((self.confidence - 0.5) / (other.confidence - 0.5))
+        } else {
+            *other
+        };
+        Self {
+            #[cfg(feature = "carrier")]
+            lights: self.lights,
+            #[cfg(feature = "carrier")]
+            modulation: self.modulation,
+            ..bits
+        }
+    }
+
     /// The reading with the states of these LEDs inverted.
     #[cfg(feature = "carrier")]
     pub(crate) fn inverted(&self, leds: u64) -> Self {

@@ -5,6 +5,8 @@
 use super::crop::Crop;
 pub(super) use crate::approximate::{censored_loss, root};
 use crate::frame::Frame;
+#[cfg(feature = "surroundings")]
+use crate::spots::Shade;
 use crate::spots::{LANES, RootMetric, SpotTable};
 use link::panel::{LEDS, SIDE};
 
@@ -103,6 +105,25 @@ impl<const PIXELS: usize> Image<PIXELS> {
             (self.full, self.saturated_rows) = (LEFT_OUT, 0);
         }
         true
+    }
+
+    /// Subtracts how much a shade in the frame is above its mean. White pixels stay lower bounds, and so does what becomes as bright.
+    #[cfg(feature = "surroundings")]
+    pub fn remove(&mut self, shade: &Shade, crop: &Crop) {
+        let (mean, bin) = (shade.mean(), crop.scale.bin as f32);
+        let [width, height] = self.size;
+        let origin = [crop.window.x, crop.window.y].map(|first| first as f32 + 0.5 * (bin - 1.0));
+        for y in 0..height {
+            let row = &mut self.seen[y * self.stride..][..width];
+            for (x, seen) in row.iter_mut().enumerate().filter(|(_, seen)| **seen < self.full) {
+                let at = [origin[0] + bin * x as f32, origin[1] + bin * y as f32];
+                let light = *seen * *seen - (shade.at(at) - mean);
+                *seen = root(light.max(self.offset)).min(self.full);
+                if *seen == self.full {
+                    self.saturated_rows |= 1 << y;
+                }
+            }
+        }
     }
 
     /// Whether the ground between the LEDs is saturated nearly everywhere: a white board in the sun. Off LEDs are then dark dots on white,

@@ -13,6 +13,8 @@ use super::levels::{LEVELS, Levels};
 use crate::detect::DetectError;
 use crate::frame::Frame;
 use crate::settings::LikelihoodSettings;
+#[cfg(feature = "surroundings")]
+use crate::spots::Shade;
 use crate::spots::{RootMetric, SpotTable};
 use link::camera::{Camera, Encoding};
 use link::panel::LEDS;
@@ -55,6 +57,9 @@ pub(super) struct Model<const PIXELS: usize> {
     pub leds: LedLevels,
     /// The ground's part of each LED's light, in contrasts: in [`LedLevels::offset`] too.
     ground: [f32; LEDS],
+    /// The shadows to read without.
+    #[cfg(feature = "surroundings")]
+    pub shade: Option<Shade>,
 }
 
 impl<const PIXELS: usize> Model<PIXELS> {
@@ -70,6 +75,8 @@ impl<const PIXELS: usize> Model<PIXELS> {
             flip_gains: FlipGains::new(),
             leds: LedLevels::DARK,
             ground: [0.0; LEDS],
+            #[cfg(feature = "surroundings")]
+            shade: None,
         }
     }
 
@@ -79,6 +86,14 @@ impl<const PIXELS: usize> Model<PIXELS> {
         self.set_leds(LedLevels::ALIKE);
         self.pixels = [1.0, 0.0];
         self.metric = RootMetric::new(&camera);
+    }
+
+    /// Whether frames are read without their shadows.
+    pub fn is_without_shadows(&self) -> bool {
+        #[cfg(feature = "surroundings")]
+        return self.shade.is_some();
+        #[cfg(not(feature = "surroundings"))]
+        false
     }
 
     /// Sets the LEDs' levels, on a plain ground.
@@ -218,6 +233,10 @@ impl<const PIXELS: usize> Model<PIXELS> {
     pub fn load(&mut self, frame: &Frame<'_>, crop: &Crop, noise: f32) -> Result<(), DetectError> {
         let offset = self.metric.offset(noise);
         let fits = self.image.load(frame, crop, &self.metric, offset);
+        #[cfg(feature = "surroundings")]
+        if let Some(shade) = self.shade.as_ref().filter(|_| fits) {
+            self.image.remove(shade, crop);
+        }
         fits.then_some(()).ok_or(DetectError::OutsideMemory {
             width: crop.window.width / crop.scale.bin,
             height: crop.window.height / crop.scale.bin,

@@ -2,6 +2,8 @@ mod honesty;
 mod interruptions;
 
 use super::*;
+#[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+use crate::lattice::Lattice;
 use crate::synthetic::Scene;
 use link::camera::Camera;
 use link::panel::PanelFrame;
@@ -67,6 +69,62 @@ fn wrong_bits(scene: &Scene, frames: u64) -> (u32, Box<MaximumLikelihood<16384>>
         })
         .sum();
     (wrong, detector)
+}
+
+/// Sunlight right of an edge, and the shade of a bridge left of it.
+#[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+fn shade_edge<const EDGE_PX: usize>([x, _]: [f32; 2]) -> f32 {
+    0.1 + 0.9 / (1.0 + libm::expf((EDGE_PX as f32 - x) / 0.8))
+}
+
+#[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+#[test]
+fn the_edge_of_a_shadow_costs_bits_only_if_it_is_not_subtracted() {
+    let edges = [
+        shade_edge::<30>,
+        shade_edge::<41>,
+        shade_edge::<44>,
+        shade_edge::<47>,
+        shade_edge::<60>,
+    ];
+    let mut wrong_with_shadows = 0;
+    for background in edges {
+        for pitch_px in [8.0, 9.5, 11.0] {
+            for frame in 0..4 {
+                let bits = random_bits(frame);
+                let scene = Scene {
+                    background,
+                    bits,
+                    pitch_px,
+                    light: [0.1, 3.0],
+                    noise_grey: 1.0,
+                    ..Scene::PLAIN
+                };
+                let (rendered, corners) = (scene.render(), scene.corners());
+                let frame = rendered.frame();
+                let mut detector = detector();
+                let plain = detector
+                    .detect(&frame, &corners)
+                    .map_or(64, |found| (found.bits.bits() ^ bits).count_ones());
+                wrong_with_shadows += plain;
+                let spots = LatticeModel {
+                    lattice: Lattice::through(&corners),
+                    sigma: 1.6,
+                    background: 1.0,
+                    off: 0.0,
+                    contrast: 1.0,
+                    state: [0.0; LEDS],
+                };
+                let shade = detector.shade_on(&frame, &spots);
+                let wrong = shade.map_or(plain, |shade| {
+                    let read = detector.detect_without(shade, &SoftPanel::ERASED, &frame, &corners, spots.sigma);
+                    (read.unwrap().bits.bits() ^ bits).count_ones()
+                });
+                assert_eq!(wrong, 0, "{scene:?}");
+            }
+        }
+    }
+    assert!(wrong_with_shadows > 100, "{wrong_with_shadows}");
 }
 
 #[test]

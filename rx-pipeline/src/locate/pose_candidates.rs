@@ -32,6 +32,9 @@ const LEAST_DISTINCT: f32 = 3.4;
 /// The widest spots whose brightnesses are meaningful (pitches, standard deviation): between two of [`WIDTHS`]. Wider: faster, and panels
 /// out of focus are missed.
 const TOLD_APART: f32 = 0.3;
+/// The least pitch of panels that are found in shadows (px), because closer LEDs have few pixels between them. Lower: small panels are
+/// found, and more of them a line off.
+const SHADE_SEARCH_LEAST_PITCH_PX: f32 = 6.5;
 /// The size of the patch for isolated spots (multiple of the blob's side). More: LEDs are not resolved; less: lattices beside the blob's
 /// middle leave it.
 const SPOTS_ROOM: f32 = 1.6;
@@ -356,7 +359,7 @@ impl Sharpened {
     /// Whether its LEDs are so distinct, and the ground is so visible between them, that only shadows on the board may prevent a fit.
     pub fn may_be_shaded(&self) -> bool {
         let [across, down] = self.lattice.pitch();
-        across.min(down) > SHADE_LEAST_PITCH * self.spot_sigma_px && self.distinctness() > LEAST_DISTINCT
+        across.min(down) > SHADE_SEARCH_LEAST_PITCH_PX.max(SHADE_LEAST_PITCH * self.spot_sigma_px) && self.distinctness() > LEAST_DISTINCT
     }
 
     fn distinctness(&self) -> f32 {

@@ -1,4 +1,4 @@
-//! Survey: one pass over a frame for busy and for changed places.
+//! Survey: one pass over a frame for busy and for changed places, and for those with small bright spots.
 //!
 //! The pass uses sums of 2×2 pixels. For each tile of 16×16 pixels it adds up
 //!
@@ -36,7 +36,7 @@ const SEGMENT: usize = 256;
 pub(super) struct Peak {
     /// Its approximate centre, in pixels.
     pub centre: [f32; 2],
-    /// Mean difference of 2×2 pixels' means there, in grey levels.
+    /// Mean difference of 2×2 pixels' means there, in grey levels; for spots their weighted excess.
     pub strength: f32,
 }
 

@@ -13,8 +13,8 @@ use crate::corners::Corners;
 use crate::fit::Fit;
 use crate::spots::{LatticeModel, Observation, Residuals, Shade};
 pub use criteria::LEAST_PITCH_PX;
-pub(crate) use criteria::is_random;
 use criteria::{DISTINCT, FitQuality, examine};
+pub(crate) use criteria::{is_random, may_be_shown};
 use led_likeness::LedLikeness;
 use settling::Settling;
 
@@ -128,8 +128,7 @@ pub(super) fn verify<const N: usize>(
     };
     let shade = match scope {
         Scope::ShadedBoard => {
-            let light_at = |at| Some(metric.light_at(view.frame, at)?.0);
-            let shade = Shade::of(lattice, light_at).filter(|shade| shade.is_uneven(shade.contrast(light_at)));
+            let shade = Shade::uneven_on(lattice, |at| metric.light_at(view.frame, at));
             Some(shade.ok_or(LocateError::NoLattice)?)
         }
         _ => None,

@@ -57,6 +57,10 @@ const WIDTH: f32 = SIDE as f32;
 /// Minimum confidence of bits from which the surroundings are learnt, or which replace a place between lines (probability that a bit is
 /// right).
 const SURE: f32 = 0.98;
+/// Bits are not read again without shadows if they are surer (probability that one is right). Higher: slower in even light; lower: shadows
+/// cost bits.
+#[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+const SURE_IN_SHADOWS: f32 = 0.9999;
 /// Frames between updates of the surroundings of a panel that hardly moves (count). More: faster, and slow changes are noticed later.
 const STEADY_FRAMES: u64 = 8;
 
@@ -277,6 +281,8 @@ impl Reader {
         }
         Some(match followed {
             Ok((followed, mut reading)) => {
+                #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+                let undoubted = reading.detection.confidence;
                 self.track = Some(followed);
                 let lattice = self.view.grid.lattice_to_frame(&followed.spots().lattice);
                 if let Some(placement) = placement.filter(|_| track.wanders() || followed.wanders()) {
@@ -291,6 +297,8 @@ impl Reader {
                 self.check_lines(frame, &lattice, &mut reading.detection, input.tools);
                 #[cfg(feature = "carrier")]
                 let bits = reading.detection.bits;
+                #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+                let reading = self.without_shadows(frame, reading, undoubted, input.tools, canvas, profile);
                 let reading = self.in_frame(reading);
                 #[cfg(feature = "carrier")]
                 self.follow_coarser(number, frame, bits, &lattice, input.tools);
@@ -687,7 +695,45 @@ impl Reader {
             .map_err(|loss| view.loss_in_frame(loss, self.frame_size))?;
         tools.surroundings.learn(frame, &location.spots.lattice, reading.detection.bits);
         self.track = Some(track);
+        #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+        let reading = self.without_shadows(frame, reading, reading.detection.confidence, tools, canvas, profile);
         self.in_frame(reading)
+    }
+
+    /// The bits of a reading in the view, read again without the shadows across the panel, if that makes them surer than the bits were before
+    /// any doubt in their place. Their confidence stays what it is, because at a wrong place, too, bits become surer without shadows.
+    #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+    fn without_shadows<const N: usize>(
+        &self,
+        frame: &Frame<'_>,
+        reading: Reading,
+        undoubted: f32,
+        tools: &mut Tools<'_, N>,
+        canvas: &mut [u8],
+        profile: &mut impl Profile,
+    ) -> Reading {
+        if self.method != Method::MaximumLikelihood || undoubted > SURE_IN_SHADOWS {
+            return reading;
+        }
+        let again = profile.timed(Stage::Detect, || {
+            let lattice = Lattice::through(&reading.corners);
+            let spots = LatticeModel {
+                lattice,
+                ..*self.track.as_ref()?.spots()
+            };
+            let in_frame = self.view.grid.spots_to_frame(&spots);
+            let shade = tools.likelihood.shade_on(frame, &in_frame)?.on(lattice);
+            let drawn = self.view.draw(frame, canvas)?;
+            let Tools { likelihood, before, .. } = &mut *tools;
+            likelihood.detect_without(shade, before, &drawn, &reading.corners, spots.sigma).ok()
+        });
+        match again.filter(|again| again.confidence > undoubted) {
+            Some(again) => Reading {
+                detection: reading.detection.with_bits_of(&again),
+                ..reading
+            },
+            None => reading,
+        }
     }
 
     /// Sets the size of the frames.

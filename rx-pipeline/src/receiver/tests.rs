@@ -2,6 +2,8 @@
 
 mod moving;
 mod near;
+#[cfg(feature = "surroundings")]
+mod shaded;
 
 use super::*;
 use crate::detect::Method;

@@ -1,7 +1,7 @@
 //! Differences of light in units of grey levels: for noise that is uniform in grey levels.
 
 use super::light_table::LightTable;
-use crate::frame::Frame;
+use crate::frame::{Frame, bilinear};
 use link::camera::Camera;
 
 /// Darker pixels weigh like one of this level (grey): the encoding is so steep there that the sensor's own noise, not the grey level,
@@ -38,19 +38,9 @@ impl GreyMetric {
     }
 
     /// The light between the pixels of a frame, and whether it is white; `None` beyond the frame.
-    pub fn light_at(&self, frame: &Frame<'_>, [x, y]: [f32; 2]) -> Option<(f32, bool)> {
-        let (i, j) = (libm::floorf(x), libm::floorf(y));
-        if !(i >= 0.0 && j >= 0.0) {
-            return None;
-        }
-        let (u, v) = (x - i, y - j);
-        let (i, j) = (i as usize, j as usize);
-        let upper: &[u8] = frame.row(j)?.get(i..i + 2)?;
-        let lower: &[u8] = frame.row(j + 1)?.get(i..i + 2)?;
-        let above = self.light(upper[0]) + u * (self.light(upper[1]) - self.light(upper[0]));
-        let below = self.light(lower[0]) + u * (self.light(lower[1]) - self.light(lower[0]));
-        let white = upper.iter().chain(lower).any(|&grey| grey == u8::MAX);
-        Some((above + v * (below - above), white))
+    pub fn light_at(&self, frame: &Frame<'_>, at: [f32; 2]) -> Option<(f32, bool)> {
+        let (grey, distance) = frame.four_around(at)?;
+        Some((bilinear(grey.map(|grey| self.light(grey)), distance), grey.contains(&u8::MAX)))
     }
 
     /// The light of pixels, and the weights of their squared differences from a model, in grey levels squared. A white pixel is a lower

@@ -4,7 +4,7 @@ use super::grey_metric::GreyMetric;
 use super::lattice_model::LatticeModel;
 use super::outline::Outline;
 use super::profile::{Moments, Profile};
-use super::shade::{SHADED, Shade};
+use super::shade::{MEASURES_SHADE, Shade};
 use super::slope::Slope;
 use super::window::{LANES, Window};
 use crate::frame::Frame;
@@ -59,7 +59,7 @@ impl Sums {
         for i in 0..L {
             let difference = light[i] - residual[i];
             let weighted = weights[i] * difference;
-            let ground = if SHADED { background + weight[i] } else { background };
+            let ground = if MEASURES_SHADE { background + weight[i] } else { background };
             let step = light[i] - ground;
             self.squares[i] += weighted * difference;
             self.total[i] += weights[i] * step * step;
@@ -140,7 +140,7 @@ impl<const N: usize> Residuals<N> {
                 row[span.end..].fill(0.0);
             }
             let (residual, weight) = (&mut residual[span.clone()], &mut weight[span.clone()]);
-            if SHADED {
+            if MEASURES_SHADE {
                 match observation.shade {
                     Some(shade) => shade.add_row(window, y, span.clone(), residual, weight),
                     None => weight.fill(0.0),

@@ -6,17 +6,20 @@ use core::ops::Range;
 use link::panel::{LEDS, SIDE};
 
 /// Whether shadows are taken into account. On microcontrollers this would cost flash and time.
-pub(crate) const SHADED: bool = cfg!(feature = "surroundings");
-/// The least pitch at which the ground is visible between spots (standard deviations of a spot): amid four On LEDs, 0.16 of one
-/// remains there. Less: the LEDs' own light counts as shade.
+pub(crate) const MEASURES_SHADE: bool = cfg!(feature = "surroundings");
+/// The least pitch at which the ground is visible between spots (standard deviations of a spot): amid four On LEDs, and beyond the outer
+/// ones, at most 0.2 of one remains there. Lower: the LEDs' own light counts as shade; higher: shadows on blurred panels stay.
 pub(crate) const SHADE_LEAST_PITCH: f32 = 3.6;
 /// The light between LEDs is uneven if it differs from place to place by more (standard deviation, share of the step from Off to On).
 /// Lower: each LED is read with the noise of the ground around it.
-const UNEVEN: f32 = 0.07;
+const UNEVEN: f32 = 0.04;
 /// Places between LEDs along a side: between neighbours, and one beyond either outer LED.
 const PLACES: usize = SIDE + 1;
 /// The distance of the outer places from the outer LEDs (pitches). Farther: what lies beyond the board counts as its shade.
 const OUTER: f32 = 0.35;
+/// The least variance from place to place (multiple of that of noise and of the LEDs' own light, which differs from one side of a place to
+/// the other). Lower: these count as shade; higher: faint shadows stay.
+const SIGNIFICANT: f32 = 2.0;
 /// The distance of the pixels that are averaged from a place (pitches). Longer: LEDs count as shade; shorter: noise does.
 const REACH: f32 = 0.12;
 
@@ -25,15 +28,32 @@ pub(crate) struct Shade {
     lattice: Lattice,
     /// Light by rows and columns of places.
     light: [[f32; PLACES]; PLACES],
+    /// The variance by noise and texture, from the light left and right of places.
+    noise: f32,
 }
 
 impl Shade {
+    /// The light between the LEDs of a lattice if it is uneven, given the light at any position and whether it is white.
+    pub fn uneven_on(lattice: &Lattice, light_at: impl Fn([f32; 2]) -> Option<(f32, bool)>) -> Option<Self> {
+        let below_white = |at| light_at(at).filter(|(_, is_white)| !is_white).map(|(light, _)| light);
+        let shade = Self::of(lattice, below_white)?;
+        let contrast = shade.contrast(|at| light_at(at).map(|(light, _)| light));
+        shade.is_uneven(contrast).then_some(shade)
+    }
+
     /// The light between the LEDs of a lattice, given the light at any position; `None` if there is none at some place.
-    pub fn of(lattice: &Lattice, light_at: impl Fn([f32; 2]) -> Option<f32>) -> Option<Self> {
-        let around = |column: f32, row: f32| {
-            let points = [[0.0, 0.0], [REACH, 0.0], [-REACH, 0.0], [0.0, REACH], [0.0, -REACH]];
-            let lights = points.iter().filter_map(|[u, v]| light_at(lattice.position(column + u, row + v)));
-            let (sum, count) = lights.fold((0.0, 0.0f32), |(sum, count), light| (sum + light, count + 1.0));
+    fn of(lattice: &Lattice, light_at: impl Fn([f32; 2]) -> Option<f32>) -> Option<Self> {
+        let (mut steps, mut pairs) = (0.0, 0.0f32);
+        let mut around = |column: f32, row: f32| {
+            let points = [[REACH, 0.0], [-REACH, 0.0], [0.0, 0.0], [0.0, REACH], [0.0, -REACH]];
+            let lights = points.map(|[u, v]| light_at(lattice.position(column + u, row + v)));
+            if let [Some(right), Some(left), ..] = lights {
+                (steps, pairs) = (steps + (right - left) * (right - left), pairs + 1.0);
+            }
+            let (sum, count) = lights
+                .iter()
+                .flatten()
+                .fold((0.0, 0.0f32), |(sum, count), light| (sum + light, count + 1.0));
             (count > 0.0).then_some(sum / count)
         };
         let mut light = [[0.0; PLACES]; PLACES];
@@ -42,7 +62,17 @@ impl Shade {
                 *light = around(coordinate(column), coordinate(row))?;
             }
         }
-        Some(Self { lattice: *lattice, light })
+        Some(Self {
+            lattice: *lattice,
+            light,
+            noise: 0.5 * steps / pairs.max(1.0),
+        })
+    }
+
+    /// The same light on a lattice in other pixels.
+    #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+    pub fn on(self, lattice: Lattice) -> Self {
+        Self { lattice, ..self }
     }
 
     /// Writes the light of a row of the frame, in the columns of `span`, counted from the window's first one, and adds it to the `model`.
@@ -59,14 +89,14 @@ impl Shade {
     }
 
     /// The variance of the light from place to place.
-    pub fn variance(&self) -> f32 {
+    fn variance(&self) -> f32 {
         let mean = self.mean();
         let squares = self.light.iter().flatten().map(|light| (light - mean) * (light - mean));
         squares.sum::<f32>() / (PLACES * PLACES) as f32
     }
 
     /// The step from Off to On, if half of the LEDs are On: twice the standard deviation of the LEDs' light above the shade.
-    pub fn contrast(&self, light_at: impl Fn([f32; 2]) -> Option<f32>) -> f32 {
+    fn contrast(&self, light_at: impl Fn([f32; 2]) -> Option<f32>) -> f32 {
         let (mut sum, mut squares) = (0.0, 0.0);
         for led in 0..LEDS {
             let at = self.lattice.position((led % SIDE) as f32, (led / SIDE) as f32);
@@ -79,8 +109,8 @@ impl Shade {
     }
 
     /// Whether the light differs so much from place to place that it matters for LEDs of that step from Off to On.
-    pub fn is_uneven(&self, contrast: f32) -> bool {
-        self.variance() > UNEVEN * contrast * UNEVEN * contrast
+    fn is_uneven(&self, contrast: f32) -> bool {
+        self.variance() > (UNEVEN * contrast * UNEVEN * contrast).max(SIGNIFICANT * self.noise)
     }
 
     /// The light at a position.

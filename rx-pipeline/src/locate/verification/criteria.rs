@@ -39,6 +39,9 @@ const LIT: RangeInclusive<u32> = 8..=56;
 /// Neighbours in rows and columns that differ (count). In random bits 56 ± 5 of 112 do; in pictures, which are
 /// smooth, far fewer.
 const DIFFERENT: RangeInclusive<u32> = 40..=84;
+/// Neighbours that differ in two symbols of one exposure, at least (count): 42 ± 5 do. Lower: bright lines are followed as panels; higher:
+/// exposures of two symbols are lost.
+const LEAST_DIFFERENT_OF_TWO: u32 = 27;
 /// Maximum repetition of a single frame's bits (squared deviations of random ones): 1 of 10 000 panels exceeds it. Higher: windows, text
 /// and lattices of a third of a panel's pitch pass; lower: more panels wait for other frames.
 const MOST_REPETITION: u32 = 19;
@@ -156,6 +159,12 @@ fn clear(slope: &Slope, noise: f32, scope: Scope) -> Result<f32, LocateError> {
 /// Whether a pattern may be a message's, by its numbers of On LEDs and of differing neighbours.
 pub(crate) fn is_random(pattern: u64) -> bool {
     are_random(counts(pattern))
+}
+
+/// Whether a pattern may be a message's, or that of two symbols in one exposure, which lights three quarters of the LEDs. Edges and bright
+/// lines do not.
+pub(crate) fn may_be_shown(pattern: u64) -> bool {
+    neighbours_that_differ(pattern) >= LEAST_DIFFERENT_OF_TWO
 }
 
 fn are_random((lit, different): (u32, u32)) -> bool {
