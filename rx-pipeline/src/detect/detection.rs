@@ -240,6 +240,35 @@ mod tests {
         assert_eq!(seen.doubted(0.9).lights, None);
     }
 
+    #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+    #[test]
+    fn the_bits_of_a_second_reading_are_no_surer_than_those_of_the_first() {
+        let reading = |bits: u64, llr: f32| Detection::new(PanelFrame::from_bits(bits), [llr; LEDS]);
+        let (first, surer) = (reading(7, 2.0), reading(3, -9.0));
+        let both = first.with_bits_of(&surer);
+        assert_eq!(both.bits, surer.bits);
+        approx::assert_abs_diff_eq!(both.confidence, first.confidence, epsilon = 1e-5);
+        // A doubt in its place limits each soft value.
+        assert!(both.soft.0[5].unsigned_abs() < surer.soft.0[5].unsigned_abs());
+        let less_sure = reading(3, -1.0);
+        assert_eq!(first.with_bits_of(&less_sure), less_sure);
+    }
+
+    #[cfg(feature = "carrier")]
+    #[test]
+    fn a_second_reading_keeps_the_light_of_the_first() {
+        let lights = Some(Lights {
+            above_mean: [0.3; LEDS],
+            mean: 0.5,
+        });
+        let first = Detection {
+            lights,
+            ..Detection::new(PanelFrame::from_bits(7), [2.0; LEDS])
+        };
+        let second = Detection::new(PanelFrame::from_bits(3), [9.0; LEDS]);
+        assert_eq!(first.with_bits_of(&second).lights, lights);
+    }
+
     #[cfg(feature = "read-lines")]
     #[test]
     fn what_two_symbols_share_of_an_exposure_is_turned_with_the_panel() {

@@ -116,11 +116,13 @@ fn the_edge_of_a_shadow_costs_bits_only_if_it_is_not_subtracted() {
                     state: [0.0; LEDS],
                 };
                 let shade = detector.shade_on(&frame, &spots);
+                let learnt = detector.learnt();
                 let wrong = shade.map_or(plain, |shade| {
                     let read = detector.detect_without(shade, &SoftPanel::ERASED, &frame, &corners, spots.sigma);
                     (read.unwrap().bits.bits() ^ bits).count_ones()
                 });
                 assert_eq!(wrong, 0, "{scene:?}");
+                assert_eq!(detector.learnt(), learnt, "{scene:?}");
             }
         }
     }

@@ -39,8 +39,8 @@ const LIT: RangeInclusive<u32> = 8..=56;
 /// Neighbours in rows and columns that differ (count). In random bits 56 ± 5 of 112 do; in pictures, which are
 /// smooth, far fewer.
 const DIFFERENT: RangeInclusive<u32> = 40..=84;
-/// Neighbours that differ in two symbols of one exposure, at least (count): 42 ± 5 do. Lower: bright lines are followed as panels; higher:
-/// exposures of two symbols are lost.
+/// Neighbours that differ in two symbols of one exposure, at least (count): 42 ± 7 do, and fewer in one of 50. Lower: bright lines are
+/// followed as panels; higher: exposures of two symbols are lost.
 const LEAST_DIFFERENT_OF_TWO: u32 = 27;
 /// Maximum repetition of a single frame's bits (squared deviations of random ones): 1 of 10 000 panels exceeds it. Higher: windows, text
 /// and lattices of a third of a panel's pitch pass; lower: more panels wait for other frames.
@@ -298,6 +298,22 @@ mod tests {
         // A chessboard differs everywhere.
         assert_eq!(neighbours_that_differ(0xaa55_aa55_aa55_aa55), 112);
         assert!(DIFFERENT.contains(&neighbours_that_differ(0x9a3c_5e71_0f96_c3a5)));
+    }
+
+    #[test]
+    fn two_symbols_may_be_shown_in_one_exposure_and_lines_may_not() {
+        let two = (0..1000).filter(|&i| may_be_shown(split_mix64(2 * i) | split_mix64(2 * i + 1)));
+        assert!(two.count() >= 970);
+        for line in [
+            0xff,
+            0xff << 24,
+            0x0101_0101_0101_0101,
+            0xff00_0000_0000_00ff,
+            0xffff_ffff,
+            u64::MAX,
+        ] {
+            assert!(!may_be_shown(line), "{line:#x}");
+        }
     }
 
     #[test]
