@@ -84,6 +84,7 @@ struct Board<M> {
     memory: M,
     service: Service,
     /// Number of the last request that a test sent by itself.
+    #[cfg(feature = "signing")]
     sequence: u32,
 }
 
@@ -100,6 +101,7 @@ impl<M: Memory> Board<M> {
                 firmware: "fuzzed",
                 board: "none",
             }),
+            #[cfg(feature = "signing")]
             sequence: 0,
         }
     }
