@@ -103,8 +103,6 @@ use crate::corners::Corners;
 use crate::detect::Lights;
 use crate::detect::{DetectError, Detection, Mixture, bits_where};
 use crate::frame::Frame;
-#[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
-use crate::frame::bilinear;
 use crate::settings::LikelihoodSettings;
 #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
 use crate::spots::{LatticeModel, SHADE_LEAST_PITCH, Shade};
@@ -370,11 +368,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         if !spots.stand_apart(SHADE_LEAST_PITCH) {
             return None;
         }
-        let metric = &self.model.metric;
-        Shade::uneven_on(&spots.lattice, |at| {
-            let (grey, distance) = frame.four_around(at)?;
-            Some((bilinear(grey.map(|grey| metric.light(grey)), distance), grey.contains(&u8::MAX)))
-        })
+        Shade::uneven_on(&spots.lattice, |at| self.model.metric.light_at(frame, at))
     }
 
     /// Reads a panel without shadows, and learns nothing from it.

@@ -90,7 +90,7 @@ const HOLES_EVERY: u64 = 4;
 /// The side of the largest panel on a level (larger px): that of the smallest on the next level, and a quarter more. Larger: slower;
 /// smaller: panels fall between two levels.
 const LEVEL_SIDE_MAX_PX: f32 = 70.0;
-/// Sides of panels for the search of isolated spots around each busy place (px): together they resolve pitches of 3 to 20 px. More: slower,
+/// Sides of panels for the search of isolated spots around each place (px): together they resolve pitches of 3 to 20 px. More: slower,
 /// and panels of other sizes are found in this way.
 const SPOTS_SIDES_PX: [f32; 3] = [40.0, 80.0, 120.0];
 /// Poses tried in a frame after failed searches, at changed and at busy places (count). More: new panels are found sooner, and each frame
@@ -246,7 +246,7 @@ impl Effort {
         if matches!(self, Self::Spare(_)) { 1 } else { u32::MAX }
     }
 
-    /// The sides of the panels among isolated spots around each busy place, in pixels: in a film one in each frame.
+    /// The sides of the panels among isolated spots around each place, in pixels: in a film one in each frame.
     fn spots_sides_px(self) -> &'static [f32] {
         match self {
             Self::Spots | Self::Full => &SPOTS_SIDES_PX,

@@ -225,17 +225,22 @@ pub(crate) fn bits_where(on: impl Fn(usize) -> bool) -> PanelFrame {
 mod tests {
     use super::*;
 
+    /// A reading of these bits, all as sure, that has measured the LEDs' light.
+    #[cfg(feature = "carrier")]
+    fn with_lights(bits: u64, llr: f32) -> Detection {
+        Detection {
+            lights: Some(Lights {
+                above_mean: [0.3; LEDS],
+                mean: 0.5,
+            }),
+            ..Detection::new(PanelFrame::from_bits(bits), [llr; LEDS])
+        }
+    }
+
     #[cfg(feature = "carrier")]
     #[test]
     fn a_doubted_reading_says_nothing_of_the_light() {
-        let lights = Some(Lights {
-            above_mean: [0.3; LEDS],
-            mean: 0.5,
-        });
-        let seen = Detection {
-            lights,
-            ..Detection::new(PanelFrame::from_bits(7), [9.0; LEDS])
-        };
+        let seen = with_lights(7, 9.0);
         assert_eq!(seen.doubted(1.0), seen);
         assert_eq!(seen.doubted(0.9).lights, None);
     }
@@ -254,19 +259,12 @@ mod tests {
         assert_eq!(first.with_bits_of(&less_sure), less_sure);
     }
 
-    #[cfg(feature = "carrier")]
+    #[cfg(all(feature = "carrier", feature = "maximum-likelihood", feature = "surroundings"))]
     #[test]
     fn a_second_reading_keeps_the_light_of_the_first() {
-        let lights = Some(Lights {
-            above_mean: [0.3; LEDS],
-            mean: 0.5,
-        });
-        let first = Detection {
-            lights,
-            ..Detection::new(PanelFrame::from_bits(7), [2.0; LEDS])
-        };
+        let first = with_lights(7, 2.0);
         let second = Detection::new(PanelFrame::from_bits(3), [9.0; LEDS]);
-        assert_eq!(first.with_bits_of(&second).lights, lights);
+        assert_eq!(first.with_bits_of(&second).lights, first.lights);
     }
 
     #[cfg(feature = "read-lines")]

@@ -1,7 +1,7 @@
 //! Differences of light in units of grey levels: for noise that is uniform in grey levels.
 
 use super::light_table::LightTable;
-use crate::frame::{Frame, bilinear};
+use crate::frame::Frame;
 use link::camera::Camera;
 
 /// Darker pixels weigh like one of this level (grey): the encoding is so steep there that the sensor's own noise, not the grey level,
@@ -39,8 +39,7 @@ impl GreyMetric {
 
     /// The light between the pixels of a frame, and whether it is white; `None` beyond the frame.
     pub fn light_at(&self, frame: &Frame<'_>, at: [f32; 2]) -> Option<(f32, bool)> {
-        let (grey, distance) = frame.four_around(at)?;
-        Some((bilinear(grey.map(|grey| self.light(grey)), distance), grey.contains(&u8::MAX)))
+        self.light.at(frame, at)
     }
 
     /// The light of pixels, and the weights of their squared differences from a model, in grey levels squared. A white pixel is a lower

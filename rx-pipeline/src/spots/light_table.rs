@@ -1,5 +1,6 @@
 //! The light of grey levels.
 
+use crate::frame::{Frame, bilinear};
 use link::camera::{Camera, MIDDLE_GREY};
 
 /// The light of each grey level by a camera's encoding, 1 at grey 118.
@@ -30,6 +31,12 @@ impl LightTable {
 
     pub fn of(&self, grey: u8) -> f32 {
         self.light[usize::from(grey)]
+    }
+
+    /// The light between the pixels of a frame, and whether it is white; `None` beyond the frame.
+    pub fn at(&self, frame: &Frame<'_>, at: [f32; 2]) -> Option<(f32, bool)> {
+        let (grey, distance) = frame.four_around(at)?;
+        Some((bilinear(grey.map(|grey| self.of(grey)), distance), grey.contains(&u8::MAX)))
     }
 
     pub fn middle_slope(&self) -> f32 {

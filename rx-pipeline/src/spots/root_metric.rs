@@ -5,6 +5,8 @@
 //! describes the frame's noise. The noise of rounding to grey levels is nearly constant there too, because the encoding is nearly a root.
 
 use super::light_table::LightTable;
+#[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+use crate::frame::Frame;
 use core::ops::RangeInclusive;
 use link::camera::Camera;
 
@@ -37,6 +39,12 @@ impl RootMetric {
     #[inline]
     pub fn light(&self, grey: u8) -> f32 {
         self.light.of(grey)
+    }
+
+    /// The light between the pixels of a frame, and whether it is white; `None` beyond the frame.
+    #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
+    pub fn light_at(&self, frame: &Frame<'_>, at: [f32; 2]) -> Option<(f32, bool)> {
+        self.light.at(frame, at)
     }
 
     /// The least light at grey 255.

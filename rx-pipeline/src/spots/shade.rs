@@ -1,6 +1,7 @@
 //! The uneven light of a board: shadows across it, measured between the LEDs.
 
 use super::window::Window;
+use crate::frame::bilinear;
 use crate::lattice::Lattice;
 use core::ops::Range;
 use link::panel::{LEDS, SIDE};
@@ -11,7 +12,7 @@ pub(crate) const MEASURES_SHADE: bool = cfg!(feature = "surroundings");
 /// ones, at most 0.2 of one remains there. Lower: the LEDs' own light counts as shade; higher: shadows on blurred panels stay.
 pub(crate) const SHADE_LEAST_PITCH: f32 = 3.6;
 /// The light between LEDs is uneven if it differs from place to place by more (standard deviation, share of the step from Off to On).
-/// Lower: each LED is read with the noise of the ground around it.
+/// Lower: each LED is read with the noise of the ground around it; higher: faint shadows stay.
 const UNEVEN: f32 = 0.04;
 /// Places between LEDs along a side: between neighbours, and one beyond either outer LED.
 const PLACES: usize = SIDE + 1;
@@ -121,8 +122,8 @@ impl Shade {
             let first = (c as usize).min(PLACES - 2);
             (first, c - first as f32)
         });
-        let along = |row: usize| self.light[row][column] + u * (self.light[row][column + 1] - self.light[row][column]);
-        along(row) + v * (along(row + 1) - along(row))
+        let [above, below] = [&self.light[row], &self.light[row + 1]];
+        bilinear([above[column], above[column + 1], below[column], below[column + 1]], [u, v])
     }
 }
 
