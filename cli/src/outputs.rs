@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use sim::scene::{Scene, preset_toml};
 
 use crate::files;
@@ -58,6 +58,18 @@ pub fn check_recording(folder: &Path) -> anyhow::Result<()> {
 /// Path of a recording's frame of this number.
 pub fn frame_in(folder: &Path, number: u64) -> PathBuf {
     folder.join(format!("frame-{number:06}.png"))
+}
+
+/// Creates a folder for drawings of the pictures that a command reads, and checks that `first` can be written there. Fails if the folder
+/// holds one of those pictures, because the next run would read the drawings, too.
+pub fn check_drawings<'a>(folder: &Path, first: &Path, mut read: impl Iterator<Item = &'a Path>) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    ensure!(
+        !read.any(|picture| is_same(picture.parent().unwrap_or(picture), folder)),
+        "{} holds frames to read, and the pictures of --show would be read as frames, too: give another folder",
+        folder.display()
+    );
+    files::check(&folder.join(first)).map(drop)
 }
 
 /// Locks a folder for this run while the result lives, as two runs would overwrite each other's work. The system releases the lock however

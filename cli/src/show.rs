@@ -1,6 +1,6 @@
 //! Draws readings: the panel enlarged, with its outline, its cells, and each LED's bit.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont};
 use image::{ExtendedColorType, Rgb, RgbImage};
@@ -32,6 +32,18 @@ const MARGIN_PX: i64 = 8;
 /// Length of the arrow per m/s, and its maximum (px).
 const SPEED_PX: f64 = 6.0;
 const LONGEST_PX: f64 = 240.0;
+
+/// The name of the drawing of a panel in a film's frame.
+pub fn in_frame(number: u64, panel: usize) -> PathBuf {
+    format!("frame-{number:06}-panel-{panel}.png").into()
+}
+
+/// The name of the drawing of the panel in a picture.
+pub fn in_picture(picture: &Path) -> PathBuf {
+    let mut name = picture.file_stem().unwrap_or_default().to_os_string();
+    name.push("-panel.png");
+    name.into()
+}
 
 /// Draws a reading: cells in blue, the outline in yellow, and on each LED a mark, green for On and red for Off, brighter if more reliable.
 /// If the pose is known: the panel's axes from its centre (rows, columns, and into it), its range as text, and at the left an arrow, down

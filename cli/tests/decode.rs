@@ -102,6 +102,23 @@ fn confidence_includes_whether_the_panel_is_at_the_corners() {
 }
 
 #[test]
+fn a_drawing_marks_the_leds_that_are_on() {
+    let (path, _, bits) = picture("drawing", &[]);
+    let seen = path.with_file_name("seen");
+    let answer = vocc(&["decode", common::name(&path), "--show", common::name(&seen)]);
+    says(&answer, 0, &[]);
+    let drawing = image::open(seen.join("day-panel.png")).expect("a drawing").into_rgb8();
+    let count = |channel: usize, other: usize| {
+        let is_marked = |pixel: &&image::Rgb<u8>| u16::from(pixel[channel]) > 2 * u16::from(pixel[other]);
+        drawing.pixels().filter(is_marked).count() as f64
+    };
+    let (on, off) = (count(1, 0), count(0, 1));
+    let share = f64::from(u64::from_str_radix(&bits, 16).expect("64 bits").count_ones()) / 64.0;
+    assert!(on + off > 1000.0, "{on} {off}");
+    assert!((on / (on + off) - share).abs() < 0.01, "{on} {off} {share}");
+}
+
+#[test]
 fn corners_that_turn_the_panel_are_named() {
     let (path, [a, b, c, d], _) = picture("turned", &[]);
     let (seen, said) = decoded_at(&path, [b, c, d, a]);

@@ -69,6 +69,10 @@ fn frames_and_panels_that_have_no_room_are_not_half_there() {
     says(&seen, 2, &["cannot write seen/frame-", "continuing without pictures"]);
     assert!(text(&seen.stdout).contains("hi"), "{seen:?}");
     assert!(names(&place.join("seen")).is_empty());
+    let picture = vocc_on_full_disk(&place, 1, "decode film/frame-000000.png --show seen");
+    says(&picture, 2, &["cannot write seen/frame-000000-panel.png"]);
+    assert!(text(&picture.stdout).contains("confidence"), "{picture:?}");
+    assert!(names(&place.join("seen")).is_empty());
     let panels = vocc_on_full_disk(&place, 4, "transmit --message A --count 1000 --symbols panels.txt");
     says(&panels, 2, &["cannot write panels.txt"]);
     assert_eq!(names(&place), ["film", "frames", "seen"]);
@@ -168,6 +172,8 @@ fn nothing_that_is_read_is_overwritten() {
         ("receive film/frame-000000.png --show ./film", "holds frames"),
         ("receive protected.png --show .", "holds frames"),
         ("receive scene.toml --show .", "neither a picture"),
+        ("decode film/frame-000000.png --show ./film", "holds frames"),
+        ("decode film/frame-000000.png S/frame-000000.png --show seen", "written twice"),
         ("link --frames 2 --save film", "already holds frames"),
         ("link --frames 2 --save photographs", "such as mine.JPG"),
         ("table pull old.toml --port /dev/none", "holds more"),

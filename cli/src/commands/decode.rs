@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use reception::bytes::hex_if_no_text;
-use reception::panel_pose::{PoseInput, PoseMeter, PoseResult};
+use reception::panel_pose::{PanelPose, PoseInput, PoseMeter};
 use reception::still::{Place, StillDecoder, StillError, StillReading};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
@@ -21,7 +21,9 @@ use crate::frames::foreign;
 use crate::frames::picture::PictureReader;
 use crate::options::{self, Shared};
 use crate::output::{self, Verdict, line};
+use crate::outputs;
 use crate::pose::{self, PanelArguments};
+use crate::show;
 
 /// Arguments of `vocc decode`.
 #[derive(clap::Args)]
@@ -40,6 +42,9 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = SearchSettings::DEFAULT.full_places, conflicts_with = "corners")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=BUSY_PEAKS as i64))]
     places: u16,
+    /// Draw the panel of each picture into this folder, as NAME-panel.png: outline, cells and bits.
+    #[arg(long, value_name = "DIR")]
+    show: Option<PathBuf>,
     #[command(flatten)]
     camera: CameraArguments,
     #[command(flatten)]
@@ -54,6 +59,16 @@ impl Arguments {
             full_places: self.places,
             ..SearchSettings::DEFAULT
         }
+    }
+
+    /// Makes the folder of the drawings, and checks that none is written twice or over a picture.
+    fn check_drawings(&self) -> anyhow::Result<()> {
+        let (Some(folder), [first, ..]) = (&self.show, &self.images[..]) else {
+            return Ok(());
+        };
+        outputs::check_drawings(folder, &show::in_picture(first), self.images.iter().map(PathBuf::as_path))?;
+        let drawings = self.images.iter().map(|image| folder.join(show::in_picture(image)));
+        outputs::check(drawings, self.camera.file())
     }
 
     /// Whether a search may have left out places.
@@ -89,33 +104,41 @@ struct Report<'a> {
 /// A panel in an image.
 struct PanelReading {
     still: StillReading,
-    pose: PoseResult,
+    panel_pose: PanelPose,
+    /// An error if its drawing could not be written.
+    drawn: anyhow::Result<()>,
 }
 
 /// Decodes each image; a bad one does not stop the others.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+    arguments.check_drawings()?;
     let hints = arguments.camera.hints(arguments.pixels)?;
     let mut pictures = PictureReader::new(hints.pixels, hints.encoding);
     let mut decoder = Decoder {
         still: StillDecoder::new(options::untrained(arguments.detector)?).with_search(arguments.search()),
         hints,
         meter: PoseMeter::new(arguments.panel.size()?),
+        drawings: arguments.show.as_deref(),
     };
     let with_pose = arguments.panel.is_set() || hints.calibration.is_set();
     let mut answer = Verdict::Yes;
     let mut bad = 0;
     for path in &arguments.images {
-        match decoder.decode(&mut pictures, path, arguments.corners) {
-            Ok(read) => {
-                if read.is_err() {
-                    answer = Verdict::No;
-                }
-                report(path, read, with_pose, shared)?;
+        let drawn = match decoder.decode(&mut pictures, path, arguments.corners) {
+            Ok(Ok(panel)) => {
+                report(path, &panel, with_pose, shared)?;
+                panel.drawn
             }
-            Err(error) => {
-                bad += 1;
-                output::tell(format_args!("vocc: {}", output::explain(&error)));
+            Ok(Err(why)) => {
+                answer = Verdict::No;
+                report_none(path, why, shared)?;
+                Ok(())
             }
+            Err(error) => Err(error),
+        };
+        if let Err(error) = drawn {
+            bad += 1;
+            output::tell(format_args!("vocc: {}", output::explain(&error)));
         }
     }
     if answer == Verdict::No && arguments.leaves_places() {
@@ -145,13 +168,15 @@ pub fn corners(text: &str) -> Result<Corners, String> {
 }
 
 /// Settings to read single images with.
-struct Decoder {
+struct Decoder<'a> {
     still: StillDecoder,
     hints: CameraHints,
     meter: PoseMeter,
+    /// The folder of the drawings.
+    drawings: Option<&'a Path>,
 }
 
-impl Decoder {
+impl Decoder<'_> {
     /// Decodes one image: its panel, or why none is readable. An error if the input itself is at fault.
     fn decode(
         &mut self,
@@ -177,14 +202,20 @@ impl Decoder {
         })?;
         let camera = learnt.map_or(camera, |learnt| learnt.camera);
         let lens = self.hints.calibration.lens([width, height]);
-        Ok(read.map(|still| PanelReading {
-            pose: self.meter.pose(&PoseInput {
+        Ok(read.map(|still| {
+            let input = PoseInput {
                 frame: &frame,
                 reading: &still.reading,
                 camera: &camera,
                 lens: &lens,
-            }),
-            still,
+            };
+            let panel_pose = PanelPose::in_picture(&mut self.meter, &input);
+            let drawing = self.drawings.map(|folder| folder.join(show::in_picture(path)));
+            PanelReading {
+                drawn: drawing.map_or(Ok(()), |drawing| show::reading(&drawing, &frame, &still.reading, &panel_pose)),
+                panel_pose,
+                still,
+            }
         }))
     }
 }
@@ -214,29 +245,34 @@ fn doubt(path: &Path, corners: &Corners, place: &Place) {
     }
 }
 
-fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shared: &Shared) -> anyhow::Result<()> {
-    let (file, file_hex) = (path.to_string_lossy(), hex_if_no_text(path.as_os_str().as_encoded_bytes()));
-    let PanelReading { still, pose } = match read {
-        Ok(panel) => panel,
-        Err(why) if shared.json => {
-            return output::json(&Report {
-                file,
-                file_hex,
-                why: Some(why),
-                ..Report::default()
-            });
-        }
-        Err(why) => return line(&format!("{}: no panel: {why}", output::name(path))),
-    };
+/// A picture's path as JSON has it: as text, and its bytes if it is not UTF-8.
+fn named(path: &Path) -> Report<'_> {
+    Report {
+        file: path.to_string_lossy(),
+        file_hex: hex_if_no_text(path.as_os_str().as_encoded_bytes()),
+        ..Report::default()
+    }
+}
+
+fn report_none(path: &Path, why: String, shared: &Shared) -> anyhow::Result<()> {
+    if shared.json {
+        return output::json(&Report {
+            why: Some(why),
+            ..named(path)
+        });
+    }
+    line(&format!("{}: no panel: {why}", output::name(path)))
+}
+
+fn report(path: &Path, panel: &PanelReading, with_pose: bool, shared: &Shared) -> anyhow::Result<()> {
     let StillReading {
         reading: Reading { corners, detection },
         place,
-    } = still;
-    doubt(path, &corners, &place);
+    } = &panel.still;
+    let pose = panel.panel_pose.measured();
+    doubt(path, corners, place);
     if shared.json {
         return output::json(&Report {
-            file,
-            file_hex,
             found: true,
             bits: Some(detection.bits.to_string()),
             centre_px: Some(corners.centre_px()),
@@ -245,8 +281,8 @@ fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shar
             place: Some(place.name()),
             elsewhere_px: place.elsewhere().map(Corners::points),
             turned_deg: Some(corners.turned_deg()),
-            why: None,
-            pose: Some(pose::as_json(&pose)),
+            pose: Some(pose::as_json(pose)),
+            ..named(path)
         });
     }
     let [x, y] = corners.centre_px();
@@ -258,7 +294,7 @@ fn report(path: &Path, read: Result<PanelReading, String>, with_pose: bool, shar
         detection.confidence
     ))?;
     if with_pose {
-        line(&format!("{}: {}", output::name(path), pose::as_text(&pose)))?;
+        line(&format!("{}: {}", output::name(path), pose::as_text(pose)))?;
     }
     Ok(())
 }

@@ -120,6 +120,13 @@ impl PanelPose {
         axes_px: None,
     };
 
+    /// The pose of a panel in a single picture.
+    pub fn in_picture(meter: &mut PoseMeter, input: &PoseInput) -> Self {
+        let mut panel_pose = Self::UNKNOWN;
+        panel_pose.measure(meter, 0.0, input);
+        panel_pose
+    }
+
     /// Sets the size that the panel announces; returns whether that is new.
     pub(crate) fn set_size(&mut self, announced: Geometry) -> bool {
         let before = self.announced.replace(announced);

@@ -36,6 +36,7 @@ use crate::output::{self, Hex, Verdict};
 use crate::outputs;
 use crate::pose::PanelArguments;
 use crate::recording::{FOXGLOVE_PORT, RecordingArguments};
+use crate::show;
 use crate::stop::{Input, stop};
 
 use film_clock::FilmClock;
@@ -252,18 +253,12 @@ fn receive(arguments: &Arguments, shared: &Shared, view: Option<&View>) -> anyho
     applies::check(arguments, &source)?;
     let read = source.files();
     if let Some(folder) = &arguments.show {
-        std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
-    }
-    if let (Some(folder), Source::Files(frames)) = (&arguments.show, &source) {
-        let mut folders = frames.files.iter().filter_map(|file| file.path.parent());
-        ensure!(
-            !folders.any(|other| outputs::is_same(other, folder)),
-            "{} holds frames to read, and the pictures of --show would be read as frames, too: give another folder",
-            folder.display()
-        );
-    }
-    if let Some(folder) = &arguments.show {
-        crate::files::check(&folder.join("frame-000000-panel-0.png"))?;
+        let files = if let Source::Files(frames) = &source {
+            &frames.files[..]
+        } else {
+            &[]
+        };
+        outputs::check_drawings(folder, &show::in_frame(0, 0), files.iter().map(|file| file.path.as_path()))?;
     }
     outputs::check(
         [&arguments.save_camera, &arguments.mcap, &arguments.out]

@@ -255,7 +255,7 @@ impl<'a> Report<'a> {
             }
         };
         if let (Some(folder), None) = (&self.arguments.show, &self.undrawn) {
-            let path = folder.join(format!("frame-{number:06}-panel-{panel}.png"));
+            let path = folder.join(show::in_frame(number, panel));
             if let Err(error) = show::reading(&path, frame, reading, panel_pose) {
                 // Messages matter more than their pictures.
                 self.say(&format!("vocc: {error:#}; continuing without pictures"));
