@@ -165,12 +165,26 @@ impl StillDecoder {
     /// # Errors
     /// [`StillError`] if the input is invalid.
     pub fn decode(&mut self, frame: &Frame, camera: Camera, given: Option<Corners>) -> Result<(Still, Option<Learnt>), StillError> {
-        let (read, learnt) = match given {
-            Some(corners) => self.read_at(camera, frame, corners)?,
-            None => self.search(camera, frame)?,
-        };
+        if let Some(corners) = given {
+            let read = self.read_at(camera, frame, corners)?;
+            return Ok(self.with_place(frame, camera, read));
+        }
+        let read = self.search(camera, frame)?;
+        let found = self.with_place(frame, camera, read);
+        Ok(self.shown_elsewhere(frame, camera, &found.0).unwrap_or(found))
+    }
+
+    /// The panel at the place that the frame shows instead of the found one, if the frame confirms it there.
+    fn shown_elsewhere(&mut self, frame: &Frame, camera: Camera, found: &Still) -> Option<(Still, Option<Learnt>)> {
+        let shown = *found.as_ref().ok()?.place.elsewhere()?;
+        let read = self.read_at(camera, frame, shown).ok()?;
+        let (still, learnt) = self.with_place(frame, camera, read);
+        matches!(&still, Ok(reading) if reading.place == Place::Confirmed).then_some((still, learnt))
+    }
+
+    fn with_place(&mut self, frame: &Frame, camera: Camera, (read, learnt): Read) -> (Still, Option<Learnt>) {
         let camera = learnt.map_or(camera, |learnt| learnt.camera);
-        Ok((read.map(|reading| self.confirmed(frame, camera, reading)), learnt))
+        (read.map(|reading| self.confirmed(frame, camera, reading)), learnt)
     }
 
     fn read_at(&mut self, camera: Camera, frame: &Frame, corners: Corners) -> Result<Read, StillError> {
