@@ -5,7 +5,10 @@ use studies::work_precision::{CostUnit, Diagram, Part, Point, Scale};
 use super::document::Document;
 use super::figure::Figure;
 use crate::numbers::{digits, time};
-use crate::plot::short;
+use crate::plot::{Drawing, short};
+
+/// The name of the overview's files.
+pub const OVERVIEW: &str = "summary";
 
 /// The origin of a run.
 pub struct Provenance<'a> {
@@ -17,11 +20,18 @@ pub struct Provenance<'a> {
     pub folder: &'a str,
 }
 
-/// The page: all defaults, then each part.
-pub fn page(parts: &[Part], made: &Provenance, figures: &[Figure]) -> Document {
+/// The page: the choice in each part, an overview, then each part.
+pub fn page(parts: &[Part], made: &Provenance, overview: Option<&Drawing>, figures: &[Figure]) -> Document {
     let mut document = Document::new("What accuracy costs in time");
-    document.text("The defaults, with the range of their errors and costs over the settings measured:");
-    summary(&mut document, parts);
+    document.text("Choose by the accuracy that you want and the time that you have. Each cell is a variant with its error and its cost:");
+    choices(&mut document, parts);
+    if let Some(overview) = overview {
+        document.picture(
+            &format!("{}/{OVERVIEW}", made.folder),
+            "drawing a panel, and reading it.",
+            &overview.svg,
+        );
+    }
     document.text(&format!(
         "In each plot **down** is more exact and **left** is quicker. The grey band is the *Pareto front*: variants that no other beats in \
          both error and time. Full dots are on it, empty dots are beaten, arrows are upper bounds, and a ring marks the default. Times are \
@@ -45,24 +55,41 @@ pub fn page(parts: &[Part], made: &Provenance, figures: &[Figure]) -> Document {
     document
 }
 
-/// Lists each part's default, over its diagrams with the same quantities as the first.
-fn summary(document: &mut Document, parts: &[Part]) {
+/// Lists each part's choice: the ends of the front, and the default, in the diagram with the longest front.
+fn choices(document: &mut Document, parts: &[Part]) {
     let rows = parts.iter().filter_map(|part| {
-        let first = part.diagrams.first()?;
-        let same = part
-            .diagrams
-            .iter()
-            .filter(|other| other.error == first.error && other.cost_unit == first.cost_unit);
-        let defaults: Vec<&Point> = same.filter_map(default).collect();
-        let name = &defaults.first()?.variant;
+        let diagram = most_varied(&part.diagrams)?;
+        let front = || diagram.points.iter().filter(|point| point.on_front);
+        let quickest = front().min_by(|a, b| a.cost.median.total_cmp(&b.cost.median))?;
+        let most_exact = front().min_by(|a, b| a.error.total_cmp(&b.error))?;
+        let default = default(diagram)?;
+        let unless_default = |point| {
+            if point == default {
+                "the default".into()
+            } else {
+                choice(diagram, point)
+            }
+        };
+        let title = format!("[{}](#{})", part.title, part.title.to_lowercase().replace(' ', "-"));
         Some(vec![
-            format!("[{}](#{})", part.title, part.title.to_lowercase().replace(' ', "-")),
-            name.clone(),
-            format!("{}: {}", measure(first), span(&defaults, |point| point.error, bare)),
-            span(&defaults, |point| point.cost.median, |point| cost(first, point)),
+            format!("{title}, {}: {}", diagram.title, measure(diagram)),
+            unless_default(quickest),
+            choice(diagram, default),
+            unless_default(most_exact),
         ])
     });
-    document.table(&["", "default", "error", "cost"], rows);
+    document.table(&["", "quickest", "default", "most exact"], rows);
+}
+
+/// Of the diagrams with the first one's unit of cost, the one with the most variants on its front; of several, the first.
+fn most_varied(diagrams: &[Diagram]) -> Option<&Diagram> {
+    let unit = diagrams.first()?.cost_unit;
+    let on_front = |diagram: &&Diagram| diagram.points.iter().filter(|point| point.on_front).count();
+    diagrams
+        .iter()
+        .rev()
+        .filter(|diagram| diagram.cost_unit == unit)
+        .max_by_key(on_front)
 }
 
 /// The default; of several, the baseline.
@@ -80,18 +107,10 @@ fn measure(diagram: &Diagram) -> String {
     }
 }
 
-/// The range of the points' values, as text.
-fn span(points: &[&Point], by: fn(&Point) -> f64, text: impl Fn(&Point) -> String) -> String {
-    let order = |a: &&&Point, b: &&&Point| by(a).total_cmp(&by(b));
-    let ends = [points.iter().min_by(order), points.iter().max_by(order)];
-    let [low, high] = ends.map(|end| end.map_or_else(String::new, |point| text(point)));
-    if low == high { low } else { format!("{low} to {high}") }
-}
-
-/// An error without its interval.
-fn bare(point: &Point) -> String {
+/// A variant, its error without the interval, and its cost.
+fn choice(diagram: &Diagram, point: &Point) -> String {
     let bound = if point.at_most { "< " } else { "" };
-    format!("{bound}{}", digits(point.error))
+    format!("**{}**: {bound}{} in {}", point.variant, digits(point.error), cost(diagram, point))
 }
 
 fn cost(diagram: &Diagram, point: &Point) -> String {

@@ -19,7 +19,7 @@ use crate::output::{self, Verdict, line};
 use crate::plot;
 use crate::progress::Progress;
 use crate::report::figure::{Figure, csv};
-use crate::report::work_precision::{Provenance, page};
+use crate::report::work_precision::{OVERVIEW, Provenance, page};
 use crate::stop::{interrupted, stop};
 use checkpoint::{Checkpoint, Run};
 
@@ -166,8 +166,9 @@ fn write(checkpoint: &Checkpoint, arguments: &Arguments, folder: &Path) -> anyho
         figure.save(folder)?;
         figures.push(figure);
     }
-    if let Some(drawing) = diagram::summary(&checkpoint.parts)? {
-        plot::save(&folder.join("summary"), &drawing)?;
+    let overview = diagram::summary(&checkpoint.parts)?;
+    if let Some(drawing) = &overview {
+        plot::save(&folder.join(OVERVIEW), drawing)?;
     }
     let made = Provenance {
         options: &options(arguments, &checkpoint.run.scale),
@@ -175,7 +176,7 @@ fn write(checkpoint: &Checkpoint, arguments: &Arguments, folder: &Path) -> anyho
         machine: &checkpoint.run.machine,
         folder: FOLDER,
     };
-    let page = page(&checkpoint.parts, &made, &figures);
+    let page = page(&checkpoint.parts, &made, overview.as_ref(), &figures);
     files::write(&arguments.out.join("accuracy.md"), page.markdown())
 }
 

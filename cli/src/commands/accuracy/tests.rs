@@ -72,6 +72,13 @@ fn the_published_page_is_that_of_its_points() {
         page(folder.path()) == page(docs),
         "docs/accuracy.md is not that of its points: vocc accuracy --out docs --resume"
     );
+    // The reader's choice stands before everything else.
+    let page = page(docs);
+    let (choice, rest) = page.split_once("![").expect("a picture");
+    assert!(rest.starts_with("accuracy/summary]"));
+    for part in &checkpoint.parts {
+        assert!(choice.contains(&format!("[{}](#", part.title)), "{}", part.title);
+    }
 }
 
 #[derive(Parser)]
