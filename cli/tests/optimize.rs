@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 use std::process::Output;
 
-use common::{command, json_lines, paths, refused, says, text, vocc, words};
+use common::{command, json, json_lines, paths, refused, says, text, vocc, words};
 
 /// An empty folder of this test.
 fn folder(name: &str) -> std::path::PathBuf {
@@ -304,6 +304,28 @@ fn what_a_transmitter_does_not_know_has_its_price() {
 }
 
 #[test]
+fn both_error_rates_and_what_a_plateau_costs_are_named() {
+    let asked = words("optimize night --criterion ber --frames 64 --intervals 0.5 --distances 60,70 --illuminances 50");
+    let told = vocc(&asked);
+    let told = text(&told.stdout);
+    for word in ["bit errors are those of kmeans", "BER, all", "one symbol", "no worse (costs)", "least mean BER of one symbol"] {
+        assert!(told.contains(word), "{word}: {told}");
+    }
+    for cell in lines(&vocc(&[&asked[..], &["--json"]].concat())) {
+        let (Some(range), Some(l2a)) = (cell["not_worse"].as_array(), cell["l2a"].as_f64()) else {
+            continue;
+        };
+        let [low, high] = [0, 1].map(|end| range[end].as_f64().expect("a ratio"));
+        assert!(low < l2a && l2a < high, "{cell}");
+        let costs = [0, 1].map(|end| cell["not_worse_loss"][end].as_f64().expect("a factor"));
+        for cost in costs {
+            let percent = format!("{:.1} %", 100.0 * (cost - 1.0));
+            assert!(told.contains(&percent), "{percent}: {told}");
+        }
+    }
+}
+
+#[test]
 fn a_table_by_reach_says_what_it_knows() {
     let path = paths("optimize/reach");
     let table = path("table.toml");
@@ -323,10 +345,14 @@ fn a_table_by_reach_says_what_it_knows() {
     let picture = path("shown.png");
     let shown = vocc(&["table", "show", &table, "--plot", &picture]);
     assert_eq!(shown.status.code(), Some(0), "{}", text(&shown.stderr));
-    for word in ["interval 0.5", "█", "cd", " m "] {
+    for word in ["interval 0.5", "█", "cd", " m ", "found to 82 m"] {
         assert!(text(&shown.stdout).contains(word), "{word}: {}", text(&shown.stdout));
     }
     assert!(image::open(&picture).expect("a plot").width() > 1000);
+    let drawing = std::fs::read_to_string(path("shown.svg")).expect("a plot");
+    assert!(drawing.contains("thin: found to"));
+    let numbers = json(&vocc(&["table", "show", &table, "--json"]));
+    assert_eq!(numbers["found_to_m"][0].as_f64().map(f64::round), Some(82.0));
     refused(&["table", "show", &table, "--plot", "shown.jpg"], &[".png"]);
 
     // The second entry is found again from the stored results of the first.

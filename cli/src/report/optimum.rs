@@ -179,7 +179,7 @@ impl Presentation for ReachSurvey {
     }
 
     fn print(&self, entry: &ReachEntry, _: &[ReachPoint]) -> anyhow::Result<()> {
-        line(&table::reach_line(entry))
+        line(&table::reach_line(entry, None))
     }
 }
 

@@ -4,7 +4,7 @@ use studies::reach::LEAST_PITCH_PX;
 use studies::table::{ReachEntry, RegretEntry, TableFile};
 use tx_firmware::calibration::BENCH;
 
-use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, Series, colours};
+use crate::plot::{Axis, Chart, Drawing, Line, Mark, Page, Point, RGBColor, Series, colours};
 
 /// Size of a chart in pixels: width, height.
 const SIZE_PX: (i32, i32) = (500, 460);
@@ -15,8 +15,8 @@ pub const REACH_HEAD: &str = concat!(
     "     duty"
 );
 
-/// Formats an entry by reach.
-pub fn reach_line(entry: &ReachEntry) -> String {
+/// Formats an entry by reach, with the distance up to which the panel is found, if it is known.
+pub fn reach_line(entry: &ReachEntry, found_to_m: Option<f64>) -> String {
     // The end of the lossless range shows which border it is.
     let border = match entry.at_border {
         true if entry.best_l2a <= entry.loses_nothing[0] => "≤",
@@ -25,8 +25,9 @@ pub fn reach_line(entry: &ReachEntry) -> String {
     };
     let flat = if entry.is_flat { ", flat" } else { "" };
     let lost = entry.lost_at_m.map_or(String::new(), |lost| format!(", lost at {lost} m"));
+    let found = found_to_m.map_or(String::new(), |found_m| format!(", found to {found_m:.0} m"));
     format!(
-        "{:>8} lx  {:>8}  {:>6.3}   {:.3} to {:.3}  {:>6.1} m   {:.2} to {:.2}   {border}{:>5.2}  {}{flat}{lost}",
+        "{:>8} lx  {:>8}  {:>6.3}   {:.3} to {:.3}  {:>6.1} m   {:.2} to {:.2}   {border}{:>5.2}  {}{flat}{lost}{found}",
         entry.illuminance_lx,
         entry.interval,
         entry.l2a,
@@ -160,13 +161,34 @@ fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
             .map(|point| Point::within(point.l2a, point.reach_m, point.reach_m_95));
         points.collect()
     };
-    let ratios = file.reach.details.iter().map(|point| point.l2a);
+    let ratios = || file.reach.details.iter().map(|point| point.l2a);
+    let ends = [ratios().fold(f64::INFINITY, f64::min), ratios().fold(0.0, f64::max)];
+    let found_to_m = file.found_to_m().unwrap_or_default();
+    let reach_m = file.reach.details.iter().map(|point| point.reach_m);
+    let mut series = by_interval(&file.ratios.interval, of_column);
+    let colours: Vec<_> = series.iter().map(|series| series.colour).collect();
+    let found = colours
+        .into_iter()
+        .zip(&found_to_m)
+        .map(|(colour, &found_m)| found_at(found_m, ends, colour));
+    series.extend(found);
     Chart {
-        title: format!("Reach at {light} lx"),
-        x: Axis::around_logarithms("L2A (1/sr)", ratios),
-        y: Axis::from_zero("reach (m)", file.reach.details.iter().map(|point| point.reach_m)),
-        series: by_interval(&file.ratios.interval, of_column),
+        title: format!("Reach at {light} lx; thin: found to"),
+        x: Axis::around_logarithms("L2A (1/sr)", ratios()),
+        y: Axis::from_zero("reach (m)", reach_m.chain(found_to_m.iter().copied())),
+        series,
     }
+}
+
+/// A thin line at the distance up to which a panel is found.
+fn found_at(found_m: f64, ratios: [f64; 2], colour: RGBColor) -> Series {
+    let ends = ratios.map(|x| Point {
+        x,
+        y: found_m,
+        mark: Mark::None,
+        ..Point::default()
+    });
+    Series::new("", colour, Line::Thin, ends.into())
 }
 
 /// Maximum loss of each ratio at one illuminance.

@@ -99,6 +99,9 @@ struct CarriedTable {
     illuminance_lx: Vec<f64>,
     interval: Vec<f64>,
     l2a: Vec<Vec<f64>>,
+    /// The greatest distance at which a panel of each interval is found, in metres, if the table is for one scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    found_to_m: Option<Vec<f64>>,
 }
 
 /// Runs the requested action.
@@ -158,7 +161,11 @@ fn show(file: Option<&Path>, plot: Option<&Path>, shown: &TableUse, as_json: boo
     let (carried, file) = match file {
         Some(path) => {
             let (file, table) = TableFile::read_with_table(path)?;
-            (CarriedTable::of(&table, file.ratios.waveform), file)
+            let carried = CarriedTable {
+                found_to_m: file.found_to_m(),
+                ..CarriedTable::of(&table, file.ratios.waveform)
+            };
+            (carried, file)
         }
         None => {
             let carried = CarriedTable::of(&L2aTable::shipped(), SHIPPED_FOR);
@@ -172,7 +179,12 @@ fn show(file: Option<&Path>, plot: Option<&Path>, shown: &TableUse, as_json: boo
         carried.print()?;
         line(&format!("made for {}", OtherWaveform::words(file.ratios.waveform)))?;
         report::table::sketch(&file).iter().try_for_each(|sketch| line(sketch))?;
-        let reach = file.reach.entries.iter().map(report::table::reach_line);
+        let found_m = |interval: f64| {
+            let column = file.ratios.interval.iter().position(|&other| other == interval)?;
+            file.found_to_m()?.get(column).copied()
+        };
+        let reach = file.reach.entries.iter();
+        let reach = reach.map(|entry| report::table::reach_line(entry, found_m(entry.interval)));
         print_under(report::table::REACH_HEAD, reach)?;
         let regret = file.regret.entries.iter().map(report::table::regret_line);
         print_under(report::table::REGRET_HEAD, regret)?;
@@ -212,6 +224,7 @@ impl CarriedTable {
             illuminance_lx: table.illuminances_lx().iter().map(|e| e.to_num()).collect(),
             l2a: ratios.chunks(interval.len()).map(<[f64]>::to_vec).collect(),
             interval,
+            found_to_m: None,
         }
     }
 
