@@ -21,7 +21,7 @@ pub use chart::Chart;
 pub use legend::Entry;
 pub use mark::Mark;
 pub use page::Page;
-pub use palette::{FRONT, OFF, ON, RGBColor, colours};
+pub use palette::{EDGE, FRONT, OFF, ON, RGBColor, colours};
 pub use paper::{Drawing, files_of, save, stem};
 pub use pictures::{Picture, row};
 pub use series::{Line, Point, Series};

@@ -40,6 +40,7 @@ mod frames;
 mod interpretation;
 mod operating_point;
 mod optima;
+pub mod paper;
 mod pieces;
 mod study;
 mod sums;

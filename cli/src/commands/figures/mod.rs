@@ -207,7 +207,8 @@ fn figures(study: &Study, findings: &Findings) -> anyhow::Result<Vec<Figure>> {
             findings,
             (
                 "figure-14",
-                "Variances over L2A (interval 1, 50 m), and the grey levels at the centres of On and Off LEDs.",
+                "Variances over L2A (interval 1, 50 m), and the grey levels at the centres of On and Off LEDs. Vertical lines: the paper's \
+                 numbers.",
             ),
             &L2A,
             (&axes.l2a, &study.over_l2a()),
@@ -227,7 +228,10 @@ fn figures(study: &Study, findings: &Findings) -> anyhow::Result<Vec<Figure>> {
         ),
         variances::figure(
             findings,
-            ("figure-17", "Variances over the interval (L2A 1, 50 m)."),
+            (
+                "figure-17",
+                "Variances over the interval (L2A 1, 50 m). Vertical line: the paper's number.",
+            ),
             &INTERVAL,
             (&axes.interval, &study.over_interval()),
             false,

@@ -1,10 +1,11 @@
 //! Figure 21: the best L2A over interval and distance, and its range over the distances.
 
 use studies::optimum::RANGE;
-use studies::reproduction::{BestRatio, Findings, Study};
+use studies::reproduction::paper::BEST_L2A;
+use studies::reproduction::{BestRatio, Findings, OperatingPoint, Study};
 use studies::statistics::Estimate;
 
-use crate::plot::{Axis, Chart, Line, Mark, Page, Point, Series, colours};
+use crate::plot::{Axis, Chart, EDGE, Line, Mark, Page, Point, Series, colours};
 use crate::report::figure::{Figure, csv};
 
 /// The charts' upper end, above the searched range to leave space for the legend.
@@ -37,7 +38,7 @@ pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figur
     Ok(Some(Figure {
         name: "figure-21",
         caption: "The L2A of the greatest B2W: over the distance for each interval (a), and its range over the distances with their mean, \
-                  which figure 22 uses (b). Rings: where the range of L2A ends, the best may lie beyond."
+                  which figure 22 uses (b). Rings: where the range of L2A ends, the best may lie beyond. The bar is the paper's number."
             .into(),
         csv: csv(&head, numbers)?,
         drawing: Page::new(charts, 2, (460, 400)).draw()?,
@@ -59,8 +60,20 @@ fn over_distance(intervals: &[f64], distances: &[f64], rows: &[Vec<&BestRatio>])
         title: "(a) best L2A".into(),
         x: Axis::around("distance (m)", distances.iter().copied()),
         y: Axis::linear("best L2A", [0.0, TOP]),
-        series: series.collect(),
+        series: series.chain([stated()]).collect(),
     }
+}
+
+/// The best L2A that the paper states for one interval and distance.
+fn stated() -> Series {
+    let at = OperatingPoint::REFERENCE;
+    let point = Point {
+        x: at.distance_m,
+        y: BEST_L2A,
+        mark: Mark::Box,
+        ..Point::default()
+    };
+    Series::new(format!("paper: interval {}", at.interval), EDGE, Line::None, vec![point])
 }
 
 fn names(intervals: &[f64]) -> Vec<String> {

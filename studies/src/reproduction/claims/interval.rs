@@ -2,6 +2,7 @@
 
 use super::super::batches::estimate_of;
 use super::super::findings::Findings;
+use super::super::paper::BVAR_PEAK_INTERVAL;
 use super::super::study::Study;
 use super::super::sums::Sums;
 use super::claim::{Claim, Test, Words};
@@ -9,8 +10,6 @@ use super::trend::{b2w, bvar, curve, greatest_rise, least_rise, percent, wvar};
 
 /// The paper's intervals; the claims are about steps between them.
 const SHOWN: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
-/// The interval from which on the paper sees Bvar fall.
-const TURN: f64 = 1.5;
 
 const WVAR_FALLS: Words = Words {
     name: "wvar-falls-with-interval",
@@ -49,7 +48,7 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
     let Some(points) = curve(&shown, findings).filter(|points| points.len() > 1) else {
         return Vec::new();
     };
-    let before = shown.partition_point(|setting| setting.interval < TURN);
+    let before = shown.partition_point(|setting| setting.interval < BVAR_PEAK_INTERVAL);
     let before = before.min(points.len() - 1);
     let ends = [points[before], points[points.len() - 1]];
     let fall = estimate_of(&ends, |sums| percent(bvar(&sums[0]), bvar(&sums[1])));

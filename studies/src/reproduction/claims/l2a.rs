@@ -2,6 +2,7 @@
 
 use super::super::batches::estimate_of;
 use super::super::findings::Findings;
+use super::super::paper::BVAR_LEVELS_OFF_L2A;
 use super::super::study::Study;
 use super::super::sums::Sums;
 use super::claim::{Claim, Test, Words};
@@ -9,8 +10,6 @@ use super::trend::{bvar, curve, least_rise, percent, wvar};
 use crate::interpolation::{interpolated, reaches};
 use crate::statistics::Estimate;
 
-/// The L2A at which the paper sees Bvar level off.
-const LEVELS_OFF: f64 = 2.5;
 /// The tolerance on that, in L2A.
 const NEAR: f64 = 0.3;
 /// The share of its greatest value at which Bvar counts as levelled off.
@@ -75,13 +74,13 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
     let extinction = |sums: &Sums| sums.on_grey.mean()[0] / sums.off_grey.mean()[0];
     let closeness = |sums: &Sums| sums.off_grey.mean()[0] - sums.on_grey.mean()[0];
     let extinction: Estimate = from(0.0, &extinction, &difference);
-    let beyond = from(LEVELS_OFF, &bvar, &percent);
-    let closing = from(LEVELS_OFF, &closeness, &difference);
+    let beyond = from(BVAR_LEVELS_OFF_L2A, &bvar, &percent);
+    let closing = from(BVAR_LEVELS_OFF_L2A, &closeness, &difference);
     vec![
         EXTINCTION.decided(extinction, Test::Above(0.0)),
         WVAR_RISES.decided(least_rise(&points, wvar), Test::Above(0.0)),
         BVAR_RISES.decided(least_rise(&points[..initially], bvar), Test::Above(0.0)),
-        BVAR_LEVELS_OFF.decided(level, Test::Near(LEVELS_OFF, NEAR)),
+        BVAR_LEVELS_OFF.decided(level, Test::Near(BVAR_LEVELS_OFF_L2A, NEAR)),
         BVAR_BARELY.decided(beyond, Test::Near(0.0, BARELY)),
         OFF_CATCHES_UP.decided(closing, Test::Above(0.0)),
     ]

@@ -3,13 +3,12 @@
 use super::super::findings::Findings;
 use super::super::operating_point::OperatingPoint;
 use super::super::optima::BestRatio;
+use super::super::paper::BEST_L2A;
 use super::super::study::Study;
 use super::claim::{Claim, Test, Words};
 use crate::statistics::Estimate;
 
-/// The paper's best ratio at interval 1 and 50 m.
-const BEST: f64 = 2.0;
-/// The tolerance on that.
+/// The tolerance on the paper's best ratio.
 const NEAR: f64 = 0.25;
 
 const BEST_IS_TWO: Words = Words {
@@ -36,7 +35,7 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
     let intervals = &study.axes.optimum_interval;
     let distances = &study.axes.optimum_distance_m;
     let at = OperatingPoint::REFERENCE;
-    let is_two = best(at.interval, at.distance_m).map(|best| BEST_IS_TWO.decided(best.l2a, Test::Near(BEST, NEAR)));
+    let is_two = best(at.interval, at.distance_m).map(|best| BEST_IS_TWO.decided(best.l2a, Test::Near(BEST_L2A, NEAR)));
     let pairs = intervals
         .windows(2)
         .flat_map(|pair| distances.iter().map(move |&distance_m| (pair, distance_m)));
