@@ -251,6 +251,8 @@ fn panels_are_told_with_how_they_are_shown() {
         (&54.into(), &(1.0 / 27.0).into())
     );
     assert_eq!(carried["panel"], still["panel"]);
+    let plain = vocc(&["transmit", "--message", "Ice", "--count", "1"]);
+    assert_eq!(carried["bits"], text(&plain.stdout).trim());
 }
 
 #[test]

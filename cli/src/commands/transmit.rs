@@ -66,8 +66,8 @@ impl Arguments {
     }
 }
 
-/// Prints the panels, one 16-digit hexadecimal word per line, or their flicker. With a carrier, a panel is that of the first quarter of its
-/// cycle.
+/// Prints the panels, one 16-digit hexadecimal word per line, or their flicker. With a carrier, the bits are the state of the LEDs at the
+/// start of the symbol, which is the first quarter of a cycle.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let message = arguments.message.bytes()?;
     let is_framed = !arguments.raw && !arguments.flickering.flicker;
@@ -91,8 +91,10 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     let Some(path) = &arguments.symbols else {
         for panel in panels {
             if shared.json {
+                let bits = panel.to_string();
                 output::json(&serde_json::json!({
-                    "panel": panel.to_string(),
+                    "bits": bits,
+                    "panel": bits,
                     "carrier_cycles": waveform.cycles(),
                     "symbol_s": rate.hz().recip(),
                 }))?;

@@ -226,7 +226,9 @@ pub enum Refusal {
         cycles: u16,
     },
     /// The LEDs' driver cannot show a carrier.
-    #[error("its LEDs cannot show a carrier, because they are lit row by row (MAX7219): give 0 cycles for still panels")]
+    #[error(
+        "it cannot show a carrier, because its LEDs are lit row by row (MAX7219) or its timer latches too slowly: give 0 cycles for still panels"
+    )]
     NoLatch,
     /// This firmware cannot sign.
     #[error("its firmware signs no messages: flash one that was built with the feature `signing`")]

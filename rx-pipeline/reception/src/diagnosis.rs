@@ -17,8 +17,8 @@ const APART: f32 = 2.0;
 const OFTEN_COVERED: f32 = 0.05;
 /// The share of readings with all LEDs alike from which that counts as the cause.
 const OFTEN_EVEN: f32 = 0.5;
-/// An exposure of half a cycle of 1440 Hz, the usual carrier, in seconds.
-const HALF_A_CYCLE_S: f64 = 0.5 / 1440.0;
+/// The longest exposure that reads the usual carrier: half a cycle of 1440 Hz.
+const LONGEST_WITH_CARRIER: &str = "1/2880 s, half a cycle of the usual 1440 Hz";
 /// Changes a frame from which the panel may show more symbols than there are frames. At the fastest usual rate, 9 of 10 frames change.
 const EVERY_FRAME: f32 = 0.97;
 /// Symbols of a message of a few words, sent twice.
@@ -109,7 +109,7 @@ impl Diagnosis {
                 };
                 lines.push(format!(
                     "no panel was found: its LEDs should be at least 2 px apart, not all white or all black, and change from frame to \
-                     frame{look}"
+                     frame; if it has a carrier, expose for at most {LONGEST_WITH_CARRIER}{look}"
                 ));
             }
             return lines;
@@ -136,8 +136,7 @@ impl Diagnosis {
         match blur {
             _ if self.even as f32 > OFTEN_EVEN * self.read as f32 => format!(
                 "all LEDs are lit alike: exposures span about a whole number of the carrier's cycles, which hides the symbols; expose for \
-                 1/{:.0} s or less, half a cycle of the usual 1440 Hz",
-                1.0 / HALF_A_CYCLE_S
+                 at most {LONGEST_WITH_CARRIER}"
             ),
             _ if covered as f32 > OFTEN_COVERED * frames as f32 => format!(
                 "the panel was covered or dark in {covered} of {frames} frames, as behind a wiper: remove what covers it, or make the \
@@ -190,7 +189,7 @@ mod tests {
         let lines = diagnosis.lines(&USUAL, None, false);
         assert!(lines[0].starts_with("in 4 of 7 frames: no random pattern: 8 LEDs"), "{lines:?}");
         assert!(
-            lines[1].starts_with("no panel was found") && !lines[1].contains("vocc"),
+            lines[1].starts_with("no panel was found") && lines[1].contains("carrier") && !lines[1].contains("vocc"),
             "{lines:?}"
         );
     }
@@ -274,7 +273,7 @@ mod tests {
         (0..60).for_each(|_| diagnosis.count(&Ok(reading)));
         let lines = diagnosis.lines(&USUAL, None, false);
         assert!(
-            lines[1].starts_with("all LEDs are lit alike") && lines[1].contains("expose for 1/2880 s or less"),
+            lines[1].starts_with("all LEDs are lit alike") && lines[1].contains("expose for at most 1/2880 s"),
             "{lines:?}"
         );
     }

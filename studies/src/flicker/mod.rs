@@ -274,7 +274,13 @@ mod tests {
     #[test]
     fn a_carrier_of_1440_hz_is_of_low_risk_and_the_same_in_sine_phase_is_not() {
         let carrier = Waveform::new(16).expect("a carrier");
-        for message in [None, Some(vec![0; 8]), Some(vec![0xa5; 32]), Some(vec![b'x'; 128])] {
+        for message in [
+            None,
+            Some(vec![0; 8]),
+            Some(vec![0xa5; 32]),
+            Some(vec![b'x'; 128]),
+            Some(vec![0x3c; 1024]),
+        ] {
             let panels = panels(message.as_deref()).expect("a message");
             let flicker = Flicker::with_waveform(&panels, carrier);
             let times = [&flicker.worst_led, &flicker.panel].map(|light| Practice::LowRisk.times(light, RATE_HZ));
