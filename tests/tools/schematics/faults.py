@@ -435,6 +435,18 @@ def page_swaps_register_pins(root, _firmware, _rules):
     return pages.check_registers(pages.ROAD, text) if text else ()
 
 
+def page_has_an_old_wire(root, _firmware, _rules):
+    text = changed(root, pages.ROAD, "U3 to U9 SDO (pin 14)", "U3 to U9 SDO (pin 9)")
+    return pages.check_table(pages.ROAD, text, "wires of road-kit-tlc5916", pages.wires_table(TLC())) if text else ()
+
+
+def table_of_swapped_rows(_root, _firmware, _rules):
+    """One row of the table must not stand for rows that are not wired alike."""
+    circuit = TLC()
+    rows_swapped(circuit)
+    return pages.wires_table(circuit)
+
+
 def page_of_the_nucleo(root, firmware, _rules):
     roles, _ = firmware.read(root, "tx-firmware/boards/nucleo-g474")
     text = changed(root, pages.PORTING, "| PA5, PA7 |", "| PA5, PA6 |")
@@ -462,6 +474,8 @@ ELSEWHERE = (
     ("a page with the wrong pin", page_names_another_pin, ("GPIO 18 is pin 24", "not 25")),
     ("a page with two lines swapped", page_swaps_lines, ("SPI 0 SCK, TX", "GP19, GP18")),
     ("a page with the wrong pin of a register", page_swaps_register_pins, ("columns 0 to 7 of 74HC595",)),
+    ("a page with an old wire", page_has_an_old_wire, ("road-kit.md", "wires of road-kit-tlc5916", "--write")),
+    ("a table of two rows swapped", table_of_swapped_rows, ("| ROW3 |", "U7 SDI (pin 2)")),
     ("a page with the wrong pin of the Nucleo", page_of_the_nucleo, ("shift clock", "PA6")),
     ("a page with another fuse", page_demands_another_fuse, ("light-safety.md", "5 A", "2 A")),
     ("a page with another low current", page_has_another_low_current, ("road-kit.md", "0.164")),

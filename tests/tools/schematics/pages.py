@@ -54,21 +54,30 @@ def number_of(ref):
     return re.match(r"([A-Z]+)(\d+)", ref).groups()
 
 
+def runs(numbered):
+    """Pairs of letters and number, such as (R, 1), (R, 2), (R, 3), (R, 5), as "R1 to R3, R5"."""
+    found = []
+    for letters, number in numbered:
+        if found and found[-1][0] == letters and found[-1][2] == int(number) - 1:
+            found[-1][2] = int(number)
+        else:
+            found.append([letters, int(number), int(number)])
+    between = {0: None, 1: ", "}
+    shown = []
+    for letters, first, last in found:
+        joint = between.get(last - first, " to ")
+        shown.append(f"{letters}{first}" + (f"{joint}{letters}{last}" if joint else ""))
+    return ", ".join(shown)
+
+
+def in_number(ref):
+    letters, number = number_of(ref)
+    return letters, int(number)
+
+
 def compress(refs):
     """R1, R2, R3, R5 as "R1 to R3, R5"."""
-    runs = []
-    for ref in sorted(refs, key=lambda ref: (number_of(ref)[0], int(number_of(ref)[1]))):
-        letters, number = number_of(ref)
-        if runs and runs[-1][0] == letters and runs[-1][2] == int(number) - 1:
-            runs[-1][2] = int(number)
-        else:
-            runs.append([letters, int(number), int(number)])
-    between = {0: None, 1: ", "}
-    words = []
-    for letters, first, last in runs:
-        joint = between.get(last - first, " to ")
-        words.append(f"{letters}{first}" + (f"{joint}{letters}{last}" if joint else ""))
-    return ", ".join(words)
+    return runs(sorted(map(in_number, refs)))
 
 
 def lines_of_parts(circuit):
@@ -99,19 +108,68 @@ def parts_table(circuits):
 
 
 def wires_table(circuit):
-    """Each net, and the pins on it."""
+    """Each net, and the pins on it. Nets of several parts that differ in their number only are one row."""
+    families = {}
+    for net in circuit.nets:
+        families.setdefault(re.sub(r"(?<=[A-Z])\d+$", "", net), []).append(net)
     rows = ["| net | pins |", "|---|---|"]
-    for net, ends in circuit.nets.items():
-        words = []
-        for end in ends:
-            pin = circuit.pin(end)
-            if circuit.part(end).symbol != "chip":
-                words.append(end[0])
-                continue
-            name = re.sub(r"^GND\d+$", "GND", re.sub(r"^GP(\d+)$", r"GPIO \1", pin.name))
-            words.append(f"{end[0]} {name}" + (f" (pin {pin.number})" if pin.number != pin.name else ""))
-        rows.append(f"| {net} | {', '.join(words)} |")
+    for nets in families.values():
+        folded = pins_in_order(circuit, nets) if len(nets) > 1 else None
+        if folded:
+            rows.append(f"| {nets[0]} to {nets[-1]} | {', '.join(folded)} |")
+        else:
+            rows += [f"| {net} | {', '.join(pins_of(circuit, circuit.nets[net]))} |" for net in nets]
     return rows
+
+
+def pin_name(circuit, end):
+    """The name of a pin in a table; none if the part may be turned round."""
+    pin, part = circuit.pin(end), circuit.part(end)
+    if part.symbol in ("led", "diode"):
+        return {"A": "anode", "K": "cathode"}[pin.name]
+    if part.is_polarised:
+        return {"1": "+", "2": "−"}[pin.number]
+    if part.symbol != "chip":
+        return ""
+    return re.sub(r"^-$", "−", re.sub(r"^GND\d+$", "GND", re.sub(r"^GP(\d+)$", r"GPIO \1", pin.name)))
+
+
+def entry(circuit, refs, pins):
+    """Pins of the same part or of parts that are alike, such as "U3 to U9 SER (pin 3)"."""
+    names = [pin_name(circuit, (refs[0], pin.number)) for pin in pins]
+    name = names[0] if names[0] == names[-1] else f"{names[0]} to {names[-1]}"
+    text = f"{compress(refs)} {name}".strip()
+    # A pin of a module has its name only.
+    if circuit.part((refs[0], "")).symbol != "chip" or any(pin.number == pin.name for pin in pins):
+        return text
+    return f"{text} (pin{'s' if len(pins) > 1 else ''} {runs(('', pin.number) for pin in pins)})"
+
+
+def pins_of(circuit, ends):
+    """The pins on a net. One entry has the same pin of parts that are alike, and the pins of the same name of a part."""
+    by_pin = {}
+    for end in ends:
+        by_pin.setdefault((circuit.part(end).name, circuit.pin(end)), []).append(end[0])
+    by_name = {}
+    for (_, pin), refs in by_pin.items():
+        by_name.setdefault((*refs, pin_name(circuit, (refs[0], pin.number))), []).append((refs, pin))
+    return [entry(circuit, same[0][0], [pin for _, pin in same]) for same in by_name.values()]
+
+
+def pins_in_order(circuit, nets):
+    """The pins on nets that are alike, in the order of the nets: all columns of a register before those of the next one. None if a net
+    differs, or if no entry has several parts."""
+    if len({len(circuit.nets[net]) for net in nets}) > 1:
+        return None
+    entries, parts = [], 0
+    for ends in zip(*(circuit.nets[net] for net in nets)):
+        refs = sorted({end[0] for end in ends}, key=in_number)
+        pins = list(dict.fromkeys(circuit.pin(end) for end in ends))
+        if list(ends) != [(ref, pin.number) for ref in refs for pin in pins] or len({circuit.part(end).name for end in ends}) > 1:
+            return None
+        entries.append(entry(circuit, refs, pins))
+        parts = max(parts, len(refs))
+    return entries if parts > 1 else None
 
 
 def parts_csv(circuit):
@@ -130,14 +188,23 @@ def tables(drawn):
         by_page.setdefault(circuit.page, []).append(circuit)
     for page, circuits in by_page.items():
         yield page, "parts", parts_table(circuits)
-        if len(circuits) == 1:
-            yield page, "wires", wires_table(circuits[0])
+        for circuit in circuits:
+            yield page, "wires" if len(circuits) == 1 else f"wires of {circuit.name}", wires_table(circuit)
+
+
+WRITTEN = ", written by tests/tools/schematics/run --write -->\n"
+ROWS = r"((?:\|.*\n)*)"
 
 
 def block(name):
     """The place of a generated table on a page."""
-    begin = f"<!-- {name}, written by tests/tools/schematics/run --write -->\n"
-    return re.compile(re.escape(begin) + r"((?:\|.*\n)*)"), begin
+    begin = f"<!-- {name}{WRITTEN}"
+    return re.compile(re.escape(begin) + ROWS), begin
+
+
+def without_blocks(text):
+    """A page without its generated tables."""
+    return re.sub(r"<!-- [^,\n]*" + re.escape(WRITTEN) + ROWS, "", text)
 
 
 def write(root, drawn, svg):
@@ -161,11 +228,7 @@ def check(root, circuits, drawn, svg, firmware):
         if f"({picture.name})" not in (root / circuit.page).read_text():
             yield f"{circuit.page} does not show {picture.name}"
     for page, name, rows in tables(drawn):
-        found = block(name)[0].search((root / page).read_text())
-        if not found:
-            yield f"{page} has no place for its {name}: add the line {block(name)[1].strip()}"
-        elif found[1].splitlines() != rows:
-            yield f"{page}: its {name} are not those of the circuit: run tests/tools/schematics/run --write"
+        yield from check_table(page, (root / page).read_text(), name, rows)
     for page in PICO_PAGES:
         shown = [circuit for circuit in circuits if circuit.page == page] or circuits
         used = {pin for circuit in shown for pin in used_pins(root, circuit, firmware)}
@@ -188,6 +251,15 @@ def check(root, circuits, drawn, svg, firmware):
             value = circuit.components[ref].value
             if not re.search(rf"^\| [^|]*\| [^|]*{words}[^|]*; {re.escape(value)} to ground", text, re.M):
                 yield f"{PORTING}: {words!r} is without the {value} of {ref}"
+
+
+def check_table(page, text, name, rows):
+    """A generated table is up to date."""
+    found = block(name)[0].search(text)
+    if not found:
+        yield f"{page} has no place for its {name}: add the line {block(name)[1].strip()}"
+    elif found[1].splitlines() != rows:
+        yield f"{page}: its {name} are not those of the circuit: run tests/tools/schematics/run --write"
 
 
 def check_low_current(page, firmware, circuits):
@@ -221,8 +293,7 @@ def used_pins(root, circuit, firmware):
 
 def check_pico_pins(page, text, used):
     """The pins beside GPIO and supplies are the Pico's, and each GPIO is one that a kit uses."""
-    for name in ("parts", "wires"):
-        text = block(name)[0].sub("", text)
+    text = without_blocks(text)
     pairs = re.findall(r"GPIO (\d+) \((?:pin )?(\d+)\)", text)
     for row in re.findall(r"^\| ((?:\d+ \(\d+\)(?:, )?)+) \|", text, re.M):
         pairs += re.findall(r"(\d+) \((\d+)\)", row)
