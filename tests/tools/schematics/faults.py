@@ -106,6 +106,13 @@ def plain_buffer(c):
     change(c, "U2", gates=(("A", None, "Y", False),))
 
 
+def all_without_shifter(c):
+    """The latch, the clock and the serial in of the registers at 5 V directly from the Pico."""
+    for net, pin in (("DATA", "1"), ("CLOCK", "2"), ("LATCH", "3")):
+        move(c, end(c, "U11", f"{pin}Y"), None)
+        c.nets[net] += [other for other in c.nets.pop(f"{net}_5V") if other[0] != "U11"]
+
+
 def no_pull_down(c):
     remove(c, "R1")
 
@@ -265,6 +272,11 @@ def on_3v3_to_ground():
     return road_kit.road_kit("on-3v3-to-ground", REGISTER_HC, "3V3", limiter="180 Ω")
 
 
+def on_3v3_from_leds():
+    """74HC595 at the Pico's 3.3 V, and LEDs from 5 V."""
+    return road_kit.road_kit("on-3v3-from-leds", REGISTER_HC, "3V3", limiter="430 Ω", lit_by=0)
+
+
 def nothing(_c):
     """The circuit itself is the fault."""
 
@@ -346,6 +358,8 @@ WIRING = (
     ("no pull-down at the gate", TPIC, no_pull_down, ("wire from the board broken", "neither low nor high", "nothing holds")),
     ("a weak pull-down at the gate", HC, weak_pull_down, ("leaks 0.12 mA", "1.20 V at R1", "0.80 V at most")),
     ("the gate fed by the Pico", TPIC, gate_fed_by_the_pico, ("board without power", "U2 has no supply")),
+    ("registers that the Pico's lines feed", HC, all_without_shifter, ("registers' supply off", "U3 pin 11 (SRCLK), which the board")),
+    ("registers at 3.3 V that LEDs at 5 V feed", on_3v3_from_leds, nothing, ("board without power", "U3 pin 1 (Q1), at D2")),
     ("a register without supply", TLC, no_supply, ("U6 pin 16 (VDD)", "connected to nothing")),
     ("a TPIC6B595 at 3.3 V", TPIC, too_little_supply, ("U4 pin 2 (VCC)", "4.5 to 5.5 V", "3.3 V")),
     ("a ground pin at a supply", DESK, ground_on_a_supply, ("U3 pin GND", "not ground")),

@@ -1,6 +1,7 @@
 """The rules for circuits. Each yields sentences that name the part, the pin and the fault."""
 
 import re
+from dataclasses import dataclass
 
 from circuit import Fixed
 
@@ -590,12 +591,27 @@ def firmware(circuit, roles, _pulled):
 
 # --- Dark without a program ------------------------------------------------------------------------------------------------------------
 
-# The states in which no program lights the LEDs: name, whether the board has power, whether its pin is connected, and what it does.
+
+@dataclass(frozen=True)
+class State:
+    """A state in which no program lights the LEDs."""
+
+    name: str
+    # What the board's pin does.
+    does: str
+    # Whether the board has power, and the other supplies have voltage.
+    board_on: bool = True
+    others_on: bool = True
+    # Whether the board's pin is connected.
+    wired: bool = True
+
+
 DARK_STATES = (
-    ("board without power", False, True, "held low by its protection diodes, weakly"),
-    ("reset or boot loader", True, True, "input"),
-    ("start or panic", True, True, "low"),
-    ("wire from the board broken", True, False, "nothing"),
+    State("board without power", "held low by its protection diodes, weakly", board_on=False),
+    State("reset or boot loader", "input"),
+    State("start or panic", "low"),
+    State("wire from the board broken", "nothing", wired=False),
+    State("registers' supply off, board on USB", "anything", others_on=False),
 )
 
 
@@ -604,74 +620,123 @@ def enable_pins(circuit):
 
 
 def dark_states(circuit, roles):
-    """For each state and enable pin: the state, the pin, whether it is high, and the parts that make it so."""
+    """For each state and output enable: the state, the register, whether its LEDs are dark, and what makes it so."""
     board = board_of(circuit)
-    for name, powered, connected, does in DARK_STATES:
+    for state in DARK_STATES:
         for end in enable_pins(circuit):
-            if not is_fed(circuit, circuit.net_of(circuit.supply_end(circuit.components[end[0]])), board, powered):
-                yield name, end, True, "the register has no supply"
+            is_dark, why = without_supply(circuit, circuit.components[end[0]], board, roles, state)
+            if is_dark is None:
+                is_dark, why = logic(circuit, circuit.net_of(end), board, roles, state)
+                if is_dark is not True:
+                    level = "low" if is_dark is False else "neither low nor high"
+                    why = f"output enable, {circuit.label(end)}, is {level}: {why}"
+            yield state.name, end[0], is_dark is True, why
+
+
+def without_supply(circuit, register, board, roles, state):
+    """Whether a register's LEDs are dark because they or the register have no supply, and why. None if both have one."""
+    column = next(pin for pin in register.part.pins if pin.role == "column")
+    led = series(circuit, circuit.net_of((register.ref, column.number)), lambda component: component.part.symbol == "led")
+    supplies = [("the register has", circuit.net_of(circuit.supply_end(register)))]
+    if led:
+        supplies.insert(0, ("the LEDs have", feed_of(circuit, led[-1])))
+    for whose, net in supplies:
+        if net is None or is_fed(circuit, net, board, state):
+            continue
+        if by := diode_to(circuit, net, board, roles, state):
+            return False, f"net {net} has no supply, and a diode of {by} feeds it"
+        return True, f"{whose} no supply"
+    return None, ""
+
+
+def diode_to(circuit, net, board, roles, state):
+    """The pin that feeds a supply which is off: it has a diode to that supply, and the board or an LED drives it."""
+    rails = joined(circuit, net)
+    for component in circuit.components.values():
+        supply = circuit.supply_end(component)
+        if component is board or supply is None or circuit.pin(supply).kind != "supply" or circuit.net_of(supply) not in rails:
+            continue
+        for pin in component.part.pins:
+            # A pin that bears the same voltage at any supply has no diode to it.
+            bears = component.part.drain_most if pin.kind == "drain" else component.part.most
+            line = circuit.net_of((component.ref, pin.number))
+            if line is None or isinstance(bears, Fixed) or pin.kind not in ("input", "output", "drain"):
                 continue
-            high, why = logic(circuit, circuit.net_of(end), board, roles, powered, connected, does)
-            yield name, end, high, why
+            label = circuit.label((component.ref, pin.number))
+            if pin.kind == "input" and state.board_on:
+                if any(end[0] == board.ref and kind_of(circuit, end, roles) == "output" for end in circuit.nets[line]):
+                    return f"{label}, which the board drives,"
+            if pin.role == "column":
+                led = series(circuit, line, lambda part: part.part.symbol == "led")
+                anode = led and circuit.net_of(led[-1]["A"])
+                if anode and is_fed(circuit, anode, board, state):
+                    return f"{label}, at {led[-1].ref},"
+    return None
 
 
-def is_fed(circuit, net, board, powered):
-    """Whether a supply has voltage while the board has power or not."""
-    sources = [end for end in circuit.nets.get(net, []) if circuit.pin(end).kind == "source"]
-    if sources:
+def joined(circuit, net):
+    """A net, and those behind its fuses."""
+    return {net} | {circuit.net_of(circuit.other_end(end)) for end in circuit.nets.get(net, []) if circuit.part(end).symbol == "fuse"}
+
+
+def is_fed(circuit, net, board, state):
+    """Whether a supply has voltage in a state, also through a fuse."""
+    for each in joined(circuit, net):
+        sources = [end for end in circuit.nets.get(each, []) if circuit.pin(end).kind == "source"]
         # VBUS is USB's.
-        return powered or any(end[0] != board.ref for end in sources)
-    return bool(circuit.net_v(net))
+        if any(state.board_on if end[0] == board.ref else state.others_on for end in sources):
+            return True
+    return False
 
 
-def logic(circuit, net, board, roles, powered, connected, does):
+def logic(circuit, net, board, roles, state):
     """Whether a net is high, low or neither (None), and the parts that make it so."""
     volts = circuit.net_v(net)
     if volts is not None:
-        fed = volts > 0 and is_fed(circuit, net, board, powered)
+        fed = volts > 0 and is_fed(circuit, net, board, state)
         return fed, f"net {net}"
     for end in circuit.nets[net]:
         component = circuit.components[end[0]]
         gate = next((gate for gate in component.part.gates if gate[2] == circuit.pin(end).name), None)
         if not gate:
             continue
-        if not is_fed(circuit, circuit.net_of(circuit.supply_end(component)), board, powered):
+        if not is_fed(circuit, circuit.net_of(circuit.supply_end(component)), board, state):
             return None, f"{component.ref} has no supply"
         if gate[1]:
-            enable, why = logic(circuit, circuit.net_of(component[gate[1]]), board, roles, powered, connected, does)
+            enable, why = logic(circuit, circuit.net_of(component[gate[1]]), board, roles, state)
             if enable is not False:
                 return None, f"{component.ref} is not enabled: {why}"
-        value, why = logic(circuit, circuit.net_of(component[gate[0]]), board, roles, powered, connected, does)
+        value, why = logic(circuit, circuit.net_of(component[gate[0]]), board, roles, state)
         if value is None:
             return None, why
         return value != gate[3], f"{component.ref} ({component.part.name}), with {why}"
     at_board = [end for end in circuit.nets[net] if end[0] == board.ref]
-    if at_board and does == "low":
+    if at_board and state.does == "low":
         return False, "the program"
     held = [(component, circuit.net_v(far)) for component, _, far in passives(circuit, net) if far and circuit.net_v(far) is not None]
     directions = {volts > 0 for _, volts in held}
     if len(directions) == 1:
         return directions.pop(), f"{held[0][0].ref} ({held[0][0].value})"
     # A pin that leaks may overcome its own pull-down.
-    if at_board and connected and powered and board.part.pulls_down_in_reset and not board.part.gpio_leak_ma:
+    if at_board and state.wired and state.board_on and board.part.pulls_down_in_reset and not board.part.gpio_leak_ma:
         return False, f"the pull-down in {board.ref}"
     return None, f"nothing holds net {net}"
 
 
 def dark(circuit, roles, _pulled):
-    """In each state in which no program lights the LEDs output enable is high, which is dark, and the current is the low one."""
-    for state, end, high, why in dark_states(circuit, roles):
-        if high is not True:
-            level = "low" if high is False else "neither low nor high"
-            yield f"{state}: output enable, {circuit.label(end)}, is {level}, and the LEDs may shine: {why}"
+    """In each state in which no program lights the LEDs they are dark, and the current is the low one."""
+    for name, register, is_dark, why in dark_states(circuit, roles):
+        if not is_dark:
+            yield f"{name}: the LEDs of {register} may shine: {why}"
     board = board_of(circuit)
-    for state, powered, connected, does in DARK_STATES:
+    # With the LEDs' supply off, their current does not matter.
+    for state in (state for state in DARK_STATES if state.others_on):
         for end in ends_of(circuit, "input"):
             if circuit.pin(end).role != "full_current" or not circuit.net_of(end):
                 continue
-            high, why = logic(circuit, circuit.net_of(end), board, roles, powered, connected, does)
+            high, why = logic(circuit, circuit.net_of(end), board, roles, state)
             if high is not False:
-                yield f"{state}: the current switch, {circuit.label(end)}, is {'high' if high else 'neither low nor high'}: {why}"
+                yield f"{state.name}: the current switch, {circuit.label(end)}, is {'high' if high else 'neither low nor high'}: {why}"
 
 
 RULES = (
