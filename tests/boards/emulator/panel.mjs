@@ -3,7 +3,6 @@
 // There are two kinds of latch. Some take the shifted bits when the line rises (74HC595, TPIC6B595). Others are transparent while the line
 // is high and keep their bits when it falls (TLC5916, STP08DP05). Both must show the same panel.
 
-import { OutputEnable, UNPOWERED } from './output_enable.mjs';
 import { Wires } from './wires.mjs';
 
 const LATCH_PIN = 17, OUTPUT_ENABLE_PIN = 20, CURRENT_PIN = 21, DIMMING_SLICE = 2;
@@ -11,19 +10,19 @@ const COMPARE = 0x0c, TOP = 0x10, HIGH = 1;
 const LEDS_MASK = (1n << 64n) - 1n;
 
 export class Panel {
-  // `report` receives the events. With `edges`, each pulse of the output-enable line is followed, which costs time. `stage` drives that
-  // line, and `faults` are those of the wires.
-  constructor(mcu, report, edges, stage, faults) {
+  // `report` receives the events. With `edges`, each pulse of the output-enable line is followed, which costs time. `outputEnable` drives
+  // that line, and `faults` are those of the wires.
+  constructor(mcu, report, edges, outputEnable, faults) {
     this.mcu = mcu;
     this.wires = new Wires(faults);
-    this.outputEnable = new OutputEnable(stage);
+    this.outputEnable = outputEnable;
     this.shifted = 0n;
     this.litNanos = 0;
     this.litSince = null;
     this.followLatch(mcu.spi[0], mcu.gpio[LATCH_PIN], report);
     mcu.gpio[CURRENT_PIN].addListener((level) => report({ low_current: level !== HIGH }));
     this.followDimming(mcu.pwm.channels[DIMMING_SLICE], report);
-    if (edges) this.followEdges(mcu.gpio[OUTPUT_ENABLE_PIN]);
+    if (edges) this.followEdges(mcu.gpio[OUTPUT_ENABLE_PIN], mcu.gpio[LATCH_PIN]);
     else stopEdges(mcu.pwm.channels[DIMMING_SLICE]);
   }
 
@@ -67,20 +66,21 @@ export class Panel {
       write(offset, value);
       if (offset === COMPARE || offset === TOP) {
         const [high, period] = [slice.cc & 0xffff, slice.top + 1];
-        report({ lit_cycles: this.outputEnable.lights(HIGH) ? high : Math.max(period - high, 0), period_cycles: period });
+        report({ lit_cycles: this.outputEnable.inverts ? high : Math.max(period - high, 0), period_cycles: period });
       }
     };
   }
 
-  followEdges(pin) {
+  followEdges(pin, latch) {
     const follow = (state) => {
       const { nanos } = this.mcu.clock;
       if (this.litSince !== null) this.litNanos += nanos - this.litSince;
-      this.litSince = this.outputEnable.lights(state) ? nanos : null;
+      this.litSince = this.outputEnable.lights(state, latch.value) ? nanos : null;
     };
     follow(pin.value);
     pin.addListener(follow);
-    this.unpower = () => follow(UNPOWERED);
+    // A supply or a wire has changed.
+    this.update = () => follow(pin.value);
   }
 
   // Time for which the LEDs were lit since the last call.

@@ -3,12 +3,14 @@
 import { Board } from './board.mjs';
 import { Max7219 } from './max7219.mjs';
 import { Opt3001 } from './opt3001.mjs';
+import { OutputEnable } from './output_enable.mjs';
 import { Panel } from './panel.mjs';
 
 export class Pico extends Board {
-  constructor(flash, report, { max7219 = false, edges = false, stage = 'gate', faults = [], stopwatch = null } = {}) {
+  // `kit` has the options of `OutputEnable`.
+  constructor(flash, report, { max7219 = false, edges = false, kit = {}, faults = [], stopwatch = null } = {}) {
     super(flash, report, { stopwatch });
-    Object.assign(this, { edges, stage, faults });
+    Object.assign(this, { edges, faults, outputEnable: new OutputEnable(kit) });
     this.module = max7219 ? new Max7219(this.report) : null;
     this.powerUp();
   }
@@ -19,7 +21,7 @@ export class Pico extends Board {
     this.sensor = Object.assign(new Opt3001(mcu, mcu.i2c[0]), { lux: light.lux });
     this.sensor.fail(light.fault);
     this.module?.connect(mcu);
-    this.panel = this.module ?? new Panel(mcu, this.report, this.edges, this.stage, this.faults);
+    this.panel = this.module ?? new Panel(mcu, this.report, this.edges, this.outputEnable, this.faults);
   }
 
   reset() {
@@ -34,9 +36,22 @@ export class Pico extends Board {
     this.hang();
   }
 
-  // Loses its supply while the registers keep theirs.
+  // Loses its power. What it does not feed keeps its own supply.
   losePower() {
     this.enterBootLoader();
-    this.panel.unpower();
+    this.outputEnable.hasPower = false;
+    this.panel.update();
+  }
+
+  // The wire from the dimming's pin to the gate breaks.
+  breakWire() {
+    this.outputEnable.hasWire = false;
+    this.panel.update();
+  }
+
+  // The LEDs lose their supply, and all else that the Pico does not feed.
+  cutSupply() {
+    this.outputEnable.hasSupply = false;
+    this.panel.update();
   }
 }

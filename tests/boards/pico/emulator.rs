@@ -126,9 +126,19 @@ impl Emulator {
         self.emulation.command(&json!({ "boot_loader": true }));
     }
 
-    /// Removes the Pico's supply while the registers keep theirs.
+    /// Removes the Pico's power; what it does not feed keeps its own supply.
     pub fn lose_power(&mut self) {
         self.emulation.command(&json!({ "power": false }));
+    }
+
+    /// Breaks the wire from the dimming's pin to the gate.
+    pub fn break_wire(&mut self) {
+        self.emulation.command(&json!({ "wire": false }));
+    }
+
+    /// Removes the LEDs' supply, which feeds all that the Pico does not feed.
+    pub fn cut_supply(&mut self) {
+        self.emulation.command(&json!({ "supply": false }));
     }
 
     /// Continues in the function with this name.

@@ -20,7 +20,12 @@ fn lit_ms(events: &[Event]) -> f64 {
 
 /// A board that shows its panel in daylight.
 fn shining(programs: &Programs, folder: &Path) -> Emulator {
-    let mut board = Emulator::power_up(programs, folder, &["--edges"]);
+    shining_kit(programs, folder, &[])
+}
+
+/// The same in a kit with these options of the emulator.
+fn shining_kit(programs: &Programs, folder: &Path, kit: &[&str]) -> Emulator {
+    let mut board = Emulator::power_up(programs, folder, &[&["--edges"], kit].concat());
     board.light(9_000.0, Fault::None);
     let dark = board.run_ms(90);
     assert!(lit_ms(&dark) == 0.0, "dark until the first reading: {} ms", lit_ms(&dark));
@@ -29,18 +34,36 @@ fn shining(programs: &Programs, folder: &Path) -> Emulator {
     board
 }
 
-/// Without a program, no state lights the LEDs, whatever the registers hold; with a buffer instead of the gate, each would.
-pub fn it_is_dark_without_a_program(programs: &Programs, folder: &Path) {
-    for state in [Emulator::enter_boot_loader, Emulator::lose_power] {
-        let mut board = shining(programs, folder);
-        state(&mut board);
-        let dark = board.run_ms(500);
-        assert!(lit_ms(&dark) == 0.0, "{} ms", lit_ms(&dark));
+/// A kit by the emulator's options. Without any, gate and registers have the LEDs' supply.
+type Kit = &'static [&'static str];
 
-        let mut board = Emulator::power_up(programs, folder, &["--edges", "--stage", "buffer"]);
-        state(&mut board);
-        let lit = board.run_ms(500);
-        assert!(lit_ms(&lit) > 499.0, "{} ms", lit_ms(&lit));
+/// The same, with gate and registers fed by the Pico.
+const FED_BY_PICO: Kit = &["--at-3v3", "gate", "--at-3v3", "registers"];
+
+/// The states in which no program reaches the LEDs, each with kits that lack what keeps the panel dark.
+const DARK_STATES: [(fn(&mut Emulator), &[Kit]); 4] = [
+    (Emulator::enter_boot_loader, &[&["--stage", "buffer"]]),
+    (Emulator::lose_power, &[&["--stage", "buffer"], &["--at-3v3", "gate"]]),
+    (Emulator::break_wire, &[&["--stage", "no-resistor"]]),
+    (Emulator::cut_supply, &[&["--direct"]]),
+];
+
+/// Without a program, no state lights the LEDs, whatever the registers hold. In a kit that lacks the part that keeps them dark, each may.
+pub fn it_is_dark_without_a_program(programs: &Programs, folder: &Path) {
+    for (number, (enter, faulty)) in DARK_STATES.into_iter().enumerate() {
+        for kit in [&[], FED_BY_PICO] {
+            let mut board = shining_kit(programs, folder, kit);
+            enter(&mut board);
+            let dark = board.run_ms(200);
+            assert!(lit_ms(&dark) == 0.0, "state {number}, kit {kit:?}: {} ms", lit_ms(&dark));
+        }
+        for kit in faulty {
+            let mut board = Emulator::power_up(programs, folder, &[&["--edges"], *kit].concat());
+            board.run_ms(90);
+            enter(&mut board);
+            let lit = board.run_ms(200);
+            assert!(lit_ms(&lit) > 199.0, "state {number}, kit {kit:?}: {} ms", lit_ms(&lit));
+        }
     }
 }
 
