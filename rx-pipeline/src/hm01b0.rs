@@ -1,10 +1,10 @@
 //! Himax's HM01B0, a grey camera of 324×324 pixels, over its I2C registers.
 //!
 //! Registers follow the HM01B0 datasheet. The analog settings, which it leaves open, follow Himax's own example and the drivers in the
-//! field. This camera has no gamma: its grey levels are linear in light above [`BLACK_GREY`].
+//! field. This camera has no gamma: its grey levels are linear in light above its black level.
 
+use crate::standalone::{Camera, CameraError, CameraMode, Exposure};
 use embedded_hal::{delay::DelayNs, i2c::I2c};
-use serde::{Deserialize, Serialize};
 
 /// Its address on the bus, 7 bits.
 const ADDRESS: u8 = 0x24;
@@ -17,13 +17,15 @@ const FOCAL_LENGTH_UM: f32 = 870.0;
 /// The clock that modules supply, Hz.
 const MASTER_CLOCK_HZ: u32 = 24_000_000;
 /// Pixel clocks in a line: the sensor's minimum.
-pub const LINE_CLOCKS: u16 = 0x178;
+const LINE_CLOCKS: u16 = 0x178;
 /// The pixel clock, Hz: an eighth of the master clock.
-pub const PIXEL_CLOCK_HZ: u32 = MASTER_CLOCK_HZ / 8;
+const PIXEL_CLOCK_HZ: u32 = MASTER_CLOCK_HZ / 8;
 /// The grey level of no light, which the sensor holds by means of its dark pixels.
-pub const BLACK_GREY: u8 = 8;
+const BLACK_GREY: u8 = 8;
 /// The shortest exposure, lines.
-pub const LEAST_LINES: u16 = 2;
+const LEAST_LINES: u16 = 2;
+/// The highest analog gain, as a power of 2: 8.
+const MOST_GAIN_LOG2: u8 = 3;
 /// The pause after a software reset, ms.
 const RESET_MS: u32 = 100;
 /// Lines of a frame's period that cannot be exposed.
@@ -99,79 +101,22 @@ impl Mode {
         frame_lines: 603,
     };
 
-    /// Columns of a frame.
-    pub const fn width(&self) -> usize {
-        if self.is_binned { 162 } else { 324 }
+    /// What a receiver must know about this mode.
+    pub const fn camera_mode(&self) -> CameraMode {
+        let (width, height, pixels_as_one) = if self.is_binned { (162, 122, 2.0) } else { (324, 244, 1.0) };
+        CameraMode {
+            width,
+            height,
+            focal_length_px: FOCAL_LENGTH_UM / (PIXEL_PITCH_UM * pixels_as_one),
+            black_grey: BLACK_GREY,
+            line_clocks: LINE_CLOCKS,
+            pixel_clock_hz: PIXEL_CLOCK_HZ,
+            frame_lines: self.frame_lines,
+            least_lines: LEAST_LINES,
+            most_lines: self.frame_lines.saturating_sub(UNEXPOSED_LINES),
+            most_gain_log2: MOST_GAIN_LOG2,
+        }
     }
-
-    /// Rows of a frame.
-    pub const fn height(&self) -> usize {
-        if self.is_binned { 122 } else { 244 }
-    }
-
-    /// The focal length of the module's own lens in pixels of a frame.
-    pub(crate) const fn focal_length_px(&self) -> f32 {
-        let pixels_as_one = if self.is_binned { 2.0 } else { 1.0 };
-        FOCAL_LENGTH_UM / (PIXEL_PITCH_UM * pixels_as_one)
-    }
-
-    /// The frame period, µs.
-    pub const fn period_us(&self) -> u32 {
-        (self.frame_lines as u64 * LINE_CLOCKS as u64 * 1_000_000 / PIXEL_CLOCK_HZ as u64) as u32
-    }
-
-    /// The longest exposure, lines.
-    pub const fn most_lines(&self) -> u16 {
-        self.frame_lines.saturating_sub(UNEXPOSED_LINES)
-    }
-}
-
-/// The exposure: how light becomes grey levels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Exposure {
-    /// Lines that a pixel is exposed for: [`LEAST_LINES`] to [`Mode::most_lines`].
-    pub lines: u16,
-    /// The analog gain, as a power of 2: 0 to [`Exposure::GAIN_MAX`].
-    pub gain_log2: u8,
-}
-
-impl Exposure {
-    /// The highest analog gain: 8.
-    pub const GAIN_MAX: u8 = 3;
-
-    /// The exposure time of a pixel, µs.
-    pub(crate) const fn time_us(&self) -> u32 {
-        (self.lines as u64 * LINE_CLOCKS as u64 * 1_000_000 / PIXEL_CLOCK_HZ as u64) as u32
-    }
-
-    /// Grey levels per light, relative to an exposure of one line at gain 1.
-    pub const fn sensitivity(&self) -> u32 {
-        (self.lines as u32) << self.gain_log2
-    }
-}
-
-/// A fault of a camera.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-pub enum CameraError {
-    /// No device acknowledges.
-    #[error("no camera answers at I2C address 0x24: look at SDA, SCL and 3.3 V")]
-    Silent,
-    /// Another device answers.
-    #[error("the chip at I2C address 0x24 says it is {id:#06x}, an HM01B0 says 0x01b0: connect an HM01B0")]
-    WrongId {
-        /// The value of its identity registers.
-        id: u16,
-    },
-    /// A register does not keep a written value.
-    #[error("register {register:#06x} of the camera holds {holds:#04x} after {written:#04x} was written: the bus or the camera is faulty")]
-    Register {
-        /// Its address.
-        register: u16,
-        /// The written value.
-        written: u8,
-        /// The value read back.
-        holds: u8,
-    },
 }
 
 /// A camera on a bus, and a delay.
@@ -207,7 +152,7 @@ fn read_out(mode: Mode) -> [(u16, u8); 12] {
 /// The registers of an exposure; digital gain, in steps of 1/256, is 1.
 fn exposing(exposure: Exposure) -> [(u16, u8); 5] {
     let [high, low] = exposure.lines.to_be_bytes();
-    let gain = exposure.gain_log2.min(Exposure::GAIN_MAX) << 4;
+    let gain = exposure.gain_log2.min(MOST_GAIN_LOG2) << 4;
     [
         (INTEGRATION, high),
         (INTEGRATION + 1, low),
@@ -221,36 +166,6 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
     /// A camera without any access to the bus yet.
     pub fn new(bus: B, delay: D, mode: Mode) -> Self {
         Self { bus, delay, mode }
-    }
-
-    /// Sets the camera up and starts its frames. Takes 100 ms and some 60 transfers.
-    ///
-    /// # Errors
-    /// [`CameraError`] if the camera does not answer, is another device, or does not keep a setting.
-    pub fn start(&mut self, exposure: Exposure) -> Result<(), CameraError> {
-        self.identify()?;
-        self.write(SOFTWARE_RESET, 0)?;
-        self.delay.delay_ms(RESET_MS);
-        self.write(MODE_SELECT, 0)?;
-        for (register, value) in ANALOG.into_iter().chain(read_out(self.mode)) {
-            self.write(register, value)?;
-        }
-        self.expose(exposure)?;
-        for (register, value) in read_out(self.mode).into_iter().chain(exposing(exposure)) {
-            self.check(register, value)?;
-        }
-        self.write(MODE_SELECT, 1)
-    }
-
-    /// Sets the exposure of one of the next frames and of all later ones.
-    ///
-    /// # Errors
-    /// [`CameraError::Silent`].
-    pub fn expose(&mut self, exposure: Exposure) -> Result<(), CameraError> {
-        for (register, value) in exposing(exposure) {
-            self.write(register, value)?;
-        }
-        self.write(UPDATE, 1)
     }
 
     /// Checks that the device is there and is an HM01B0.
@@ -282,6 +197,31 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
             return Ok(());
         }
         Err(CameraError::Register { register, written, holds })
+    }
+}
+
+impl<B: I2c, D: DelayNs> Camera for Hm01b0<B, D> {
+    /// Sets the camera up and starts its frames. Takes 100 ms and some 60 transfers.
+    fn start(&mut self, exposure: Exposure) -> Result<(), CameraError> {
+        self.identify()?;
+        self.write(SOFTWARE_RESET, 0)?;
+        self.delay.delay_ms(RESET_MS);
+        self.write(MODE_SELECT, 0)?;
+        for (register, value) in ANALOG.into_iter().chain(read_out(self.mode)) {
+            self.write(register, value)?;
+        }
+        self.expose(exposure)?;
+        for (register, value) in read_out(self.mode).into_iter().chain(exposing(exposure)) {
+            self.check(register, value)?;
+        }
+        self.write(MODE_SELECT, 1)
+    }
+
+    fn expose(&mut self, exposure: Exposure) -> Result<(), CameraError> {
+        for (register, value) in exposing(exposure) {
+            self.write(register, value)?;
+        }
+        self.write(UPDATE, 1)
     }
 }
 

@@ -10,6 +10,7 @@
 //! |---|---|
 //! | [`Application`] | the program: sets the camera up, processes frames, reports, and recovers from faults |
 //! | [`Camera`], [`Clock`], [`Port`], [`Machine`] | its hardware: a board implements these alone |
+//! | [`CameraMode`] | what a board states about its camera |
 //! | [`Follow`] | finds and reads the panel: a [`Receiver`](crate::receiver::Receiver) |
 //! | [`exposure`] | control of the exposure |
 //! | [`Trust`] | the public keys that verify signed messages |
@@ -20,6 +21,7 @@
 pub mod exposure;
 
 mod application;
+mod camera;
 mod follow;
 mod last_message;
 mod message;
@@ -28,11 +30,12 @@ mod picture;
 mod range;
 mod service;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 mod text;
 mod trust;
 
 pub use application::{Application, ApplicationError, QUIET_US, Settings};
+pub use camera::{Camera, CameraError, CameraMode, CameraModeError, Exposure};
 pub use follow::{Follow, FrameOutcome, PanelReceiver, Sighting};
 pub use message::{
     ANSWER_MAX, Answer, BOARD_PREFIX, CameraSettings, Counters, Fault, Message, PART_MAX, PicturePart, REQUEST_MAX, Refusal, Request,
@@ -41,34 +44,6 @@ pub use message::{
 pub use picture::PICTURE_PIXELS;
 pub use range::range_pitches;
 pub use trust::{KEYS_MAX, Trust, TrustError};
-
-use crate::hm01b0::{CameraError, Exposure, Hm01b0};
-use embedded_hal::{delay::DelayNs, i2c::I2c};
-
-/// A camera's registers.
-pub trait Camera {
-    /// Resets the camera and starts its frames.
-    ///
-    /// # Errors
-    /// [`CameraError`] gives the camera's fault.
-    fn start(&mut self, exposure: Exposure) -> Result<(), CameraError>;
-
-    /// Sets the exposure of one of the next frames and of all later ones.
-    ///
-    /// # Errors
-    /// [`CameraError`] gives the camera's fault.
-    fn expose(&mut self, exposure: Exposure) -> Result<(), CameraError>;
-}
-
-impl<B: I2c, D: DelayNs> Camera for Hm01b0<B, D> {
-    fn start(&mut self, exposure: Exposure) -> Result<(), CameraError> {
-        Hm01b0::start(self, exposure)
-    }
-
-    fn expose(&mut self, exposure: Exposure) -> Result<(), CameraError> {
-        Hm01b0::expose(self, exposure)
-    }
-}
 
 /// A clock.
 pub trait Clock {

@@ -1,8 +1,10 @@
 use super::*;
+use crate::standalone::tests::{BINNED, QVGA};
 use core::cell::Cell;
 use core::convert::Infallible;
 use embedded_hal::i2c::{ErrorKind, ErrorType, NoAcknowledgeSource, Operation};
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::rc::Rc;
 
 /// A delay that returns at once and adds up the time.
@@ -149,7 +151,39 @@ fn each_setting_is_read_back() {
 /// Datasheet: the line length and the frame length over the pixel clock make the frame rate.
 #[test]
 fn frames_come_as_often_as_said() {
-    assert_eq!(Mode::QVGA.period_us(), 33_338);
-    assert_eq!(Mode::BINNED.period_us(), 75_576);
-    assert_eq!(EXPOSURE.time_us(), 36_472);
+    let modes = [Mode::QVGA, Mode::BINNED].map(|mode| mode.camera_mode().checked().unwrap());
+    assert_eq!(modes.map(|mode| mode.period_us()), [33_338, 75_576]);
+    assert_eq!(modes.map(|mode| mode.exposure_us(EXPOSURE)), [36_472; 2]);
+}
+
+/// The cameras in the receiver's tests are this one.
+#[test]
+fn the_receiver_is_tested_with_this_camera() {
+    assert_eq!(Mode::QVGA.camera_mode(), QVGA);
+    assert_eq!(Mode::BINNED.camera_mode(), BINNED);
+}
+
+/// No other module knows this camera: the receiver has any that a board implements.
+#[test]
+fn no_other_module_uses_this_driver() {
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut folders = std::vec![sources.clone()];
+    let mut looked_at = 0;
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.strip_prefix(&sources).unwrap().with_extension("");
+            if name.starts_with("hm01b0") || name == Path::new("lib") {
+                continue;
+            }
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(!text.contains("hm01b0"), "{} uses the driver", path.display());
+            looked_at += usize::from(name.starts_with("standalone"));
+        }
+    }
+    assert!(looked_at > 10, "{looked_at}");
 }

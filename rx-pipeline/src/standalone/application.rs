@@ -2,6 +2,7 @@
 
 use core::array;
 
+use super::camera::{CameraError, CameraMode, CameraModeError, Exposure};
 use super::exposure::{self, BRACKET_FRAMES, Levels};
 use super::follow::{Follow, Sighting};
 use super::last_message::LastMessage;
@@ -15,7 +16,6 @@ use super::trust::{Trust, TrustError};
 use super::{Board, Machine};
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::hm01b0::{CameraError, Exposure, Mode};
 use crate::pose::PanelSize;
 use crate::profile::{Profile, Stage};
 use link::framing::Event;
@@ -39,7 +39,7 @@ const FIRST_SENSITIVITY: u32 = 60;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The camera's mode.
-    pub mode: Mode,
+    pub mode: CameraMode,
     /// The panel's symbol rate in thousandths of a symbol a second: above 0, at most one symbol a frame.
     pub symbol_millihertz: u32,
     /// Whether the watchdog or a panic ended the previous run.
@@ -47,8 +47,11 @@ pub struct Settings {
 }
 
 /// Why there is no application with these settings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ApplicationError {
+    /// A value of the camera's mode is out of its range.
+    #[error(transparent)]
+    Mode(#[from] CameraModeError),
     /// More symbols than frames, or none.
     #[error("{millihertz} thousandths of a symbol a second cannot be read: give above 0 and at most {most}, one symbol a frame")]
     SymbolRate {
@@ -113,12 +116,13 @@ impl<F: Follow> Application<F> {
         let Settings {
             mode, symbol_millihertz, ..
         } = settings;
-        let begun = symbols_per_frame(symbol_millihertz, mode).and_then(|rate| follower.begin(rate));
+        let mode = mode.checked()?;
+        let begun = symbols_per_frame(symbol_millihertz, &mode).and_then(|rate| follower.begin(rate));
         begun.ok_or(ApplicationError::SymbolRate {
             millihertz: symbol_millihertz,
-            most: most_millihertz(mode),
+            most: most_millihertz(&mode),
         })?;
-        let exposure = exposure::of_sensitivity(FIRST_SENSITIVITY, mode);
+        let exposure = exposure::of_sensitivity(FIRST_SENSITIVITY, &mode);
         Ok(Self {
             follower,
             settings,
@@ -221,7 +225,7 @@ impl<F: Follow> Application<F> {
     // Not inlined, so that it can be timed.
     #[inline(never)]
     pub fn frame(&mut self, pixels: &[u8], ended_us: u64, board: &mut impl Board) {
-        let (width, height) = (self.settings.mode.width(), self.settings.mode.height());
+        let (width, height) = (self.settings.mode.width, self.settings.mode.height);
         let frame = Frame::new(pixels, width, height);
         if frame.is_ok() {
             self.clear_frame_faults(board);
@@ -330,7 +334,7 @@ impl<F: Follow> Application<F> {
             None => Levels::of_frame(frame),
         };
         self.steady_frames = self.steady_frames.saturating_add(1);
-        let (mode, now) = (self.settings.mode, self.exposure);
+        let (mode, now) = (&self.settings.mode, self.exposure);
         let wanted = if corners.is_some() {
             let is_due = self.steady_frames >= SETTLING_FRAMES;
             is_due.then(|| exposure::for_panel(now, self.levels, mode))
@@ -386,7 +390,7 @@ impl<F: Follow> Application<F> {
     }
 
     fn set_symbol_rate(&mut self, millihertz: u32) {
-        let rate = symbols_per_frame(millihertz, self.settings.mode);
+        let rate = symbols_per_frame(millihertz, &self.settings.mode);
         let is_new = millihertz != self.settings.symbol_millihertz;
         if is_new && rate.and_then(|rate| self.follower.begin(rate)).is_some() {
             self.settings.symbol_millihertz = millihertz;
@@ -427,10 +431,10 @@ impl<F: Follow> Application<F> {
                 },
             },
             camera: CameraSettings {
-                size: [mode.width() as u16, mode.height() as u16],
+                size: [mode.width as u16, mode.height as u16],
                 period_us: mode.period_us(),
                 lines: self.exposure.lines,
-                exposure_us: self.exposure.time_us(),
+                exposure_us: mode.exposure_us(self.exposure),
                 gain_log2: self.exposure.gain_log2,
                 levels: [self.levels.bright, self.levels.dark],
             },
@@ -444,7 +448,7 @@ impl<F: Follow> Application<F> {
             },
             reading,
             picture,
-            most_millihertz: most_millihertz(mode),
+            most_millihertz: most_millihertz(&mode),
         };
         board.write(service.answer(received, &state));
     }
@@ -459,7 +463,7 @@ impl<F: Follow> Application<F> {
             is_mixed: sighting.is_mixed,
             corners: sighting.corners.points(),
             confidence: sighting.confidence,
-            range_pitches: range_pitches(&sighting.corners, self.settings.mode),
+            range_pitches: range_pitches(&sighting.corners, &self.settings.mode),
             pitch_m: self.size.map(|size| size.pitch_m() as f32),
         })
     }
@@ -482,11 +486,11 @@ fn add(counter: &mut u32, count: u32) {
 }
 
 /// The greatest symbol rate, in thousandths of a symbol a second: one symbol a frame.
-const fn most_millihertz(mode: Mode) -> u32 {
+const fn most_millihertz(mode: &CameraMode) -> u32 {
     1_000_000_000 / mode.period_us()
 }
 
-fn symbols_per_frame(millihertz: u32, mode: Mode) -> Option<f32> {
+fn symbols_per_frame(millihertz: u32, mode: &CameraMode) -> Option<f32> {
     let in_range = (1..=most_millihertz(mode)).contains(&millihertz);
     in_range.then(|| (millihertz as f32 * mode.period_us() as f32 * 1e-9).min(1.0))
 }

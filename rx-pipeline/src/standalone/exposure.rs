@@ -4,16 +4,16 @@
 //! own pixels count. During a search the panel's place and brightness are unknown. The whole frame's mean counts then, and a few shorter
 //! exposures take turns, so that the LEDs are not white in one of them.
 
+use super::camera::{CameraMode, Exposure};
 use crate::corners::Corners;
 use crate::frame::Frame;
-use crate::hm01b0::{BLACK_GREY, Exposure, LEAST_LINES, Mode};
 
 /// The target of a followed panel's brightest pixels, grey levels.
 const BRIGHT: u32 = 200;
 /// The grey level from which on pixels count as white and do not show how much light there is.
 const WHITE: u8 = 250;
 /// The target of a searched frame's mean, grey levels.
-const MEAN: u32 = 56;
+pub(super) const MEAN: u32 = 56;
 /// The range of factors that cause no change, in 1/256, because each change spoils a frame's levels.
 const DEAD_BAND: (u32, u32) = (205, 320);
 /// The greatest factor of a single change.
@@ -96,27 +96,32 @@ impl Levels {
 }
 
 /// The next exposure while a panel with those levels is followed; the same one if no change is needed.
-pub fn for_panel(now: Exposure, levels: Levels, mode: Mode) -> Exposure {
+pub fn for_panel(now: Exposure, levels: Levels, mode: &CameraMode) -> Exposure {
     if levels.bright >= WHITE {
         return of_sensitivity(now.sensitivity() / 2, mode);
     }
-    let light = u32::from(levels.bright.saturating_sub(BLACK_GREY)).max(1);
-    adjusted(now, BRIGHT - u32::from(BLACK_GREY), light, mode)
+    let light = u32::from(levels.bright.saturating_sub(mode.black_grey)).max(1);
+    adjusted(now, above_black(BRIGHT, mode), light, mode)
 }
 
 /// The next exposure during a search: by the mean, and shorter ones in turn.
 ///
 /// `by_mean` is the exposure for the mean alone, and is updated by each call; `turn` counts brackets.
-pub fn for_search(by_mean: &mut Exposure, now: Exposure, levels: Levels, turn: u32, mode: Mode) -> Exposure {
-    let light = u32::from(levels.mean.saturating_sub(BLACK_GREY)).max(1);
+pub fn for_search(by_mean: &mut Exposure, now: Exposure, levels: Levels, turn: u32, mode: &CameraMode) -> Exposure {
+    let light = u32::from(levels.mean.saturating_sub(mode.black_grey)).max(1);
     // The mean at the exposure `by_mean`, which this frame may not have had.
     let in_mean = (light * by_mean.sensitivity() / now.sensitivity().max(1)).max(1);
-    *by_mean = adjusted(*by_mean, MEAN - u32::from(BLACK_GREY), in_mean, mode);
+    *by_mean = adjusted(*by_mean, above_black(MEAN, mode), in_mean, mode);
     let shorter = BRACKETS[turn as usize % BRACKETS.len()];
     of_sensitivity(rounded(by_mean.sensitivity(), 1 << shorter), mode)
 }
 
-fn adjusted(now: Exposure, wanted: u32, light: u32, mode: Mode) -> Exposure {
+/// The light of a grey level, in grey levels.
+fn above_black(grey: u32, mode: &CameraMode) -> u32 {
+    grey.saturating_sub(mode.black_grey.into())
+}
+
+fn adjusted(now: Exposure, wanted: u32, light: u32, mode: &CameraMode) -> Exposure {
     let ratio = (wanted * 256 / light).clamp(256 / STEP_MAX, 256 * STEP_MAX);
     if (DEAD_BAND.0..=DEAD_BAND.1).contains(&ratio) {
         return now;
@@ -129,19 +134,13 @@ const fn rounded(numerator: u32, denominator: u32) -> u32 {
     (numerator + denominator / 2) / denominator
 }
 
-/// The longest exposure that mostly shows single symbols: a quarter of the time between frames.
-const fn most_lines(mode: Mode) -> u16 {
-    let quarter = mode.frame_lines / 4;
-    if quarter < mode.most_lines() { quarter } else { mode.most_lines() }
-}
-
 /// The exposure of that sensitivity, in lines at gain 1: the longest allowed one before gain.
-pub fn of_sensitivity(sensitivity: u32, mode: Mode) -> Exposure {
-    let most = u32::from(most_lines(mode));
-    let gain_log2 = (0..Exposure::GAIN_MAX)
+pub fn of_sensitivity(sensitivity: u32, mode: &CameraMode) -> Exposure {
+    let most = u32::from(mode.longest_lines());
+    let gain_log2 = (0..mode.most_gain_log2)
         .find(|&gain| sensitivity >> gain <= most)
-        .unwrap_or(Exposure::GAIN_MAX);
-    let lines = (sensitivity >> gain_log2).clamp(LEAST_LINES.into(), most);
+        .unwrap_or(mode.most_gain_log2);
+    let lines = (sensitivity >> gain_log2).min(most).max(mode.least_lines.into());
     Exposure {
         lines: lines as u16,
         gain_log2,
@@ -151,19 +150,20 @@ pub fn of_sensitivity(sensitivity: u32, mode: Mode) -> Exposure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::standalone::tests::{BINNED, OTHER, QVGA};
     use properties::prelude::*;
 
     /// The grey level of a linear sensor for light of `full` grey levels a line.
-    fn grey(light: f64, exposure: Exposure) -> u8 {
-        (f64::from(BLACK_GREY) + light * f64::from(exposure.sensitivity())) as u8
+    fn grey(light: f64, exposure: Exposure, mode: &CameraMode) -> u8 {
+        (f64::from(mode.black_grey) + light * f64::from(exposure.sensitivity())) as u8
     }
 
-    fn settled(led: f64, background: f64, mut exposure: Exposure, mode: Mode) -> (Exposure, Levels) {
+    fn settled(led: f64, background: f64, mut exposure: Exposure, mode: &CameraMode) -> (Exposure, Levels) {
         let mut levels = Levels::default();
         for _ in 0..16 {
             levels = Levels {
-                bright: grey(led, exposure),
-                dark: grey(background, exposure),
+                bright: grey(led, exposure, mode),
+                dark: grey(background, exposure, mode),
                 mean: 0,
             };
             exposure = for_panel(exposure, levels, mode);
@@ -175,11 +175,11 @@ mod tests {
         /// Within the sensor's range, LEDs end up below white and well above black, from any exposure, and stay.
         #[test]
         fn leds_come_below_white(log_light in -3.5..3.0f64, start in 2u32..2128, ratio in 0.0..1.0f64) {
-            for mode in [Mode::QVGA, Mode::BINNED] {
+            for mode in [&QVGA, &BINNED, &OTHER] {
                 let led = log_light.exp2();
                 let longest = of_sensitivity(u32::MAX >> 8, mode).sensitivity();
                 let needed = 150.0 / led;
-                prop_assume!(needed >= f64::from(LEAST_LINES) * 4.0 && needed <= f64::from(longest) / 1.5);
+                prop_assume!(needed >= f64::from(mode.least_lines) * 4.0 && needed <= f64::from(longest) / 1.5);
                 let (exposure, levels) = settled(led, led * ratio, of_sensitivity(start, mode), mode);
                 prop_assert!((140..WHITE).contains(&levels.bright), "{exposure:?} {levels:?}");
                 prop_assert_eq!(for_panel(exposure, levels, mode), exposure);
@@ -189,10 +189,10 @@ mod tests {
         /// Any sensitivity becomes an exposure within the sensor's range.
         #[test]
         fn exposures_are_possible(sensitivity in 0u32..1 << 24) {
-            for mode in [Mode::QVGA, Mode::BINNED] {
+            for mode in [&QVGA, &BINNED, &OTHER] {
                 let exposure = of_sensitivity(sensitivity, mode);
-                prop_assert!(exposure.lines >= LEAST_LINES && exposure.lines <= mode.most_lines());
-                prop_assert!(exposure.gain_log2 <= Exposure::GAIN_MAX);
+                prop_assert!(exposure.lines >= mode.least_lines && exposure.lines <= mode.most_lines);
+                prop_assert!(exposure.gain_log2 <= mode.most_gain_log2);
             }
         }
     }
@@ -201,9 +201,9 @@ mod tests {
     #[test]
     fn the_shortest_exposures_are_the_nearest() {
         for needed in (20..=100).map(|tenths| f64::from(tenths) / 10.0) {
-            let led = f64::from(BRIGHT - u32::from(BLACK_GREY)) / needed;
+            let led = f64::from(above_black(BRIGHT, &QVGA)) / needed;
             for start in [2, 3, 4, 8, 16] {
-                let (exposure, _) = settled(led, 0.0, of_sensitivity(start, Mode::QVGA), Mode::QVGA);
+                let (exposure, _) = settled(led, 0.0, of_sensitivity(start, &QVGA), &QVGA);
                 let light = f64::from(exposure.sensitivity()) / needed;
                 assert!((0.79..1.26).contains(&light), "{needed} lines wanted from {start}: {exposure:?}");
             }
@@ -215,19 +215,34 @@ mod tests {
     fn a_bracket_fits_leds_that_are_brighter_than_all_else() {
         for brighter in [1.5, 4.0, 12.0, 40.0, 60.0] {
             let ground = 0.2;
-            let (mut by_mean, mut exposure) = (of_sensitivity(500, Mode::QVGA), of_sensitivity(500, Mode::QVGA));
+            let (mut by_mean, mut exposure) = (of_sensitivity(500, &QVGA), of_sensitivity(500, &QVGA));
             let mut fits = false;
             for frame in 0..12 * BRACKET_FRAMES {
                 let levels = Levels {
-                    mean: grey(ground, exposure),
+                    mean: grey(ground, exposure, &QVGA),
                     ..Levels::default()
                 };
-                let led = grey(brighter * ground, exposure);
+                let led = grey(brighter * ground, exposure, &QVGA);
                 fits |= frame > 2 * BRACKET_FRAMES && (60..WHITE).contains(&led);
-                exposure = for_search(&mut by_mean, exposure, levels, frame / BRACKET_FRAMES, Mode::QVGA);
+                exposure = for_search(&mut by_mean, exposure, levels, frame / BRACKET_FRAMES, &QVGA);
             }
             assert!(fits, "{brighter}");
         }
+    }
+
+    /// Only the light above the camera's own black level counts, and its own limits apply.
+    #[test]
+    fn another_camera_has_its_own_black_level_and_limits() {
+        let now = Exposure { lines: 10, gain_log2: 0 };
+        // A quarter of the light that is wanted.
+        let [bright, mean] = [BRIGHT, MEAN].map(|wanted| OTHER.black_grey + (above_black(wanted, &OTHER) / 4) as u8);
+        let levels = Levels { bright, dark: 0, mean };
+        let four_times = Exposure { lines: 40, gain_log2: 0 };
+        assert_eq!(for_panel(now, levels, &OTHER), four_times);
+        assert_eq!(for_search(&mut now.clone(), now, levels, 0, &OTHER), four_times);
+        let limits = [0, 1 << 20].map(|sensitivity| of_sensitivity(sensitivity, &OTHER));
+        let expected = [(4, 0), (160, 2)].map(|(lines, gain_log2)| Exposure { lines, gain_log2 });
+        assert_eq!(limits, expected);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The messages between a computer and a standalone receiver.
 
+use super::camera::{CameraError, Exposure};
 use super::trust::TrustError;
-use crate::hm01b0::{CameraError, Exposure};
 use link::framing::MESSAGE_MAX;
 use link::panel::SIDE;
 use link::serial::{BodyError, FRAME_OVERHEAD, Hello, VERSION};

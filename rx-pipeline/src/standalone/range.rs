@@ -1,17 +1,17 @@
 //! The distance of a panel in pitches, by its size in the picture.
 
+use super::camera::CameraMode;
 use crate::corners::Corners;
-use crate::hm01b0::Mode;
 
 /// The distance from the lens to a panel's centre over the panel's pitch.
 ///
 /// A view along the line of sight shortens the panel's plane in one direction at most. So the greatest stretch of a step between LEDs, at
 /// right angles to that line, depends on the distance alone, and not on the panel's rotation. It is exact for a lens without distortion;
-/// errors of the corners carry over. The lens is the module's own, see `Mode::focal_length_px`.
-pub fn range_pitches(corners: &Corners, mode: Mode) -> f32 {
-    let focal_length_px = mode.focal_length_px();
+/// errors of the corners carry over.
+pub fn range_pitches(corners: &Corners, mode: &CameraMode) -> f32 {
+    let focal_length_px = mode.focal_length_px;
     let [centre, along_row, along_column, _] = corners.homography().about_middle();
-    let middle = [mode.width(), mode.height()].map(|side| (side as f32 - 1.0) / 2.0);
+    let middle = [mode.width, mode.height].map(|side| (side as f32 - 1.0) / 2.0);
     let sight = [0, 1].map(|axis| (centre[axis] - middle[axis]) / focal_length_px);
     // The ratio of the line of sight to the depth.
     let slant = libm::sqrtf(1.0 + dot(sight, sight));
@@ -35,19 +35,20 @@ fn dot(a: [f32; 2], b: [f32; 2]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::standalone::tests::{OTHER, QVGA};
     use properties::prelude::*;
 
     /// Corners are 32-bit floats: those of a panel 14 px across are precise to a millionth of that, and the computation loses some.
     const ROUNDING: f64 = 2e-4;
 
     /// The corner LEDs of a panel whose centre is at `centre` (pitches, z along the optical axis), turned by roll, yaw and pitch.
-    fn seen(centre: [f64; 3], [roll, yaw, pitch]: [f64; 3], mode: Mode) -> Option<Corners> {
+    fn seen(centre: [f64; 3], [roll, yaw, pitch]: [f64; 3], mode: &CameraMode) -> Option<Corners> {
         let corner = |u: f64, v: f64| {
             let (x, y) = (u * roll.cos() - v * roll.sin(), u * roll.sin() + v * roll.cos());
             let (x, z) = (x * yaw.cos(), x * yaw.sin());
             let (y, z) = (y * pitch.cos() - z * pitch.sin(), y * pitch.sin() + z * pitch.cos());
-            let scale = f64::from(mode.focal_length_px()) / (centre[2] + z);
-            let middle = [mode.width(), mode.height()].map(|side| (side as f64 - 1.0) / 2.0);
+            let scale = f64::from(mode.focal_length_px) / (centre[2] + z);
+            let middle = [mode.width, mode.height].map(|side| (side as f64 - 1.0) / 2.0);
             [
                 (middle[0] + (centre[0] + x) * scale) as f32,
                 (middle[1] + (centre[1] + y) * scale) as f32,
@@ -67,12 +68,14 @@ mod tests {
             turned in prop::array::uniform3(-0.6..0.6f64),
         ) {
             let centre = [x * depth, y * depth, depth];
-            let Some(corners) = seen(centre, turned, Mode::QVGA) else {
-                return Err(TestCaseError::reject("seen too small or too obliquely"));
-            };
             let range = centre.iter().map(|side| side * side).sum::<f64>().sqrt();
-            let found = f64::from(range_pitches(&corners, Mode::QVGA));
-            prop_assert!((found / range - 1.0).abs() < ROUNDING, "{found} of {range}");
+            for mode in [&QVGA, &OTHER] {
+                let Some(corners) = seen(centre, turned, mode) else {
+                    return Err(TestCaseError::reject("seen too small or too obliquely"));
+                };
+                let found = f64::from(range_pitches(&corners, mode));
+                prop_assert!((found / range - 1.0).abs() < ROUNDING, "{found} of {range}");
+            }
         }
     }
 
@@ -80,10 +83,10 @@ mod tests {
     #[test]
     fn the_mean_pitch_would_be_wrong() {
         let turned = [0.0, 0.5, 0.0];
-        let corners = seen([0.0, 0.0, 30.0], turned, Mode::QVGA).unwrap();
-        let naive = Mode::QVGA.focal_length_px() / corners.pitch_px();
+        let corners = seen([0.0, 0.0, 30.0], turned, &QVGA).unwrap();
+        let naive = QVGA.focal_length_px / corners.pitch_px();
         assert!(naive > 1.05 * 30.0, "{naive}");
-        let found = range_pitches(&corners, Mode::QVGA);
+        let found = range_pitches(&corners, &QVGA);
         assert!((found / 30.0 - 1.0).abs() < ROUNDING as f32, "{found}");
     }
 }

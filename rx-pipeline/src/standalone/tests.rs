@@ -3,7 +3,6 @@
 use super::*;
 use crate::corners::Corners;
 use crate::detect::Detector;
-use crate::hm01b0::{BLACK_GREY, Mode};
 use crate::receiver::{BlinkSearch, IntegerReceiver, NoSearch, Proof, Receiver, ReceiverMemory, ReceiverSettings};
 use link::camera::{Camera as Lens, Encoding};
 use link::fec::Code;
@@ -17,6 +16,7 @@ use std::string::String;
 use std::vec::Vec;
 
 mod faults;
+mod other_camera;
 mod others;
 mod places;
 mod serial;
@@ -24,6 +24,44 @@ mod signed;
 
 /// No simple fraction of the frame rate, so that exposures do not meet changes of symbols again and again.
 const SYMBOL_MILLIHERTZ: u32 = 20_400;
+
+/// A camera of 324×244 pixels, 29.995 frames a second.
+pub(crate) const QVGA: CameraMode = CameraMode {
+    width: 324,
+    height: 244,
+    focal_length_px: 870.0 / 3.6,
+    black_grey: 8,
+    line_clocks: 376,
+    pixel_clock_hz: 3_000_000,
+    frame_lines: 266,
+    least_lines: 2,
+    most_lines: 264,
+    most_gain_log2: 3,
+};
+
+/// The same camera with pixels of 2×2, 13.232 frames a second.
+pub(crate) const BINNED: CameraMode = CameraMode {
+    width: 162,
+    height: 122,
+    focal_length_px: 870.0 / 7.2,
+    frame_lines: 603,
+    most_lines: 601,
+    ..QVGA
+};
+
+/// A camera of another size, with other lines, another black level and other limits: 256×200 pixels, 25 frames a second.
+pub(crate) const OTHER: CameraMode = CameraMode {
+    width: 256,
+    height: 200,
+    focal_length_px: 310.0,
+    black_grey: 16,
+    line_clocks: 1000,
+    pixel_clock_hz: 16_000_000,
+    frame_lines: 640,
+    least_lines: 4,
+    most_lines: 620,
+    most_gain_log2: 2,
+};
 
 /// A board whose parts can be observed and broken.
 #[derive(Default)]
@@ -110,11 +148,11 @@ impl Bench {
 
 type Follower = &'static mut PanelReceiver<4096, Box<ReceiverMemory<4096>>, Vec<u8>>;
 
-fn follower(mode: Mode) -> Follower {
+fn follower(mode: CameraMode) -> Follower {
     let settings = ReceiverSettings {
         camera: Lens {
             encoding: Encoding::LINEAR,
-            black_grey: BLACK_GREY.into(),
+            black_grey: mode.black_grey.into(),
             blur_sigma_px: 0.7,
             ..Lens::default()
         },
@@ -131,12 +169,12 @@ fn follower(mode: Mode) -> Follower {
     }))
 }
 
-fn room(mode: Mode) -> Vec<u8> {
-    std::vec![0; BlinkSearch::bytes(mode.width(), mode.height())]
+fn room(mode: CameraMode) -> Vec<u8> {
+    std::vec![0; BlinkSearch::bytes(mode.width, mode.height)]
 }
 
 /// The application with a receiver in integer arithmetic.
-fn in_integers(mode: Mode, symbol_millihertz: u32) -> Application<&'static mut IntegerReceiver<Vec<u8>>> {
+fn in_integers(mode: CameraMode, symbol_millihertz: u32) -> Application<&'static mut IntegerReceiver<Vec<u8>>> {
     let receiver = IntegerReceiver::new(1.0, room(mode)).unwrap();
     let settings = Settings {
         mode,
@@ -146,7 +184,7 @@ fn in_integers(mode: Mode, symbol_millihertz: u32) -> Application<&'static mut I
     Application::new(Box::leak(Box::new(receiver)), settings).unwrap()
 }
 
-fn application(mode: Mode, symbol_millihertz: u32) -> Application<Follower> {
+fn application(mode: CameraMode, symbol_millihertz: u32) -> Application<Follower> {
     let settings = Settings {
         mode,
         symbol_millihertz,
@@ -157,7 +195,7 @@ fn application(mode: Mode, symbol_millihertz: u32) -> Application<Follower> {
 
 /// A panel before the camera: its position, its brightness relative to the ground, and its symbols.
 struct Scene {
-    mode: Mode,
+    mode: CameraMode,
     corners: Option<Corners>,
     /// Grey levels per line at gain 1.
     ground: f64,
@@ -170,15 +208,15 @@ struct Scene {
 }
 
 impl Scene {
-    fn new(mode: Mode, symbol_millihertz: u32, message: &[u8]) -> Self {
+    fn new(mode: CameraMode, symbol_millihertz: u32, message: &[u8]) -> Self {
         Self::of_size(None, mode, symbol_millihertz, message)
     }
 
     /// A panel that sends its size.
-    fn of_size(size: Option<Geometry>, mode: Mode, symbol_millihertz: u32, message: &[u8]) -> Self {
+    fn of_size(size: Option<Geometry>, mode: CameraMode, symbol_millihertz: u32, message: &[u8]) -> Self {
         let mut framer = Framer::new(message, Code::for_length(message.len()), false).unwrap();
         let pitch = 4.3;
-        let [x, y] = [0.41 * mode.width() as f32, 0.36 * mode.height() as f32];
+        let [x, y] = [0.41 * mode.width as f32, 0.36 * mode.height as f32];
         let [dx, dy] = [7.0 * pitch, 0.05 * 7.0 * pitch];
         let corners = [[x, y], [x + dx, y + dy], [x + dx - dy, y + dx + dy], [x - dy, y + dx]];
         Self {
@@ -195,12 +233,13 @@ impl Scene {
 
     /// A frame whose exposure ends at that time.
     fn frame(&mut self, end_us: u64, exposure: Exposure) -> Vec<u8> {
-        let (width, height) = (self.mode.width(), self.mode.height());
+        let (width, height) = (self.mode.width, self.mode.height);
         let gain = f64::from(exposure.sensitivity());
         let mut light = std::vec![self.ground; width * height];
         if let Some(corners) = &self.corners {
             let panel = corners.homography();
-            let ends = [end_us.saturating_sub(exposure.time_us().into()), end_us].map(|us| us as f64 * 1e-6 / self.symbol_s + self.phase);
+            let ends = [end_us.saturating_sub(self.mode.exposure_us(exposure).into()), end_us]
+                .map(|us| us as f64 * 1e-6 / self.symbol_s + self.phase);
             // An exposure across a change shows both symbols in proportion to their times.
             let next = ((ends[1] - ends[1].floor()) / (ends[1] - ends[0])).min(1.0);
             let shown = ends.map(|symbol| self.symbols[symbol as usize % self.symbols.len()]);
@@ -224,7 +263,7 @@ impl Scene {
             .map(|light| {
                 self.seed = self.seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 let noise = f64::from(self.seed >> 16) / 65_536.0 * 3.0 - 1.0;
-                (f64::from(BLACK_GREY) + light * gain + noise).clamp(0.0, 255.0) as u8
+                (f64::from(self.mode.black_grey) + light * gain + noise).clamp(0.0, 255.0) as u8
             })
             .collect()
     }
@@ -246,8 +285,8 @@ fn run(application: &mut Application<impl Follow>, bench: &mut Bench, scene: &mu
 
 #[test]
 fn a_message_comes_out_of_the_port() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
-    let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"ice on the bridge");
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"ice on the bridge");
     application.start(&mut bench);
     let took = run(&mut application, &mut bench, &mut scene, 400);
     let text = bench.text();
@@ -266,8 +305,8 @@ fn a_message_comes_out_of_the_port() {
 /// With half as many pixels, and slower symbols and frames, as on an RP2040.
 #[test]
 fn a_message_comes_out_at_half_the_resolution() {
-    let (mut application, mut bench) = (application(Mode::BINNED, 9_000), Bench::default());
-    let mut scene = Scene::new(Mode::BINNED, 9_000, b"fog");
+    let (mut application, mut bench) = (application(BINNED, 9_000), Bench::default());
+    let mut scene = Scene::new(BINNED, 9_000, b"fog");
     application.start(&mut bench);
     run(&mut application, &mut bench, &mut scene, 300);
     assert!(
@@ -282,8 +321,8 @@ fn a_message_comes_out_at_half_the_resolution() {
 #[test]
 fn the_exposure_follows_the_light() {
     for brighter in [0.15, 12.0] {
-        let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
-        let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"light");
+        let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+        let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"light");
         scene.ground *= brighter;
         scene.led *= brighter;
         application.start(&mut bench);
@@ -298,12 +337,12 @@ fn the_exposure_follows_the_light() {
 /// A panel that jumps is lost and found again.
 #[test]
 fn a_moved_panel_is_found_again() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
-    let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"moved");
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"moved");
     application.start(&mut bench);
     run(&mut application, &mut bench, &mut scene, 400);
     // A message that continues is reported once.
-    scene.symbols = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"there").symbols;
+    scene.symbols = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"there").symbols;
     scene.corners = scene.corners.and_then(|corners| corners.shifted(90.0, 40.0).ok());
     run(&mut application, &mut bench, &mut scene, 400);
     let counters = application.counters();
@@ -316,8 +355,8 @@ fn a_moved_panel_is_found_again() {
 /// The same in integers, while the panel moves, grows and turns all the time.
 #[test]
 fn a_moving_panel_is_followed_in_integers() {
-    let (mut application, mut bench) = (in_integers(Mode::BINNED, 9_000), Bench::default());
-    let mut scene = Scene::new(Mode::BINNED, 9_000, b"on the move");
+    let (mut application, mut bench) = (in_integers(BINNED, 9_000), Bench::default());
+    let mut scene = Scene::new(BINNED, 9_000, b"on the move");
     application.start(&mut bench);
     run(&mut application, &mut bench, &mut scene, 40);
     for _ in 0..120 {
@@ -365,7 +404,7 @@ fn ask<R>(
 
 #[test]
 fn a_computer_is_told_what_it_asks() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     application.start(&mut bench);
     let no_picture = Answer::Refused(Refusal::NoPicture);
     ask(&mut application, &mut bench, 1, Request::Picture { offset: 0 }, |answer| {
@@ -374,7 +413,7 @@ fn a_computer_is_told_what_it_asks() {
     bench.cut_short = 5;
     // A computer that asks holds text back.
     bench.now_us += 2 * QUIET_US;
-    let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"asked for");
+    let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"asked for");
     run(&mut application, &mut bench, &mut scene, 400);
     ask(&mut application, &mut bench, 2, Request::Message, |answer| {
         let Answer::Message(message) = answer else { panic!("{answer:?}") };
@@ -427,7 +466,7 @@ fn fetch(application: &mut Application<Follower>, bench: &mut Bench, scene: &mut
 /// The greeting is a transmitter's, so that a computer can identify the device.
 #[test]
 fn a_receiver_greets_as_a_transmitter_does() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut wire = [0; wire_length(REQUEST_MAX)];
     let greeting = encode(Kind::Request, 9, &link::serial::Request::Hello, &mut wire).unwrap();
     bench.input.extend(greeting);
@@ -452,7 +491,7 @@ fn a_receiver_greets_as_a_transmitter_does() {
 
 #[test]
 fn symbol_rates_are_taken_or_refused() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let mut set = |sequence, millihertz| {
         ask(
             &mut application,
@@ -472,11 +511,11 @@ fn symbol_rates_are_taken_or_refused() {
     let taken = [(1, 15_000), (2, 29_995), (3, 29_996), (4, 0), (5, u32::MAX)].map(|(i, rate)| set(i, rate));
     assert_eq!(taken, [true, true, false, false, false]);
     let none = Settings {
-        mode: Mode::QVGA,
+        mode: QVGA,
         symbol_millihertz: 40_000,
         was_reset: false,
     };
-    let refused = Application::new(follower(Mode::QVGA), none).err().unwrap();
+    let refused = Application::new(follower(QVGA), none).err().unwrap();
     assert_eq!(
         refused,
         ApplicationError::SymbolRate {
@@ -489,7 +528,7 @@ fn symbol_rates_are_taken_or_refused() {
 /// Invalid frames change nothing.
 #[test]
 fn frames_of_another_size_are_passed_over() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     application.start(&mut bench);
     application.frame(&[1, 2, 3], 10, &mut bench);
     application.frame(&[], 0, &mut bench);
@@ -499,8 +538,8 @@ fn frames_of_another_size_are_passed_over() {
 /// A flood of bytes does not stop the reading of frames, and causes no panic.
 #[test]
 fn a_flood_is_survived() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
-    let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"through it all");
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"through it all");
     application.start(&mut bench);
     let mut seed = 7u32;
     for _ in 0..400 {
@@ -521,7 +560,7 @@ fn a_flood_is_survived() {
 /// A million requests, most of them corrupted: each whole one is answered once, and no other.
 #[test]
 fn a_million_requests_are_survived() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     let (mut seed, mut whole) = (3u32, 0);
     let mut random = || {
         seed ^= seed << 13;
@@ -574,21 +613,22 @@ properties! {
 /// At the rates for this camera, at any phase of the first frame.
 #[test]
 fn messages_come_at_any_phase() {
-    for (mode, rate) in [(Mode::QVGA, SYMBOL_MILLIHERTZ), (Mode::BINNED, 9_000)] {
+    for (mode, rate) in [(QVGA, SYMBOL_MILLIHERTZ), (BINNED, 9_000)] {
         for phase in 0..10 {
             let (mut application, mut bench) = (application(mode, rate), Bench::default());
             let mut scene = Scene::new(mode, rate, b"ice on the bridge");
             scene.phase = 0.1 * f64::from(phase);
             application.start(&mut bench);
             let took = run(&mut application, &mut bench, &mut scene, 120);
-            assert_eq!(application.message(), b"ice on the bridge", "{mode:?} {phase} {took}");
+            assert_eq!(application.message(), b"ice on the bridge", "{} px {phase} {took}", mode.width);
             let (mut application, mut bench) = (in_integers(mode, rate), Bench::default());
             application.start(&mut bench);
             let took = run(&mut application, &mut bench, &mut scene, 120);
             assert_eq!(
                 application.message(),
                 b"ice on the bridge",
-                "{mode:?} {phase} {took}, in integers: {:?}",
+                "{} px {phase} {took}, in integers: {:?}",
+                mode.width,
                 application.counters()
             );
         }

@@ -25,7 +25,7 @@ const NO_FRAMES: &str = "fault: the camera sends no frames";
 /// No whole frame for a second is also a fault of the camera.
 const CAMERA_FAULT: &str = "fault: the camera";
 const NO_CAMERA: &str = "fault: no camera answers";
-const WRONG_CAMERA: &str = "fault: the chip at I2C address 0x24 says it is 0x0360";
+const WRONG_CAMERA: &str = "fault: the chip at the camera's address says it is 0x0360";
 const MISREAD: &str = "fault: register 0x0342 of the camera holds 0x00 after 0x01 was written";
 /// Another place, beside the first one by more than the panel's own width of 0.42 m.
 const BESIDE: &str = "pose.x_m=0.5";

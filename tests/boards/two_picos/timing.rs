@@ -40,7 +40,7 @@ const AT_ONCE_FRAMES: f64 = 2.0;
 
 /// Cycles of the processor per frame period.
 fn period_cycles() -> u64 {
-    (f64::from(Mode::BINNED.period_us()) * CLOCK_HZ / 1e6) as u64
+    (f64::from(Mode::BINNED.camera_mode().period_us()) * CLOCK_HZ / 1e6) as u64
 }
 
 /// The times at which the transmitter had shown the last symbol of a repeat of the text, in ns.
@@ -81,7 +81,7 @@ pub fn tell_latency(pair: &Pair, on_ns: u64, arrived: &Event) {
         found.map_or(f64::NAN, since_on_s),
         since_on_s(arrived),
     ));
-    let period_ms = f64::from(Mode::BINNED.period_us()) / 1e3;
+    let period_ms = f64::from(Mode::BINNED.camera_mode().period_us()) / 1e3;
     assert!(latency_ms < AT_ONCE_FRAMES * period_ms, "{latency_ms} ms");
 }
 

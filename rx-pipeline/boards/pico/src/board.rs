@@ -12,8 +12,8 @@ use embassy_time::{Delay, Duration, Instant};
 use embedded_io_async::Read;
 use pico::bus::Bus;
 use rx_pipeline::{
-    hm01b0::{CameraError, Exposure, Hm01b0},
-    standalone::{Camera, Clock, Machine, Port},
+    hm01b0::Hm01b0,
+    standalone::{Camera, CameraError, Clock, Exposure, Machine, Port},
 };
 
 use crate::{Irqs, capture, stack, usb};

@@ -18,14 +18,16 @@ use embassy_sync::{
 };
 use embassy_time::{Duration, Instant, with_timeout};
 use portable_atomic::{AtomicU32, Ordering};
-use rx_pipeline::hm01b0::Mode;
+use rx_pipeline::{hm01b0::Mode, standalone::CameraMode};
 use static_cell::{ConstStaticCell, StaticCell};
 
-/// The mode of the camera.
+/// The mode that the camera is set to.
 pub const MODE: Mode = if cfg!(feature = "rp2040") { Mode::BINNED } else { Mode::QVGA };
-const WORDS: usize = MODE.width() * MODE.height() / 4;
+/// What the receiver must know about it.
+pub const CAMERA_MODE: CameraMode = MODE.camera_mode();
+const WORDS: usize = CAMERA_MODE.width * CAMERA_MODE.height / 4;
 /// The time limit of a frame.
-const PATIENCE: Duration = Duration::from_micros(3 * MODE.period_us() as u64);
+const PATIENCE: Duration = Duration::from_micros(3 * CAMERA_MODE.period_us() as u64);
 
 bind_interrupts!(struct Irqs {
     PIO0_IRQ_0 => InterruptHandler<PIO0>;
@@ -199,7 +201,7 @@ impl Capture {
             unsafe {
                 machine.exec_jmp(self.program.origin);
             }
-            machine.tx().push(MODE.width() as u32 - 1);
+            machine.tx().push(CAMERA_MODE.width as u32 - 1);
             // The machine waits for the next frame first, and its FIFO holds a few pixels until the transfer starts.
             machine.set_enable(true);
             let mut transfer = machine.rx().dma_pull(&mut self.dma, &mut shot.words, false);

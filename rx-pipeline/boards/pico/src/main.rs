@@ -44,7 +44,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::{
     board::{Pico, WATCHDOG},
-    capture::{Capture, MODE, Wires},
+    capture::{CAMERA_MODE, Capture, MODE, Wires},
     reader::Reader,
 };
 
@@ -176,7 +176,7 @@ async fn main(_spawner: Spawner) {
 fn application(was_reset: bool) -> &'static mut Application<&'static mut Reader> {
     static APPLICATION: StaticCell<Application<&'static mut Reader>> = StaticCell::new();
     let settings = Settings {
-        mode: MODE,
+        mode: CAMERA_MODE,
         symbol_millihertz: SYMBOL_MILLIHERTZ,
         was_reset,
     };

@@ -8,11 +8,11 @@ fn what_is_wrong_with_the_camera_is_said_and_mended() {
         (CameraError::Silent, "fault: no camera answers"),
         (
             CameraError::WrongId { id: 0x0360 },
-            "fault: the chip at I2C address 0x24 says it is 0x0360",
+            "fault: the chip at the camera's address says it is 0x0360",
         ),
     ];
     for (fault, said) in faults {
-        let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+        let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
         bench.fault = Some(fault);
         application.start(&mut bench);
         assert!(bench.text().starts_with(said), "{}", bench.text());
@@ -23,7 +23,7 @@ fn what_is_wrong_with_the_camera_is_said_and_mended() {
         application.no_frame(&mut bench);
         assert_eq!(application.fault(), Some(Fault::NoFrames));
         assert!(bench.text().contains("fault: the camera sends no frames"));
-        let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"back");
+        let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"back");
         run(&mut application, &mut bench, &mut scene, 400);
         assert_eq!(application.message(), b"back");
         // Reported once each, however often it was tried.
@@ -34,8 +34,8 @@ fn what_is_wrong_with_the_camera_is_said_and_mended() {
 
 /// A panel that is followed and read, and its scene.
 fn reading() -> (Application<Follower>, Bench, Scene) {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
-    let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"ice on the bridge");
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"ice on the bridge");
     application.start(&mut bench);
     run(&mut application, &mut bench, &mut scene, 400);
     assert!(application.is_following());
@@ -50,7 +50,7 @@ fn a_panel_is_followed_while_the_exposure_cannot_be_written() {
     bench.is_deaf = true;
     scene.led *= 0.5;
     scene.ground *= 0.5;
-    scene.symbols = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"still there").symbols;
+    scene.symbols = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"still there").symbols;
     run(&mut application, &mut bench, &mut scene, 400);
     assert_eq!(application.message(), b"still there");
     let silent = Fault::Camera(CameraError::Silent);
@@ -122,8 +122,8 @@ fn frames_that_are_never_whole_are_told_from_none() {
 /// A camera that streams but cannot be set up: its frames are read, and the setup is retried.
 #[test]
 fn a_camera_that_streams_is_set_up_as_soon_as_it_can_be() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
-    let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"deaf");
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"deaf");
     let wrong = CameraError::WrongId { id: 7 };
     (bench.fault, bench.exposure) = (Some(wrong), Some(application.exposure()));
     application.start(&mut bench);

@@ -11,23 +11,23 @@ const EXPOSURE: Exposure = Exposure { lines: 40, gain_log2: 0 };
 
 /// The number of frames in which it reports that it follows something. A naive one accepts anything that it finds.
 fn followed(is_naive: bool, scene: &mut Scene) -> u32 {
-    let rate = SYMBOL_MILLIHERTZ as f32 * Mode::QVGA.period_us() as f32 * 1e-9;
-    let mut receiver = follower(Mode::QVGA);
+    let rate = SYMBOL_MILLIHERTZ as f32 * QVGA.period_us() as f32 * 1e-9;
+    let mut receiver = follower(QVGA);
     receiver.begin(rate).unwrap();
     let mut count = 0;
     for number in 1..=FRAMES {
         if is_naive {
             receiver.proof = Proof::new(rate);
         }
-        let pixels = scene.frame(number * u64::from(Mode::QVGA.period_us()), EXPOSURE);
-        let frame = Frame::new(&pixels, Mode::QVGA.width(), Mode::QVGA.height()).unwrap();
+        let pixels = scene.frame(number * u64::from(QVGA.period_us()), EXPOSURE);
+        let frame = Frame::new(&pixels, QVGA.width, QVGA.height).unwrap();
         count += u32::from(receiver.frame(number, &frame, &mut ()).is_following);
     }
     count
 }
 
 fn shows(bits: impl Fn(u64) -> u64) -> Scene {
-    let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"none of the link");
+    let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"none of the link");
     scene.symbols = (0..840).map(bits).collect();
     scene
 }
@@ -51,7 +51,7 @@ fn what_blinks_otherwise_than_panels_do_is_given_up() {
 /// A panel stays accepted, message after message.
 #[test]
 fn a_panel_goes_on_being_followed() {
-    let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"ice on the bridge");
+    let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"ice on the bridge");
     let count = followed(false, &mut scene);
     assert!(count > FRAMES as u32 - 30, "{count}");
 }

@@ -40,7 +40,9 @@ fn knocked(mut application: Application<impl Follow>, mut scene: Scene, long: &[
     }
     let took_us = bench.now_us - knocked_us;
     println!(
-        "{mode:?}, knocked by {by:?} px: lost after {:.2} s, followed again after {:.2} s, the message is there after {:.2} s",
+        "{} × {} px, knocked by {by:?} px: lost after {:.2} s, followed again after {:.2} s, the message is there after {:.2} s",
+        mode.width,
+        mode.height,
         lost_us as f64 / 1e6,
         found_us as f64 / 1e6,
         took_us as f64 / 1e6,
@@ -62,16 +64,16 @@ fn knocked(mut application: Application<impl Follow>, mut scene: Scene, long: &[
 #[test]
 fn a_panel_is_found_again_after_the_camera_was_knocked() {
     for by in [[90.0, 40.0], [-80.0, 35.0]] {
-        let scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"before");
-        knocked(application(Mode::QVGA, SYMBOL_MILLIHERTZ), scene, LONG, by);
+        let scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"before");
+        knocked(application(QVGA, SYMBOL_MILLIHERTZ), scene, LONG, by);
     }
 }
 
 #[test]
 fn a_panel_is_found_again_in_integers_after_the_camera_was_knocked() {
     for by in [[40.0, 12.0], [-25.0, 18.0]] {
-        let scene = Scene::new(Mode::BINNED, 9_000, b"before");
-        knocked(in_integers(Mode::BINNED, 9_000), scene, LONG, by);
+        let scene = Scene::new(BINNED, 9_000, b"before");
+        knocked(in_integers(BINNED, 9_000), scene, LONG, by);
     }
 }
 
@@ -79,8 +81,8 @@ fn a_panel_is_found_again_in_integers_after_the_camera_was_knocked() {
 #[test]
 fn a_long_message_is_there_within_four_seconds() {
     for phase in [0.0, 0.2, 0.5, 0.8] {
-        let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
-        let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, LONG);
+        let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+        let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, LONG);
         scene.phase = phase;
         application.start(&mut bench);
         let took_us = run(&mut application, &mut bench, &mut scene, 400);

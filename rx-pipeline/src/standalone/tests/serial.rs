@@ -2,6 +2,8 @@
 
 use super::*;
 use link::l2a_table::Interval;
+use serde::de::DeserializeOwned;
+use std::fmt::Debug;
 
 fn put(bench: &mut Bench, sequence: u32, request: Request) {
     let mut wire = [0; wire_length(REQUEST_MAX)];
@@ -21,7 +23,7 @@ fn answered(bench: &mut Bench) -> Vec<u32> {
 /// Of any number of waiting requests, one is answered each time, in order, and none is lost.
 #[test]
 fn one_request_is_answered_at_a_time() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
     for sequence in 0..8 {
         put(&mut bench, sequence, Request::Status);
     }
@@ -36,8 +38,8 @@ fn one_request_is_answered_at_a_time() {
 /// Endless requests at the full speed of the line: one answer at most is sent between two frames.
 #[test]
 fn frames_are_read_beside_requests_without_end() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
-    let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"through it all");
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"through it all");
     application.start(&mut bench);
     let mut most = 0;
     for sequence in 0..200 {
@@ -65,8 +67,8 @@ fn number(answer: Answer<'_>) -> u64 {
 /// All parts of a picture are of one frame while they are requested, and half a second later there is a new one.
 #[test]
 fn a_picture_is_kept_for_half_a_second() {
-    let (mut application, mut bench) = (application(Mode::QVGA, SYMBOL_MILLIHERTZ), Bench::default());
-    let mut scene = Scene::new(Mode::QVGA, SYMBOL_MILLIHERTZ, b"picture");
+    let (mut application, mut bench) = (application(QVGA, SYMBOL_MILLIHERTZ), Bench::default());
+    let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"picture");
     application.start(&mut bench);
     run(&mut application, &mut bench, &mut scene, 3);
     let mut part = |frames: u32, offset| {
@@ -94,13 +96,13 @@ fn reading(application: &mut Application<impl Follow>, bench: &mut Bench) -> Opt
 #[test]
 fn readings_are_told_with_their_range() {
     let size = Geometry::new(30_000, Interval::ONE).unwrap();
-    let mut floating = application(Mode::QVGA, SYMBOL_MILLIHERTZ);
-    tells_readings(&mut floating, Mode::QVGA, SYMBOL_MILLIHERTZ, size);
-    let mut whole = in_integers(Mode::BINNED, 9_000);
-    tells_readings(&mut whole, Mode::BINNED, 9_000, size);
+    let mut floating = application(QVGA, SYMBOL_MILLIHERTZ);
+    tells_readings(&mut floating, QVGA, SYMBOL_MILLIHERTZ, size);
+    let mut whole = in_integers(BINNED, 9_000);
+    tells_readings(&mut whole, BINNED, 9_000, size);
 }
 
-fn tells_readings(application: &mut Application<impl Follow>, mode: Mode, symbol_millihertz: u32, size: Geometry) {
+fn tells_readings(application: &mut Application<impl Follow>, mode: CameraMode, symbol_millihertz: u32, size: Geometry) {
     let mut bench = Bench::default();
     let mut scene = Scene::of_size(Some(size), mode, symbol_millihertz, b"here I am");
     application.start(&mut bench);
@@ -118,10 +120,37 @@ fn tells_readings(application: &mut Application<impl Follow>, mode: Mode, symbol
     }
     assert!(told.confidence > 0.9, "{told:?}");
     assert_eq!(told.pitch_m, Some(0.06));
-    let range_m = 0.06 * range_pitches(&scene.corners.unwrap(), mode);
+    let range_m = 0.06 * range_pitches(&scene.corners.unwrap(), &mode);
     let found_m = told.range_m().unwrap();
     assert!((found_m / range_m - 1.0).abs() < 0.02, "{found_m} m of {range_m} m");
     scene.corners = None;
     run(application, &mut bench, &mut scene, 100);
     assert_eq!(reading(application, &mut bench), None);
+}
+
+/// The numbers of the faults and their values stay as they are: computers with older programs read them.
+#[test]
+fn faults_keep_their_numbers_on_the_wire() {
+    let register = CameraError::Register {
+        register: 0x0202,
+        written: 1,
+        holds: 0xff,
+    };
+    has_numbers(CameraError::Silent, (0u8, 0u8));
+    has_numbers(CameraError::WrongId { id: 0x0360 }, (0u8, 1u8, 0x0360u16));
+    has_numbers(register, (0u8, 2u8, 0x0202u16, 1u8, 0xffu8));
+    has_numbers(Fault::NoFrames, 1u8);
+    has_numbers(Fault::NoWholeFrames, 2u8);
+}
+
+/// On the wire, a fault is these numbers.
+fn has_numbers<T: DeserializeOwned + PartialEq + Debug>(fault: impl Into<Fault>, expected: T) {
+    let mut wire = [0; wire_length(REQUEST_MAX)];
+    let bytes = encode(Kind::Answer, 0, &fault.into(), &mut wire).unwrap();
+    let mut reader = FrameReader::<REQUEST_MAX>::new();
+    let numbers = bytes.iter().find_map(|&byte| {
+        let frame = reader.push(byte)?.unwrap();
+        Some(frame.message(Kind::Answer).unwrap())
+    });
+    assert_eq!(numbers, Some(expected));
 }

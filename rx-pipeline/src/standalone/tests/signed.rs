@@ -21,8 +21,8 @@ fn key(seed: u8) -> SecretKey {
 
 /// The lines about messages while each word is shown for a while.
 fn lines(trust: Trust, words: &[(&'static [u8], Option<Signature>)]) -> (Vec<String>, Verdict) {
-    let (mut application, mut bench) = (in_integers(Mode::BINNED, 9_000), Bench::default());
-    let mut scene = Scene::new(Mode::BINNED, 9_000, b"fog");
+    let (mut application, mut bench) = (in_integers(BINNED, 9_000), Bench::default());
+    let mut scene = Scene::new(BINNED, 9_000, b"fog");
     application.trust(Ok(trust));
     application.start(&mut bench);
     for (word, signature) in words {
@@ -102,8 +102,8 @@ fn without_keys_nothing_is_checked() {
 
 #[test]
 fn an_unusable_list_is_a_lasting_fault_and_nothing_is_proven() {
-    let (mut application, mut bench) = (in_integers(Mode::BINNED, 9_000), Bench::default());
-    let mut scene = Scene::new(Mode::BINNED, 9_000, b"ice");
+    let (mut application, mut bench) = (in_integers(BINNED, 9_000), Bench::default());
+    let mut scene = Scene::new(BINNED, 9_000, b"ice");
     scene.symbols = shown(b"ice", Some(key(1).sign(b"ice", 7)));
     application.trust(Trust::parse("[[key]]\npublic = \"12\"\n"));
     application.start(&mut bench);

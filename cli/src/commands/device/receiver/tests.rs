@@ -2,14 +2,29 @@
 
 use super::*;
 use crate::device::DeviceError;
-use rx_pipeline::hm01b0::{CameraError, Exposure, Mode};
 use rx_pipeline::receiver::{BlinkSearch, IntegerReceiver};
-use rx_pipeline::standalone::{Application, Camera, Clock, Fault, Machine, Settings, Trouble, WireReading};
+use rx_pipeline::standalone::{
+    Application, Camera, CameraError, CameraMode, Clock, Exposure, Fault, Machine, Settings, Trouble, WireReading,
+};
 use std::collections::VecDeque;
 use std::io::ErrorKind;
 use std::time::Duration;
 
 mod watch;
+
+/// A camera of 162×122 pixels, 13.232 frames a second.
+const MODE: CameraMode = CameraMode {
+    width: 162,
+    height: 122,
+    focal_length_px: 121.0,
+    black_grey: 8,
+    line_clocks: 376,
+    pixel_clock_hz: 3_000_000,
+    frame_lines: 603,
+    least_lines: 2,
+    most_lines: 601,
+    most_gain_log2: 3,
+};
 
 #[derive(Default)]
 struct Board {
@@ -70,11 +85,10 @@ struct Line {
 
 impl Line {
     fn new() -> Self {
-        let mode = Mode::BINNED;
-        let room = vec![0; BlinkSearch::bytes(mode.width(), mode.height())];
+        let room = vec![0; BlinkSearch::bytes(MODE.width, MODE.height)];
         let receiver = IntegerReceiver::new(1.0, room).unwrap();
         let settings = Settings {
-            mode,
+            mode: MODE,
             symbol_millihertz: 9_000,
             was_reset: true,
         };
