@@ -15,6 +15,10 @@ use tx_firmware::calibration::{BENCH, Calibration, Measured};
 use tx_firmware::store::{Memory, Remembered, Store, StoreError};
 
 const PLACE: core::ops::Range<u32> = 0..2 * ERASE as u32;
+/// Bytes of a record, of which each save writes one.
+const RECORD: usize = 1024;
+/// Records of an erase unit.
+const UNIT_RECORDS: u16 = (ERASE / RECORD) as u16;
 
 /// A table of the largest size, another one for each number.
 fn table(number: u16) -> L2aTable {
@@ -158,10 +162,33 @@ fn cut_repair_everywhere<const WRITE: usize, K: Storable>(left: &Flash<WRITE>, o
     unreachable!()
 }
 
+/// The bytes that a save writes, and whether it erases a unit before.
+fn written<const WRITE: usize>(before: &Flash<WRITE>, save: impl Fn(&mut Store<Flash<WRITE>>) -> Result<(), StoreError>) -> (usize, bool) {
+    let mut store = store(Flash {
+        operations: 0,
+        erased: 0,
+        ..before.restarted()
+    });
+    save(&mut store).expect("with power");
+    let flash = store.release();
+    ((flash.operations - flash.erased) as usize * WRITE, flash.erased > 0)
+}
+
+#[test]
+fn a_save_writes_one_record_and_erases_the_next_unit_if_this_one_is_full() {
+    for records in 1..=3 * UNIT_RECORDS {
+        // One of the records is the calibration's.
+        let number = records - 1;
+        let is_full = records.is_multiple_of(UNIT_RECORDS);
+        let save = written(&used::<4>(number, 0), |store| store.save_table(&table(number)));
+        assert_eq!(save, (RECORD, is_full), "after {records} records");
+    }
+}
+
 #[test]
 fn a_power_cut_at_any_operation_leaves_the_old_table_or_the_new() {
-    // After 7, 15 and 23 tables a unit is full, and the next save erases the other one.
-    for updates in [1, 2, 6, 7, 8, 14, 15, 16, 22, 23] {
+    // With the calibration's record, 3, 7 and 11 tables fill a unit, and the next save erases the other one.
+    for updates in [1, 2, 3, 4, 6, 7, 8, 10, 11, 12] {
         let before = used::<4>(updates, 0);
         assert!(cut_everywhere::<4, L2aTable>(&before, updates) > 0);
     }
@@ -169,8 +196,8 @@ fn a_power_cut_at_any_operation_leaves_the_old_table_or_the_new() {
 
 #[test]
 fn a_power_cut_at_any_operation_leaves_the_old_symbol_rate_and_carrier_or_the_new_and_the_table() {
-    // Before the twelfth rate after eleven tables a unit is full.
-    for (tables, rates) in [(1, 1), (11, 1), (11, 2), (11, 9), (11, 10), (11, 11), (11, 12)] {
+    // A unit is full after 4, 8 and 12 records: of one calibration, the tables and the rates.
+    for (tables, rates) in [(1, 1), (1, 2), (1, 3), (5, 1), (5, 2), (5, 3), (5, 6)] {
         let before = used::<4>(tables, rates);
         assert!(cut_everywhere::<4, SymbolTiming>(&before, rates) > 0);
         let mut store = store(before);
@@ -181,7 +208,8 @@ fn a_power_cut_at_any_operation_leaves_the_old_symbol_rate_and_carrier_or_the_ne
 
 #[test]
 fn a_power_cut_at_any_operation_leaves_the_old_intensity_limit_or_the_new() {
-    for tables in [1, 4, 5, 6, 13] {
+    // With one calibration, one rate and the limit before, 1 and 5 tables fill a unit.
+    for tables in [1, 2, 4, 5, 6] {
         let mut store = store(used::<4>(tables, 1));
         let before = IntensityLimit::numbered(0);
         store.save_intensity_limit(Some(before)).expect("room");
@@ -206,11 +234,12 @@ fn a_limit_is_remembered_whatever_calibration_is_there_and_can_be_taken_back() {
 
 #[test]
 fn it_does_so_whatever_the_flashs_words_are() {
+    // With the calibration's record, 7 tables fill a unit, and so do 3 tables with 4 rates.
     for updates in [6, 7] {
         assert!(cut_everywhere::<1, L2aTable>(&used(updates, 0), updates) > 0);
         assert!(cut_everywhere::<8, L2aTable>(&used(updates, 0), updates) > 0);
         assert!(cut_everywhere::<32, L2aTable>(&used(updates, 0), updates) > 0);
-        assert!(cut_everywhere::<32, SymbolTiming>(&used(11, updates + 5), updates + 5) > 0);
+        assert!(cut_everywhere::<32, SymbolTiming>(&used(3, updates - 3), updates - 3) > 0);
     }
 }
 
@@ -304,6 +333,21 @@ fn cut_after<const WRITE: usize>(flash: &Flash<WRITE>, value: &Value, bytes: usi
     (left, found)
 }
 
+/// Where the power is cut in a save, in bytes: an erase before the record counts as one word.
+fn cuts(erase: usize, drawn: impl Fn(u64) -> usize) -> Vec<usize> {
+    let end = erase + RECORD;
+    if all_cases() {
+        return (0..=end + 8).collect();
+    }
+    // The format and the sequence number; the checksum, the end and beyond; anywhere.
+    let first = [0, 1, 2, 5].map(|byte| erase + byte);
+    [0].into_iter()
+        .chain(first)
+        .chain(end - 4..=end + 1)
+        .chain((0..3).map(drawn))
+        .collect()
+}
+
 /// A fixed sequence of saves, each of which is cut at many bytes; then comes the next, which is cut once more or not, and is tried until it
 /// is through. What was answered with success is there after the next restart.
 fn sequence_of_cuts<const WRITE: usize>(sequence: u64) {
@@ -311,17 +355,14 @@ fn sequence_of_cuts<const WRITE: usize>(sequence: u64) {
     let mut flash = Flash::<WRITE>::new();
     let value = |save: u64| Value::drawn(sequence * 100 + save);
     for save in 0..SAVES {
-        let drawn = |number: u64| (mixed(sequence << 20 | save << 16 | number) % 600) as usize;
-        let cuts: Vec<usize> = if all_cases() {
-            (0..=520).collect()
-        } else {
-            (0..=8).chain((0..3).map(drawn)).collect()
-        };
-        for bytes in cuts {
+        let drawn = |number: u64| mixed(sequence << 20 | save << 16 | number) as usize % (WRITE + RECORD);
+        let (bytes, erases) = written(&flash, |store| value(save).save(store));
+        assert_eq!(bytes, RECORD);
+        for bytes in cuts(if erases { WRITE } else { 0 }, drawn) {
             let (mut left, mut found) = cut_after(&flash, &value(save), bytes);
             let next = value(save + 1);
             if drawn(bytes as u64 + 10).is_multiple_of(3) {
-                (left, found) = cut_after(&left, &next, drawn(bytes as u64 + 11) % 64);
+                (left, found) = cut_after(&left, &next, drawn(bytes as u64 + 11));
             }
             let mut last = store(left);
             next.save(&mut last).expect("with power");
@@ -336,12 +377,18 @@ fn sequence_of_cuts<const WRITE: usize>(sequence: u64) {
 
 /// All cuts with `VOCC_TEST_CASES=all cargo test --release -p vocc-tx-firmware --test power_cut`.
 #[test]
-fn what_was_saved_is_there_whatever_was_cut_before() {
-    for sequence in 0..200 {
-        sequence_of_cuts::<1>(sequence);
-        sequence_of_cuts::<4>(sequence);
-        sequence_of_cuts::<32>(sequence);
-    }
+fn what_was_saved_is_there_whatever_was_cut_before_in_words_of_1_byte() {
+    (0..200).for_each(sequence_of_cuts::<1>);
+}
+
+#[test]
+fn what_was_saved_is_there_whatever_was_cut_before_in_words_of_4_bytes() {
+    (0..200).for_each(sequence_of_cuts::<4>);
+}
+
+#[test]
+fn what_was_saved_is_there_whatever_was_cut_before_in_words_of_32_bytes() {
+    (0..200).for_each(sequence_of_cuts::<32>);
 }
 
 #[test]
@@ -389,7 +436,7 @@ fn a_save_erases_one_unit_at_most_whatever_was_in_the_memory() {
 #[test]
 fn records_of_another_format_are_nothing_stored_and_are_written_over() {
     let mut flash = used::<4>(3, 1);
-    for record in flash.bytes.chunks_exact_mut(1024).take_while(|record| record[0] != 0xff) {
+    for record in flash.bytes.chunks_exact_mut(RECORD).take_while(|record| record[0] != 0xff) {
         record[0] += 1;
         let (content, crc) = record.split_last_chunk_mut().expect("a record");
         *crc = crc32c(&[content]).to_le_bytes();
@@ -414,8 +461,8 @@ fn a_place_must_be_whole_units_and_two_of_them() {
 
 #[test]
 fn a_torn_record_that_reads_whole_again_is_older_than_what_was_saved_since() {
-    /// The last byte of the third record after the one that is used.
-    const LAST: usize = 4 * 1024 - 1;
+    /// The last byte of the fourth record, which is the first unit's last.
+    const LAST: usize = 4 * RECORD - 1;
     let mut first = store(used::<1>(2, 0));
     first.save_table(&table(50)).expect("room");
     let mut flash = first.release();
