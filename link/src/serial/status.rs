@@ -113,7 +113,7 @@ bitflags! {
         const NO_CALIBRATION = 1 << 7;
         /// The watchdog restarted the transmitter.
         const WATCHDOG = 1 << 8;
-        /// The supply voltage fell, and the transmitter restarted.
+        /// The supply voltage fell, and the transmitter restarted: for boards that can distinguish this from a power-up.
         const BROWN_OUT = 1 << 9;
     }
 }
