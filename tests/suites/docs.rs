@@ -64,6 +64,9 @@ const PLAIN: [&str; 46] = [
     "tx-firmware/README.md",
 ];
 
+/// Commands that a reader would try in vain, and why.
+const NO_COMMANDS: [(&str, &str); 1] = [("elf2uf2-rs convert", "elf2uf2-rs 2.2.0 takes the files at once")];
+
 struct Document {
     /// Relative to the repository's root.
     path: PathBuf,
@@ -284,6 +287,18 @@ fn commands_name_packages_tests_examples_and_benches_that_are_there() {
     }
     assert!(commands > 20, "only {commands} commands were found");
     assert!(wrong.is_empty(), "no such package or target:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn no_document_has_a_command_that_does_not_exist() {
+    let mut found = Vec::new();
+    for document in documents() {
+        let words: Vec<&str> = document.text.split_whitespace().collect();
+        let text = words.join(" ");
+        let here = NO_COMMANDS.iter().filter(|(command, _)| text.contains(command));
+        found.extend(here.map(|(command, why)| format!("{}: {command}: {why}", document.path.display())));
+    }
+    assert!(found.is_empty(), "commands that do not exist:\n{}", found.join("\n"));
 }
 
 #[test]
