@@ -1,7 +1,7 @@
 //! The trait of light sensors, and their polling.
 //!
 //! [`PolledSensor`] asks a [`LightSensor`] some fifty times a second and returns what [`Transmitter::sense`] takes. The folder
-//! `boards/light_sensors` has drivers of three chips; [`SimulatedSensor`] needs none.
+//! `boards/light_sensors` has drivers of four chips; [`SimulatedSensor`] needs none.
 //!
 //! # Two ranges
 //!

@@ -6,7 +6,8 @@ from parts import CAPACITOR, MODULE_MAX7219, PICO, SENSOR, SHIFTER
 
 def desk_kit():
     kit = Circuit("desk-kit", "Desk kit", "docs/hardware/desk-kit.md", "tx-firmware/boards/pico")
-    sensor = kit.add("U4", SENSOR, remarks="optional: breakout with BH1750, VEML7700 or OPT3001, and pull-ups", at=(0, 0), optional=True)
+    breakout = "optional: breakout with BH1750, VEML7700, TSL2591 or OPT3001, and pull-ups"
+    sensor = kit.add("U4", SENSOR, remarks=breakout, at=(0, 0), optional=True)
     pico = kit.add("U1", PICO, at=(1, 0))
     shifter = kit.add("U2", SHIFTER, remarks="fed with 5 V: the module asks for 3.5 V, a Pico gives 3.3 V", at=(2, 0))
     module = kit.add("U3", MODULE_MAX7219, remarks="32 mm wide (pitch 4 mm) or 60 mm (pitch 7.62 mm)", at=(3, 0))

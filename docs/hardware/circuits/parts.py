@@ -339,10 +339,10 @@ MODULE_MAX7219 = Part(
     most=Above(0.3),
 )
 
-# What the three have in common.
+# What the four have in common.
 SENSOR = Part(
     name="light sensor on I2C",
-    source="supply and levels of I2C that Texas Instruments OPT3001 (SBOS681), ROHM BH1750FVI and Vishay VEML7700 share",
+    source="supply and levels of I2C that Texas Instruments OPT3001 (SBOS681), ROHM BH1750FVI, Vishay VEML7700 and ams TSL2591 share",
     pins=pins(
         """
         - VCC supply
@@ -352,9 +352,9 @@ SENSOR = Part(
         """
     ),
     right=("SDA", "SCL", "VCC", "GND"),
-    supply_v=(2.5, 3.6),
+    supply_v=(2.7, 3.6),
     supply_ma=1,
-    input_low=Share(0.3),
+    input_low=Fixed(0.54),
     input_high=Share(0.7),
     output_low=Fixed(0.4),
     most=Above(0.3),

@@ -66,7 +66,7 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
         kit.add(f"U{row + 3}", register, remarks="row 0 is U3, row 7 U10", at=(REGISTERS, 13 * row) if row < DRAWN else None)
         for row in range(8)
     ]
-    sensor = kit.add("U12", SENSOR_ALONE, remarks="OPT3001, BH1750 or VEML7700, beside the panel, facing its way", at=(INPUTS, 0))
+    sensor = kit.add("U12", SENSOR_ALONE, remarks="OPT3001, BH1750, VEML7700 or TSL2591, beside the panel, facing its way", at=(INPUTS, 0))
     power = kit.add("J1", SUPPLY_5V, remarks="limits its current", at=(INPUTS, 11))
 
     # --- Supplies ---

@@ -11,6 +11,8 @@ mod no_sensor;
 mod opt3001;
 #[cfg(test)]
 mod simulated_bus;
+#[cfg(any(test, feature = "tsl2591"))]
+mod tsl2591;
 #[cfg(any(test, feature = "veml7700"))]
 mod veml7700;
 
@@ -20,6 +22,8 @@ pub use bh1750::Sensor;
 pub use no_sensor::Sensor;
 #[cfg(feature = "opt3001")]
 pub use opt3001::Sensor;
+#[cfg(feature = "tsl2591")]
+pub use tsl2591::Sensor;
 #[cfg(feature = "veml7700")]
 pub use veml7700::Sensor;
 
