@@ -73,19 +73,22 @@ def receiver(program):
 
 def main(programs):
     start = time.process_time()
-    wrong = 0
+    wrong, tried = 0, 0
     works = [(name, test()) for name, test in lacks.WORKING]
     works.append(("as labwired describes the chip, the transmitter answers nothing", transmitter_as_described(programs[0])))
     works += [*transmitter(programs[0]), *receiver(programs[1])]
     for name, right in works:
         print(f"{'so it is' if right else 'NOT SO':10}{name}")
         wrong += not right
+        tried += 1
     for kind, tries in [("described", lacks.DESCRIBED), ("mended", lacks.MENDED), ("lacks", lacks.LACKING)]:
         for name, lacking in tries:
             still = lacking()
             print(f"{kind if still else 'HAS NOW':10}{name}")
             wrong += not still
-    print(f"{wrong} not as stated; {time.process_time() - start:.0f} s of processor time")
+            tried += 1
+    outcome = f"{wrong} failed" if wrong else f"{tried} passed"
+    print(f"{outcome} in {time.process_time() - start:.0f}s of processor time: {wrong} of {tried} are not as stated")
     return 1 if wrong else 0
 
 
