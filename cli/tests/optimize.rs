@@ -308,7 +308,13 @@ fn both_error_rates_and_what_a_plateau_costs_are_named() {
     let asked = words("optimize night --criterion ber --frames 64 --intervals 0.5 --distances 60,70 --illuminances 50");
     let told = vocc(&asked);
     let told = text(&told.stdout);
-    for word in ["bit errors are those of kmeans", "BER, all", "one symbol", "no worse (costs)", "least mean BER of one symbol"] {
+    for word in [
+        "bit errors are those of kmeans",
+        "BER, all",
+        "one symbol",
+        "no worse (costs)",
+        "least mean BER of one symbol",
+    ] {
         assert!(told.contains(word), "{word}: {told}");
     }
     for cell in lines(&vocc(&[&asked[..], &["--json"]].concat())) {

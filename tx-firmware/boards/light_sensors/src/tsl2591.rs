@@ -153,7 +153,7 @@ fn lux(all: u16, infrared: u16, time_ms: u64) -> I32F32 {
     /// Bits of the quotient's fraction: with more, the dividend has more than 64.
     const BITS: u32 = 16;
     let visible = u64::from(all.saturating_sub(infrared));
-    let dividend = visible * visible * LUX_MS << BITS;
+    let dividend = (visible * visible * LUX_MS) << BITS;
     let quotient = dividend.checked_div(u64::from(all) * time_ms).unwrap_or(0);
     I32F32::from_bits((quotient << (I32F32::FRAC_NBITS - BITS)).cast_signed())
 }
