@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Output, Stdio};
 
-use common::recording::{MESSAGE, film, filmed, pixels, run, y4m};
+use common::recording::{MESSAGE, film, film_with, filmed, pixels, run, y4m, y4m_at};
 use common::{command, says, text};
 
 /// Receives a file on standard input.
@@ -124,4 +124,31 @@ fn a_rate_that_nobody_tells_is_found_and_a_wrong_one_is_doubted() {
         assert!(told.contains("symbols a second (--symbol-rate) and 100"), "{rate}: {told}");
         assert!(told.contains("here the panel changes about"), "{rate}: {told}");
     }
+}
+
+/// A transmitter shows 23.077 symbols a second if it is told of a camera with 30 frames a second and an exposure of 1/100 s.
+#[test]
+fn a_long_message_at_the_rate_for_an_exposure_arrives_with_nothing_told() {
+    const FRAME: usize = "FRAME\n".len() + 320 * 240 * 3 / 2;
+    let message = "Ice on the bridge, drive slowly, keep your distance and mind the gap. ".repeat(3);
+    let folder = film_with(
+        "exposure-rate",
+        &message,
+        240,
+        &["camera.frame_rate_hz=30", "link.symbol_rate_hz=23.077"],
+    );
+    let mut stream = y4m_at(&folder, 30);
+    // If frames show no panel, only the rate gives the number of symbols in a gap: at the usual 27 a second no message arrives.
+    let first = stream.len() - 240 * FRAME;
+    for frame in stream[first..].chunks_exact_mut(FRAME).skip(10).step_by(11) {
+        frame["FRAME\n".len()..][..320 * 240].fill(118);
+    }
+    let file = folder.join("film.y4m");
+    std::fs::write(&file, stream).expect("a file");
+    let output = receive(&file, &[]);
+    let told = text(&output.stderr);
+    assert!(text(&output.stdout).contains(message.trim_end()), "{told}");
+    assert!(told.contains("read at 23.077 symbols a second"), "{told}");
+    let usual = receive(&file, &["--symbol-rate", "27"]);
+    assert!(!text(&usual.stdout).contains(message.trim_end()));
 }

@@ -20,9 +20,16 @@ pub fn filmed(name: &str, frames: u32) -> PathBuf {
 
 /// The same of any message, with so many symbols a second.
 pub fn film(name: &str, message: &str, frames: u32, symbol_rate_hz: u32) -> PathBuf {
+    film_with(name, message, frames, &[&format!("link.symbol_rate_hz={symbol_rate_hz}")])
+}
+
+/// The same, with these keys of the scene.
+pub fn film_with(name: &str, message: &str, frames: u32, keys: &[&str]) -> PathBuf {
     let folder = folder(name);
     let mut link = command(&words("link day --level fast --set camera.width_px=320 --set camera.height_px=240"));
-    link.args(["--set", &format!("link.symbol_rate_hz={symbol_rate_hz}")]);
+    for key in keys {
+        link.args(["--set", *key]);
+    }
     link.args(["--message", message, "--frames", &frames.to_string(), "--save"])
         .arg(&folder);
     let output = run(&mut link);
