@@ -58,6 +58,7 @@ pub struct Bounds {
 /// Why a pose has no cells in a frame.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CellsError {
     /// The panel, with one pixel around it for the gradient, is not wholly in the frame.
     #[error(

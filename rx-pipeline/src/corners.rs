@@ -30,6 +30,7 @@ pub struct Corners([[f32; 2]; 4]);
 /// Why four points are not the corner LEDs of a readable panel.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CornersError {
     /// A coordinate is not a number.
     #[error("corner {corner} is at ({x}, {y}): coordinates are finite and within ±1 000 000 px")]

@@ -45,6 +45,7 @@ pub struct Features {
 /// Why a frame has no features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FeaturesError {
     /// The map holds no cells.
     #[error("the cell map is empty: build it for the panel's pose first")]

@@ -28,6 +28,7 @@ pub struct Frame<'a> {
 /// Why pixels do not make a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameError {
     /// No pixel at all.
     #[error("a frame of {width} × {height} pixels is empty: give at least 1 × 1")]

@@ -197,6 +197,7 @@ pub(crate) struct Track {
 /// Why a frame did not show a followed panel.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TrackError {
     /// The frame does not fit the panel at its place.
     #[error("the panel is not where it should be: the grid explains {explained:.2} of the light there, {needed:.2} is needed")]
@@ -225,6 +226,7 @@ pub enum TrackError {
 
 /// The kind of a track's error, without its numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TrackErrorKind {
     /// The panel's motion has changed.
     OffCourse,

@@ -52,6 +52,7 @@ pub const SWITCHED: Measured = Measured {
 
 /// A measured value out of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CalibrationError {
     /// The luminance at full duty is outside [`LUMINANCE_CD_M2`].
     #[error(
@@ -60,7 +61,7 @@ pub enum CalibrationError {
         min = LUMINANCE_CD_M2.start(),
         max = LUMINANCE_CD_M2.end()
     )]
-    LuminanceFull(U32F32),
+    LuminanceFull(#[cfg_attr(feature = "defmt", defmt(Display2Format))] U32F32),
     /// The shortest pulse is longer than the PWM period.
     #[error(
         "a shortest pulse of {pulse_ns} ns does not fit into the PWM period, 0 to {period_ns} ns: \
@@ -87,7 +88,7 @@ pub enum CalibrationError {
         min = REFLECTANCE.start(),
         max = REFLECTANCE.end()
     )]
-    Reflectance(U1F31),
+    Reflectance(#[cfg_attr(feature = "defmt", defmt(Display2Format))] U1F31),
     /// The LED interval is outside [`INTERVAL`].
     #[error(
         "LED interval {0} is outside {min} to {max}: \
@@ -95,7 +96,7 @@ pub enum CalibrationError {
         min = INTERVAL.start(),
         max = INTERVAL.end()
     )]
-    Interval(Interval),
+    Interval(#[cfg_attr(feature = "defmt", defmt(Display2Format))] Interval),
     /// The sensor's gain is outside [`SENSOR_GAIN`].
     #[error(
         "sensor gain {0} is outside {min} to {max}: \
@@ -103,7 +104,7 @@ pub enum CalibrationError {
         min = SENSOR_GAIN.start(),
         max = SENSOR_GAIN.end()
     )]
-    SensorGain(U12F20),
+    SensorGain(#[cfg_attr(feature = "defmt", defmt(Display2Format))] U12F20),
     /// The light at the low current is outside [`LOW_CURRENT_SHARE`].
     #[error(
         "low-current share {0} is outside {min} to {max}: \
@@ -111,7 +112,7 @@ pub enum CalibrationError {
         min = LOW_CURRENT_SHARE.start(),
         max = LOW_CURRENT_SHARE.end()
     )]
-    LowCurrentShare(U1F31),
+    LowCurrentShare(#[cfg_attr(feature = "defmt", defmt(Display2Format))] U1F31),
 }
 
 /// Measured values within their ranges.

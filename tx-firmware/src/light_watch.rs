@@ -54,6 +54,7 @@ pub const RECOVERY: u8 = 5;
 
 /// One of two ranges of a sensor, by gain or integration time: its register differs in the same light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SensorRange {
     /// The range for most light.
     Operating,
@@ -63,10 +64,12 @@ pub enum SensorRange {
 
 /// The result of one attempt to read the light sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LightSample {
     /// An illuminance.
     Light {
         /// Lux, before the sensor's gain.
+        #[cfg_attr(feature = "defmt", defmt(Display2Format))]
         lux: I32F32,
         /// The register behind it.
         word: u16,
@@ -81,9 +84,10 @@ pub enum LightSample {
 
 /// The evidence of a reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Evidence {
     /// An illuminance in lux, before the sensor's gain.
-    Light(I32F32),
+    Light(#[cfg_attr(feature = "defmt", defmt(Display2Format))] I32F32),
     /// More light than the sensor can read in either range.
     Daylight,
     /// No measurement.

@@ -26,6 +26,7 @@ type Panels = Framer;
 
 /// The number of repeats of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Repeats {
     /// Until another message replaces it.
     Forever,

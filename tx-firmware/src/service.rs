@@ -204,6 +204,8 @@ impl Service {
         };
         let message = outcome.unwrap_or_else(|refusal| {
             count(&mut conversation.counters.refusals);
+            #[cfg(feature = "defmt")]
+            defmt::warn!("request {=u32} refused: {}", sequence, refusal);
             Answer::Refused(refusal)
         });
         encode(Kind::Answer, sequence, &message, answer).ok()
@@ -490,6 +492,8 @@ fn intensity_limit(device: &impl Device) -> Answer<'static> {
 
 impl From<StoreError> for Refusal {
     fn from(error: StoreError) -> Self {
+        #[cfg(feature = "defmt")]
+        defmt::error!("store: {}", error);
         match error {
             StoreError::NoSigning => Self::NoSigning,
             StoreError::NoCounter => Self::NoCounter,

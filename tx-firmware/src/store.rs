@@ -90,6 +90,7 @@ const _: () = assert!(SymbolRate::MAX.millihertz() < 1 << CYCLES_SHIFT && (Wavef
 
 /// Why an access to the flash memory failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StoreError {
     /// The addresses do not suit a store.
     #[error("the flash from {start:#x} to {end:#x} is not a place for a store: give 2 or more whole erase units")]
@@ -118,6 +119,7 @@ pub enum StoreError {
 
 /// Why a permit was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PermitError {
     /// The memory failed.
     #[error(transparent)]
@@ -616,7 +618,9 @@ impl<F: NorFlash> Memory for Store<F> {
 
 /// The value, or `None` and a fault if it cannot be read.
 fn readable<T>(found: Result<Option<T>, StoreError>, faults: &mut Faults) -> Option<T> {
-    found.unwrap_or_else(|_| {
+    found.unwrap_or_else(|_error| {
+        #[cfg(feature = "defmt")]
+        defmt::error!("store: {}", _error);
         faults.insert(Faults::STORE);
         None
     })

@@ -58,6 +58,9 @@ pub struct Transmitter<M> {
     now_ms: u64,
     faults: Faults,
     counters: Counters,
+    /// The state that was logged last.
+    #[cfg(feature = "defmt")]
+    logged: Option<(Light, Faults)>,
 }
 
 /// The greatest share of a message's duty that a test may have if messages have a carrier: 32/44, so that a panel that stands still, of
@@ -105,6 +108,8 @@ impl<M: LedMatrix> Transmitter<M> {
             now_ms: 0,
             faults: Faults::empty(),
             counters: Counters::default(),
+            #[cfg(feature = "defmt")]
+            logged: None,
         }
     }
 
@@ -289,8 +294,22 @@ impl<M: LedMatrix> Transmitter<M> {
         self.counters = Counters::default();
     }
 
+    #[cfg(feature = "defmt")]
+    fn log_changes(&mut self) {
+        let (light, faults) = (self.light_watch.light(), self.faults());
+        let logged = self.logged.replace((light, faults));
+        if logged.is_none_or(|(before, _)| before != light) {
+            defmt::info!("light: {}", light);
+        }
+        if logged.map_or(Faults::empty(), |(_, before)| before) != faults {
+            defmt::warn!("faults: {}", faults);
+        }
+    }
+
     fn dim(&mut self) -> Result<Option<Dimming>, M::Error> {
         self.end_test();
+        #[cfg(feature = "defmt")]
+        self.log_changes();
         let light = self.light_watch.light();
         if light == Light::Lost {
             self.most_duty = ceiling(M::FULL_DUTY_LX, NIGHT_LX);

@@ -132,6 +132,7 @@ pub const SYNC: PanelFrame = PanelFrame::from_bits(0x9936_c96c_b24d_6693);
 
 /// Why a message cannot be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FramingError {
     /// No bytes at all.
     #[error("the message is empty: give 1 to {MESSAGE_MAX} bytes, or send a beacon")]

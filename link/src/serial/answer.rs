@@ -89,6 +89,7 @@ pub enum Answer<'a> {
 
 /// The last reading of a light sensor in one of its ranges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SensorReading {
     /// It was not read in this range yet.
     None,
@@ -97,7 +98,7 @@ pub enum SensorReading {
     /// There was too much light for this range.
     Saturated,
     /// An illuminance, before the sensor's gain.
-    Light(Illuminance),
+    Light(#[cfg_attr(feature = "defmt", defmt(Display2Format))] Illuminance),
 }
 
 /// The identity of a transmitter.
@@ -130,6 +131,7 @@ pub struct TablePart<'a> {
 
 /// Why a transmitter refused a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Schema, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refusal {
     /// The request has another version of the protocol; the answer's frame holds the transmitter's.
     #[error("the transmitter uses protocol {speaks}: use a program that does, or update it")]

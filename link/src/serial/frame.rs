@@ -26,6 +26,7 @@ pub const fn wire_length(length: usize) -> usize {
 
 /// The direction of a frame, so that an echo of a request does not count as an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
     /// From the computer to the transmitter.
     Request = 1,
@@ -104,6 +105,7 @@ impl Flavor for OutgoingFrame<'_> {
 
 /// Why bytes between two zeros are not a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameError {
     /// Bytes are missing: its lengths do not match.
     #[error("a frame was cut short: send it again")]
@@ -135,6 +137,7 @@ pub struct Frame<'a> {
 
 /// Why the body of a frame cannot be decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BodyError {
     /// It has the other direction.
     #[error("the frame has the wrong direction: this is an echo, or two computers are connected")]

@@ -35,6 +35,7 @@ pub struct Status {
 
 /// Counters since the start or since their reset; each saturates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
     /// Whole frames.
     pub frames: u32,
@@ -54,6 +55,7 @@ pub struct Counters {
 
 /// The state of a transmitter's light measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Light {
     /// No reading yet: it has just started, and is dark.
     Unknown,
@@ -69,6 +71,7 @@ pub enum Light {
 
 /// The cause of a deviation from the wanted luminance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Limit {
     /// The wanted luminance exceeds the panel's maximum, full luminance or that of its intensity limit: the panel is at the maximum, its
     /// L2A too low.
@@ -115,6 +118,19 @@ bitflags! {
         const WATCHDOG = 1 << 8;
         /// The supply voltage fell, and the transmitter restarted: for boards that can distinguish this from a power-up.
         const BROWN_OUT = 1 << 9;
+    }
+}
+
+/// The names, with a space after each, or `none`.
+#[cfg(feature = "defmt")]
+impl defmt::Format for Faults {
+    fn format(&self, formatter: defmt::Formatter<'_>) {
+        if self.is_empty() {
+            defmt::write!(formatter, "none");
+        }
+        for (name, _) in self.iter_names() {
+            defmt::write!(formatter, "{=str} ", name);
+        }
     }
 }
 

@@ -12,6 +12,7 @@ pub(super) const WHITE_CELLS_MAX: usize = 48;
 /// Why a panel could not be read.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DetectError {
     /// All cells look alike.
     #[error(

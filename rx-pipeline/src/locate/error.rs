@@ -10,6 +10,7 @@ const NEARLY_FITS: f32 = 1.25;
 /// Why no panel was found.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LocateError {
     /// The frame shows only noise.
     #[error("no candidate: nothing stands out from the noise; raise the panel's luminance or the exposure")]

@@ -34,6 +34,7 @@ impl Reading {
 /// Why a frame has no reading.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Loss {
     /// No panel was found.
     #[error(transparent)]
@@ -67,6 +68,7 @@ pub enum Loss {
 
 /// The kind of a loss, without its numbers. Of equally frequent kinds, the last in this order is reported first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LossKind {
     /// The panel is covered, or dark.
     Covered,

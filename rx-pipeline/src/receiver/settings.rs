@@ -68,17 +68,30 @@ impl ReceiverSettings {
 /// Why no receiver can have these settings.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ReceiverError {
     /// The camera is invalid.
     #[error(transparent)]
-    Camera(#[from] CameraError),
+    Camera(
+        #[from]
+        #[cfg_attr(feature = "defmt", defmt(Display2Format))]
+        CameraError,
+    ),
     /// The program was built without maximum likelihood.
     #[error("maximum likelihood was left out of this program: build it with the feature maximum-likelihood, or choose another method")]
     LeftOut,
     /// The symbols cannot be followed at this rate.
     #[error(transparent)]
-    SymbolRate(#[from] SymbolRateError),
+    SymbolRate(
+        #[from]
+        #[cfg_attr(feature = "defmt", defmt(Display2Format))]
+        SymbolRateError,
+    ),
     /// A number is out of its range.
     #[error(transparent)]
-    Setting(#[from] SettingError),
+    Setting(
+        #[from]
+        #[cfg_attr(feature = "defmt", defmt(Display2Format))]
+        SettingError,
+    ),
 }
