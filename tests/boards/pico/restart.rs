@@ -40,8 +40,11 @@ type Kit = &'static [&'static str];
 /// The same, with gate and registers fed by the Pico.
 const FED_BY_PICO: Kit = &["--at-3v3", "gate", "--at-3v3", "registers"];
 
-/// The states in which no program reaches the LEDs, each with kits that lack what keeps the panel dark.
-const DARK_STATES: [(fn(&mut Emulator), &[Kit]); 4] = [
+/// How the board enters a state, and kits that lack what keeps the panel dark in it.
+type DarkState = (fn(&mut Emulator), &'static [Kit]);
+
+/// The states in which no program reaches the LEDs.
+const DARK_STATES: [DarkState; 4] = [
     (Emulator::enter_boot_loader, &[&["--stage", "buffer"]]),
     (Emulator::lose_power, &[&["--stage", "buffer"], &["--at-3v3", "gate"]]),
     (Emulator::break_wire, &[&["--stage", "no-resistor"]]),
