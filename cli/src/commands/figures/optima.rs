@@ -9,7 +9,7 @@ use crate::plot::{Axis, Chart, EDGE, Line, Mark, Page, Point, Series, colours};
 use crate::report::figure::{Figure, csv};
 
 /// The charts' upper end, above the searched range to leave space for the legend.
-const TOP: f64 = RANGE[1] + 1.6;
+const TOP: f64 = RANGE[1] + 2.2;
 
 /// Draws the figure, if all best ratios are known.
 pub fn figure(study: &Study, findings: &Findings) -> anyhow::Result<Option<Figure>> {
