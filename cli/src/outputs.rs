@@ -1,5 +1,6 @@
 //! Checks a command's output files before it works: no input is overwritten, and an unwritable file fails before the computation.
 
+use std::collections::HashSet;
 use std::ffi::OsStr;
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -60,16 +61,32 @@ pub fn frame_in(folder: &Path, number: u64) -> PathBuf {
     folder.join(format!("frame-{number:06}.png"))
 }
 
-/// Creates a folder for drawings of the pictures that a command reads, and checks that `first` can be written there. Fails if the folder
-/// holds one of those pictures, because the next run would read the drawings, too.
-pub fn check_drawings<'a>(folder: &Path, first: &Path, mut read: impl Iterator<Item = &'a Path>) -> anyhow::Result<()> {
+/// Creates a folder for drawings of the pictures that a command reads, and checks that these files can be written there, by the first.
+/// Fails if the folder holds one of those pictures, because the next run would read the drawings, too.
+pub fn check_drawings<'a>(
+    folder: &Path,
+    drawings: impl IntoIterator<Item = PathBuf>,
+    mut read: impl Iterator<Item = &'a Path>,
+) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
     ensure!(
         !read.any(|picture| is_same(picture.parent().unwrap_or(picture), folder)),
         "{} holds frames to read, and the pictures of --show would be read as frames, too: give another folder",
         folder.display()
     );
-    files::check(&folder.join(first)).map(drop)
+    let mut names = HashSet::new();
+    for drawing in drawings {
+        let path = folder.join(&drawing);
+        if names.is_empty() {
+            files::check(&path)?;
+        }
+        ensure!(
+            names.insert(drawing),
+            "{} would be written twice, for two pictures of one name: give them to two runs, each with its own folder",
+            path.display()
+        );
+    }
+    Ok(())
 }
 
 /// Locks a folder for this run while the result lives, as two runs would overwrite each other's work. The system releases the lock however

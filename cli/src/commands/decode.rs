@@ -61,16 +61,6 @@ impl Arguments {
         }
     }
 
-    /// Makes the folder of the drawings, and checks that none is written twice or over a picture.
-    fn check_drawings(&self) -> anyhow::Result<()> {
-        let (Some(folder), [first, ..]) = (&self.show, &self.images[..]) else {
-            return Ok(());
-        };
-        outputs::check_drawings(folder, &show::in_picture(first), self.images.iter().map(PathBuf::as_path))?;
-        let drawings = self.images.iter().map(|image| folder.join(show::in_picture(image)));
-        outputs::check(drawings, self.camera.file())
-    }
-
     /// Whether a search may have left out places.
     fn leaves_places(&self) -> bool {
         self.corners.is_none() && usize::from(self.places) < BUSY_PEAKS
@@ -111,7 +101,10 @@ struct PanelReading {
 
 /// Decodes each image; a bad one does not stop the others.
 pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
-    arguments.check_drawings()?;
+    if let Some(folder) = &arguments.show {
+        let images = || arguments.images.iter().map(PathBuf::as_path);
+        outputs::check_drawings(folder, images().map(show::in_picture), images())?;
+    }
     let hints = arguments.camera.hints(arguments.pixels)?;
     let mut pictures = PictureReader::new(hints.pixels, hints.encoding);
     let mut decoder = Decoder {

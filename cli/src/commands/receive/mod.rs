@@ -258,7 +258,7 @@ fn receive(arguments: &Arguments, shared: &Shared, view: Option<&View>) -> anyho
         } else {
             &[]
         };
-        outputs::check_drawings(folder, &show::in_frame(0, 0), files.iter().map(|file| file.path.as_path()))?;
+        outputs::check_drawings(folder, [show::in_frame(0, 0)], files.iter().map(|file| file.path.as_path()))?;
     }
     outputs::check(
         [&arguments.save_camera, &arguments.mcap, &arguments.out]
