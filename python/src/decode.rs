@@ -5,7 +5,7 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use reception::colour::Channel;
 use reception::deep::Compander;
-use reception::panel_pose::{PoseInput, PoseMeter, configured_size};
+use reception::panel_pose::{PanelPose, PoseInput, PoseMeter, configured_size};
 use reception::still::{StillDecoder, StillReading};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
@@ -132,20 +132,20 @@ pub fn decode(
             let camera = learnt.map_or(camera, |learnt| learnt.camera);
             let lens = told.lens([frame.width(), frame.height()]);
             let read = read.map(|still| {
-                let pose = meter.pose(&PoseInput {
+                let input = PoseInput {
                     frame: &frame,
                     reading: &still.reading,
                     camera: &camera,
                     lens: &lens,
-                });
-                (still, pose)
+                };
+                (still, PanelPose::in_picture(&mut meter, &input))
             });
             Ok((read, learnt))
         })
     })?;
     let learnt = learnt.map(|learnt| Py::new(py, told.learnt(py, &learnt, are_encoded)?));
     let camera = learnt.transpose()?;
-    let (still, pose) = match read {
+    let (still, panel_pose) = match read {
         Ok(read) => read,
         Err(why) => {
             return Ok(Decoded {
@@ -170,9 +170,9 @@ pub fn decode(
         reading: Reading { corners, detection },
         place,
     } = still;
-    let (pose, no_pose) = match pose {
-        Ok(pose) => (Some(Py::new(py, pose::as_record(py, &pose, [None; 2]))?), None),
-        Err(why) => (None, Some(why)),
+    let (pose, no_pose) = match panel_pose.measured() {
+        Ok(pose) => (Some(Py::new(py, pose::as_record(py, pose, [None; 2]))?), None),
+        Err(why) => (None, Some(why.clone())),
     };
     Ok(Decoded {
         found: true,

@@ -65,15 +65,6 @@ impl PoseMeter {
         }
     }
 
-    /// The pose of a panel in a single frame.
-    ///
-    /// # Errors
-    /// The reason why it is unknown.
-    pub fn pose(&mut self, input: &PoseInput) -> PoseResult {
-        let lens = input.lens.as_ref().map_err(String::clone)?;
-        self.fit(input, lens, self.size(None)?)
-    }
-
     /// The panel's size: the configured one, or else the one that the panel has announced.
     fn size(&self, announced: Option<Geometry>) -> Result<PanelSize, String> {
         self.size
