@@ -23,6 +23,17 @@ impl Series {
             points,
         }
     }
+
+    /// A thin straight line without marks.
+    pub fn straight(name: impl Into<String>, colour: RGBColor, ends: [[f64; 2]; 2]) -> Self {
+        let end = |[x, y]: [f64; 2]| Point {
+            x,
+            y,
+            mark: Mark::None,
+            ..Point::default()
+        };
+        Self::new(name, colour, Line::Thin, ends.map(end).into())
+    }
 }
 
 /// The line through a series.

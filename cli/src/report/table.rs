@@ -4,7 +4,7 @@ use studies::reach::LEAST_PITCH_PX;
 use studies::table::{ReachEntry, RegretEntry, TableFile};
 use tx_firmware::calibration::BENCH;
 
-use crate::plot::{Axis, Chart, Drawing, Line, Mark, Page, Point, RGBColor, Series, colours};
+use crate::plot::{Axis, Chart, Drawing, Line, Page, Point, Series, colours};
 
 /// Size of a chart in pixels: width, height.
 const SIZE_PX: (i32, i32) = (500, 460);
@@ -162,33 +162,21 @@ fn reach_over_ratio(file: &TableFile, light: f64) -> Chart {
         points.collect()
     };
     let ratios = || file.reach.details.iter().map(|point| point.l2a);
-    let ends = [ratios().fold(f64::INFINITY, f64::min), ratios().fold(0.0, f64::max)];
+    let [low, high] = [ratios().fold(f64::INFINITY, f64::min), ratios().fold(0.0, f64::max)];
     let found_to_m = file.found_to_m().unwrap_or_default();
     let reach_m = file.reach.details.iter().map(|point| point.reach_m);
     let mut series = by_interval(&file.ratios.interval, of_column);
-    let colours: Vec<_> = series.iter().map(|series| series.colour).collect();
-    let found = colours
-        .into_iter()
-        .zip(&found_to_m)
-        .map(|(colour, &found_m)| found_at(found_m, ends, colour));
+    let found = series.iter().zip(&found_to_m);
+    let found = found.map(|(series, &y)| Series::straight("", series.colour, [[low, y], [high, y]]));
+    let found: Vec<Series> = found.collect();
     series.extend(found);
+    let thin = if found_to_m.is_empty() { "" } else { "; thin: found to" };
     Chart {
-        title: format!("Reach at {light} lx; thin: found to"),
+        title: format!("Reach at {light} lx{thin}"),
         x: Axis::around_logarithms("L2A (1/sr)", ratios()),
         y: Axis::from_zero("reach (m)", reach_m.chain(found_to_m.iter().copied())),
         series,
     }
-}
-
-/// A thin line at the distance up to which a panel is found.
-fn found_at(found_m: f64, ratios: [f64; 2], colour: RGBColor) -> Series {
-    let ends = ratios.map(|x| Point {
-        x,
-        y: found_m,
-        mark: Mark::None,
-        ..Point::default()
-    });
-    Series::new("", colour, Line::Thin, ends.into())
 }
 
 /// Maximum loss of each ratio at one illuminance.

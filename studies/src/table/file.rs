@@ -37,11 +37,15 @@ pub struct TableFile {
 }
 
 impl TableFile {
-    /// The greatest distance at which a panel of each interval is found, in metres, if the table is for one scene: see [`found_to_m`].
-    pub fn found_to_m(&self) -> Option<Vec<f64>> {
+    /// The greatest distance at which a panel of this interval is found, in metres, if the table is for one scene: see [`found_to_m`].
+    pub fn found_at_m(&self, interval: f64) -> Option<f64> {
         let scene = self.scene.as_ref()?;
-        let of = |&interval: &f64| found_to_m(&with_panel(scene, scene.ambient.illuminance_lx, interval));
-        Some(self.ratios.interval.iter().map(of).collect())
+        Some(found_to_m(&with_panel(scene, scene.ambient.illuminance_lx, interval)))
+    }
+
+    /// The same for each interval of the table.
+    pub fn found_to_m(&self) -> Option<Vec<f64>> {
+        self.ratios.interval.iter().map(|&interval| self.found_at_m(interval)).collect()
     }
 }
 

@@ -4,7 +4,7 @@ use studies::reproduction::{Batches, Findings, OperatingPoint, Sums};
 use studies::statistics::Estimate;
 
 use super::variation::Variation;
-use crate::plot::{Axis, Chart, EDGE, Line, Mark, OFF, ON, Page, Point, RGBColor, Series, colours};
+use crate::plot::{Axis, Chart, EDGE, Line, OFF, ON, Page, Point, RGBColor, Series, colours};
 use crate::report::figure::{Figure, csv};
 
 /// A quantity from the sums of a point.
@@ -61,24 +61,13 @@ fn chart(variation: &Variation, xs: &[f64], title: &str, y: &str, mut series: Ve
     let highest: Vec<f64> = points.filter_map(|point| point.y_range).map(|[_, high]| high).collect();
     let top = highest.iter().copied().fold(0.0, f64::max);
     let of_quantity = variation.stated.iter().filter(|(quantity, ..)| *quantity == title);
-    series.extend(of_quantity.map(|&(_, x, words)| stated(x, top, words)));
+    series.extend(of_quantity.map(|&(_, x, words)| Series::straight(words, EDGE, [[x, 0.0], [x, top]])));
     Chart {
         title: title.into(),
         x: Axis::around(variation.label, xs.iter().copied()),
         y: Axis::from_zero(y, highest.into_iter()),
         series,
     }
-}
-
-/// A vertical line at a value that the paper states.
-fn stated(x: f64, top: f64, words: &str) -> Series {
-    let end = |y| Point {
-        x,
-        y,
-        mark: Mark::None,
-        ..Point::default()
-    };
-    Series::new(words, EDGE, Line::Thin, vec![end(0.0), end(top)])
 }
 
 /// A quantity of [`QUANTITIES`] over the points.

@@ -179,12 +179,8 @@ fn show(file: Option<&Path>, plot: Option<&Path>, shown: &TableUse, as_json: boo
         carried.print()?;
         line(&format!("made for {}", OtherWaveform::words(file.ratios.waveform)))?;
         report::table::sketch(&file).iter().try_for_each(|sketch| line(sketch))?;
-        let found_m = |interval: f64| {
-            let column = file.ratios.interval.iter().position(|&other| other == interval)?;
-            file.found_to_m()?.get(column).copied()
-        };
         let reach = file.reach.entries.iter();
-        let reach = reach.map(|entry| report::table::reach_line(entry, found_m(entry.interval)));
+        let reach = reach.map(|entry| report::table::reach_line(entry, file.found_at_m(entry.interval)));
         print_under(report::table::REACH_HEAD, reach)?;
         let regret = file.regret.entries.iter().map(report::table::regret_line);
         print_under(report::table::REGRET_HEAD, regret)?;
