@@ -59,7 +59,7 @@
 //! | [`symbols`] | readings of frames | symbols, each once, numbered |
 //! | `link::framing` | symbols | messages |
 //!
-//! [`standalone`] is the application of a board without a computer, [`hm01b0`] the driver of a camera for it, and [`camera`] the learnt camera.
+//! [`standalone`] is the application of a board without a computer, [`hm01b0`] drives one camera for it, and [`camera`] is the learnt camera.
 //! [`settings`] has the user's settings, [`profile`] measures the time of each stage, and [`approximate`] has the fast roots and losses of
 //! loops over pixels, with bounds of their errors.
 //!

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::device::DeviceError;
+use rx_pipeline::hm01b0::Mode;
 use rx_pipeline::receiver::{BlinkSearch, IntegerReceiver};
 use rx_pipeline::standalone::{
     Application, Camera, CameraError, CameraMode, Clock, Exposure, Fault, Machine, Settings, Trouble, WireReading,
@@ -12,19 +13,7 @@ use std::time::Duration;
 
 mod watch;
 
-/// A camera of 162×122 pixels, 13.232 frames a second.
-const MODE: CameraMode = CameraMode {
-    width: 162,
-    height: 122,
-    focal_length_px: 121.0,
-    black_grey: 8,
-    line_clocks: 376,
-    pixel_clock_hz: 3_000_000,
-    frame_lines: 603,
-    least_lines: 2,
-    most_lines: 601,
-    most_gain_log2: 3,
-};
+const MODE: CameraMode = Mode::BINNED.camera_mode();
 
 #[derive(Default)]
 struct Board {
