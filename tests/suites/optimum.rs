@@ -8,7 +8,7 @@ use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::optimum::{Optimum, Search, optimum};
 use studies::reach::ReachSearch;
-use studies::table::{LeastRegret, ReachSurvey, Survey, TableFile};
+use studies::table::{AtPlace, LeastRegret, ReachSurvey, Survey, TableFile};
 
 const INTERVALS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
 /// Distances of the matrix, in metres.
@@ -152,6 +152,20 @@ fn the_shipped_table_knows_what_it_says() {
         for entry in &scene.reach.entries {
             assert_eq!(entry.lost_at_m, None, "{name}: {entry:?}");
         }
+    }
+}
+
+/// A ratio with which a panel is read farther than it is found gains nothing.
+#[test]
+fn no_reach_counts_beyond_the_distance_at_which_a_panel_is_found() {
+    let (_, by_ml) = scenes().into_iter().find(|(name, _)| name.ends_with("ml.toml")).expect("one by ml");
+    for entry in by_ml.reach.entries.iter().filter(|entry| entry.illuminance_lx == 16_000.0) {
+        let found_m = by_ml.found_at_m(entry.interval).expect("a scene");
+        // Without that, all ratios below the one that is read farthest would lose something.
+        assert!(entry.best_reach_m > 1.2 * found_m, "{entry:?}");
+        let regret = by_ml.regret_at(entry.place()).expect("a search");
+        assert_eq!([regret.best_m(), regret.reach_m(entry.best_l2a).expect("in range")], [found_m; 2]);
+        assert_eq!(regret.loss(0.8 * entry.best_l2a), Some(0.0), "{entry:?}");
     }
 }
 

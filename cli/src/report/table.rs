@@ -43,6 +43,9 @@ pub fn reach_line(entry: &ReachEntry, found_to_m: Option<f64>) -> String {
 
 /// States the assumption behind a reach, and the distance from which it matters.
 pub fn found_line(file: &TableFile) -> String {
+    if file.regret.record.is_some() {
+        return format!("a reach ends where LEDs are less than {LEAST_PITCH_PX} px apart: a receiver finds no panel beyond");
+    }
     let list = |numbers: &[f64], digits: usize| {
         let numbers = numbers.iter().map(|number| format!("{number:.digits$}"));
         numbers.collect::<Vec<_>>().join(", ")

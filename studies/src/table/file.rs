@@ -167,7 +167,7 @@ impl TableFile {
     }
 
     /// The reach over the ratio at a place, if known.
-    pub fn curve(&self, place: [f64; 2]) -> Option<Curve> {
+    fn curve(&self, place: [f64; 2]) -> Option<Curve> {
         let points = || self.reach.details_at(place);
         let curve = Curve::through(points().map(|point| (point.l2a, point.reach_m)));
         (points().count() > 1).then_some(curve)
@@ -175,17 +175,16 @@ impl TableFile {
 
     /// The loss by other ratios than the best at a place, if known.
     pub fn regret_at(&self, place: [f64; 2]) -> Option<Regret> {
-        Some(Regret {
-            curve: self.curve(place)?,
-            range: self.reach.record.as_ref()?.range,
-            best_m: self.reach.entry(place)?.best_reach_m,
-        })
+        let range = self.reach.record.as_ref()?.range;
+        let best_m = self.reach.entry(place)?.best_reach_m;
+        // A file without a scene does not say how far its panel is found.
+        let found_m = self.found_at_m(place[1]).unwrap_or(f64::INFINITY);
+        Some(Regret::new(self.curve(place)?, range, best_m, found_m))
     }
 
     /// A random resample of it.
     pub(super) fn resampled_regret(&self, place: [f64; 2], random: &mut impl Rng) -> Option<Regret> {
-        let points = self.reach.details_at(place);
-        Regret::resampled(points, self.reach.record.as_ref()?.range, random)
+        self.regret_at(place)?.resampled(self.reach.details_at(place), random)
     }
 
     /// The 95 % interval of the ratio of a place, if known.

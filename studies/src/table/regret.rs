@@ -11,19 +11,32 @@ use crate::reach::{Choice, Curve};
 /// Half a 95 % interval, in standard deviations.
 const HALF_OF_95: f64 = 1.96;
 
-/// The loss of ratios other than the best at one illuminance and interval.
+/// The loss of ratios other than the best at one illuminance and interval. No reach counts beyond the distance at which a panel is found:
+/// a ratio that is read farther serves no driver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Regret {
-    pub(super) curve: Curve,
+    curve: Curve,
     /// The range of ratios.
     pub(super) range: [f64; 2],
     /// The reach of the best one, m.
-    pub(super) best_m: f64,
+    best_m: f64,
+    /// The greatest distance at which the panel is found, m.
+    found_m: f64,
 }
 
 impl Regret {
-    /// A random resample: the points' logarithms get independent normal errors. `None` for fewer than three points.
-    pub(super) fn resampled<'a>(points: impl Iterator<Item = &'a ReachPoint>, range: [f64; 2], random: &mut impl Rng) -> Option<Self> {
+    /// The loss by a curve of reach over ratio in a range, the best ratio's reach, and the greatest distance at which the panel is found, m.
+    pub(super) fn new(curve: Curve, range: [f64; 2], best_m: f64, found_m: f64) -> Self {
+        Self {
+            curve,
+            range,
+            best_m: best_m.min(found_m),
+            found_m,
+        }
+    }
+
+    /// A random resample of one through these points, whose logarithms get independent normal errors. `None` for fewer than three points.
+    pub(super) fn resampled<'a>(&self, points: impl Iterator<Item = &'a ReachPoint>, random: &mut impl Rng) -> Option<Self> {
         let mut drawn = |point: &ReachPoint| {
             let [low, high] = point.reach_m_95;
             let deviation = (high / low).ln() / (2.0 * HALF_OF_95);
@@ -31,14 +44,20 @@ impl Regret {
         };
         let curve = Curve::through(points.map(&mut drawn));
         let best_m = curve.judged(Choice::Best)?.verdict.reach_m;
-        Some(Self { curve, range, best_m })
+        Some(Self::new(curve, self.range, best_m, self.found_m))
+    }
+
+    /// The best ratio's reach, m.
+    pub fn best_m(&self) -> f64 {
+        self.best_m
     }
 
     /// The reach of a ratio, m, within the range.
     pub fn reach_m(&self, l2a: f64) -> Option<f64> {
         let [low, high] = self.range;
         let is_within = (low * (1.0 - SAME)..=high * (1.0 + SAME)).contains(&l2a);
-        self.curve.reach_m(l2a).filter(|_| is_within)
+        let reach_m = self.curve.reach_m(l2a).filter(|_| is_within)?;
+        Some(reach_m.min(self.found_m))
     }
 
     /// The loss of a ratio, as a share of the best ratio's reach, within the range; below 0 by chance.

@@ -17,7 +17,7 @@ struct Difference {
     /// As looked up by a transmitter.
     old_l2a: f64,
     new_l2a: f64,
-    /// The reach of each, m, if a table has it.
+    /// The reach of each, m, if a table has it; at most the distance at which the panel is found.
     old_reach_m: Option<f64>,
     new_reach_m: Option<f64>,
 }
@@ -35,7 +35,7 @@ pub fn run(old: &Path, new: &Path, scene: Option<&Path>, as_json: bool) -> anyho
         axis
     };
     let (lights, intervals) = (axis(|file| &file.ratios.illuminance_lx), axis(|file| &file.ratios.interval));
-    // Prefer the newer table's curve.
+    // Prefer the newer table's reaches.
     let known: Vec<&TableFile> = scene.iter().chain(files.iter().rev()).collect();
     if !as_json {
         line("illuminance  interval     old      new   change       reach")?;
@@ -59,8 +59,8 @@ pub fn run(old: &Path, new: &Path, scene: Option<&Path>, as_json: bool) -> anyho
 impl Difference {
     fn at(tables: &[L2aTable; 2], known: &[&TableFile], illuminance_lx: f64, interval: f64) -> Self {
         let [old_l2a, new_l2a] = tables.each_ref().map(|table| super::carried(table, [illuminance_lx, interval]));
-        let curve = known.iter().find_map(|file| file.curve([illuminance_lx, interval]));
-        let reach = |l2a| curve.as_ref().and_then(|curve| curve.reach_m(l2a));
+        let regret = known.iter().find_map(|file| file.regret_at([illuminance_lx, interval]));
+        let reach = |l2a| regret.as_ref().and_then(|regret| regret.reach_m(l2a));
         Self {
             illuminance_lx,
             interval,

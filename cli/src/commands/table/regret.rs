@@ -36,8 +36,9 @@ struct Loss {
     /// Factor on the table's ratio.
     times: f64,
     l2a: f64,
-    /// Its reach, m; `None` outside the searched ratios.
+    /// Its reach, m, at most the distance at which the panel is found; `None` outside the searched ratios.
     reach_m: Option<f64>,
+    /// The best ratio's, likewise.
     best_reach_m: f64,
 }
 
@@ -102,7 +103,7 @@ impl Regret {
             times,
             l2a: times * carried,
             reach_m: regret.as_ref().and_then(|regret| regret.reach_m(times * carried)),
-            best_reach_m: entry.best_reach_m,
+            best_reach_m: regret.as_ref().map_or(entry.best_reach_m, studies::table::Regret::best_m),
         };
         self.times.iter().map(loss).collect()
     }
