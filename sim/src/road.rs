@@ -239,7 +239,7 @@ impl Road {
     /// # Errors
     /// If a panel in motion leaves the camera's view.
     pub fn frame(&mut self, frame: u64) -> Result<FrameReport<'_>, RoadError> {
-        self.move_panels(frame)?;
+        self.look_again(frame)?;
         let moment = self.renderer.moment(self.seed, frame);
         let shown = self.shown(&moment);
         let sent = self.renderer.truth(0, &moment, &shown[0]);
@@ -302,9 +302,9 @@ impl Road {
         self.receiver.set_line_delay(exposures);
     }
 
-    /// Moves panels to their positions at frame `frame`.
-    fn move_panels(&mut self, frame: u64) -> Result<(), RoadError> {
-        let Some(scene) = moved(&self.scene, frame) else {
+    /// Prepares frame `frame`, if it is of another scene than the frame before.
+    fn look_again(&mut self, frame: u64) -> Result<(), RoadError> {
+        let Some(scene) = self.scene.at_frame(frame) else {
             return Ok(());
         };
         self.renderer = self.renderer.rebuilt_for(&scene)?;
@@ -376,21 +376,6 @@ impl Symbols {
         }
         self.shown[index.saturating_sub(self.first) as usize]
     }
-}
-
-/// The scene with its panels at their positions at frame `frame`; `None` if all are still.
-pub fn moved(scene: &Scene, frame: u64) -> Option<Scene> {
-    let mut panels = 0..scene.panels.len();
-    if panels.all(|index| scene.pose_of(index).velocity_m_s == [0.0; 3]) {
-        return None;
-    }
-    let after_s = frame as f64 / scene.camera.frame_rate_hz;
-    let mut scene = scene.clone();
-    scene.pose = scene.pose.after(after_s);
-    for panel in &mut scene.panels {
-        panel.pose = panel.pose.as_ref().map(|pose| pose.after(after_s));
-    }
-    Some(scene)
 }
 
 /// The scene's camera as a data sheet describes it to a receiver.

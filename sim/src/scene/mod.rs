@@ -12,6 +12,8 @@ mod tables;
 mod validate;
 mod values;
 
+use std::f64::consts::TAU;
+
 use link::waveform::Waveform;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +23,7 @@ pub(crate) use overrides::overrule;
 pub use overrides::parse_value;
 pub use presets::{PRESETS, Preset, preset_toml};
 pub use range::RangeError;
+use tables::EXPOSURE_BIAS_EV;
 pub(crate) use tables::TABLES;
 pub use tables::{Ambient, Atmosphere, Camera, EffectSettings, ILLUMINANCE_LX, Link, Panel, Pose};
 pub use values::{Contrast, Encoding, L2a, Leds, Mode, Psf, TableWord};
@@ -66,6 +69,33 @@ impl Scene {
         own.and_then(|panel| panel.pose.as_mut()).unwrap_or(&mut self.pose)
     }
 
+    /// The scene at frame `frame` of a film: with its panels where their velocities have taken them, and the exposure's offset where its
+    /// swing has. `None` if all frames of the film have the same.
+    ///
+    /// ```
+    /// use sim::scene::Scene;
+    /// let hunting = Scene::load("day", &["camera.exposure_swing_ev=1".into(), "camera.exposure_swing_s=0.04".into()])?;
+    /// let offset = |frame| hunting.at_frame(frame).map(|scene| scene.camera.exposure_bias_ev.round());
+    /// assert_eq!([0, 1, 2, 3].map(offset), [0.0, 1.0, 0.0, -1.0].map(Some));
+    /// assert_eq!(Scene::load("day", &[])?.at_frame(1), None);
+    /// # Ok::<(), sim::scene::SceneError>(())
+    /// ```
+    pub fn at_frame(&self, frame: u64) -> Option<Self> {
+        let mut panels = 0..self.panels.len();
+        let is_still = panels.all(|index| self.pose_of(index).velocity_m_s == [0.0; 3]);
+        if is_still && self.camera.exposure_swing_ev == 0.0 {
+            return None;
+        }
+        let after_s = frame as f64 / self.camera.frame_rate_hz;
+        let mut scene = self.clone();
+        scene.camera.exposure_bias_ev = self.camera.exposure_bias_ev_after(after_s);
+        scene.pose = scene.pose.after(after_s);
+        for panel in &mut scene.panels {
+            panel.pose = panel.pose.as_ref().map(|pose| pose.after(after_s));
+        }
+        Some(scene)
+    }
+
     /// The lens's distortion k₁: 0 if the scene leaves that effect out.
     pub fn distortion_k1(&self) -> f64 {
         match self.effects.mode("distortion") {
@@ -79,6 +109,12 @@ impl Camera {
     /// The focal length in pixels.
     pub fn focal_px(&self) -> f64 {
         self.focal_length_mm * 1e3 / self.pixel_pitch_um
+    }
+
+    /// The exposure's offset after `after_s` seconds of its swing, in stops, within its range.
+    fn exposure_bias_ev_after(&self, after_s: f64) -> f64 {
+        let swing = self.exposure_swing_ev * (TAU * after_s / self.exposure_swing_s).sin();
+        (self.exposure_bias_ev + swing).clamp(*EXPOSURE_BIAS_EV.start(), *EXPOSURE_BIAS_EV.end())
     }
 
     /// Standard deviations of the blur along x and along y, in pixels.

@@ -29,6 +29,9 @@ pub(crate) const TABLES: [Table; 7] = [
 /// The range of illuminance, in lx.
 pub const ILLUMINANCE_LX: RangeInclusive<f64> = 0.1..=200_000.0;
 
+/// The range of the exposure's offset, in stops.
+pub(super) const EXPOSURE_BIAS_EV: RangeInclusive<f64> = -8.0..=8.0;
+
 table! {
     /// The camera: Table 1 of Do & Yoo 2020 if not noted otherwise.
     #[serde(deny_unknown_fields, default)]
@@ -68,7 +71,11 @@ table! {
         /// The blur along x over that along y.
         blur_aspect: f64 = 1.0, in 0.25..=4.0, # "along x over along y";
         /// The offset of the exposure from the meter's.
-        exposure_bias_ev: f64 = 0.0, in -8.0..=8.0, unit "EV";
+        exposure_bias_ev: f64 = 0.0, in EXPOSURE_BIAS_EV, unit "EV";
+        /// The amplitude of an automatic exposure that hunts: during a film the offset swings by this to both sides, as a sine.
+        exposure_swing_ev: f64 = 0.0, in 0.0..=4.0, unit "EV", # "an exposure that hunts during a film; 0: steady";
+        /// The period of that swing.
+        exposure_swing_s: f64 = 2.0, in 0.02..=100.0, unit "s", # "its period";
         /// Whether the lens darkens towards the corners (cos⁴).
         vignetting: bool = false;
         /// Electrons of a pixel at grey 255 and ISO 100.

@@ -13,7 +13,6 @@ use sim::accuracy::Level;
 use sim::camera::clock::{Moment, WINDOW};
 use sim::renderer::canvas::Canvas;
 use sim::renderer::{PanelExposure, Renderer};
-use sim::road::moved;
 use sim::scene::Scene;
 use tx_firmware::calibration::BENCH;
 
@@ -111,7 +110,7 @@ impl Camera {
     }
 
     fn look_again(&mut self) -> anyhow::Result<()> {
-        let scene = moved(&self.scene, self.frame).unwrap_or_else(|| self.scene.clone());
+        let scene = self.scene.at_frame(self.frame).unwrap_or_else(|| self.scene.clone());
         self.look_at(&scene)
     }
 
@@ -138,12 +137,13 @@ impl Camera {
     pub fn see(&mut self, symbol: Symbol, most: u64) -> anyhow::Result<()> {
         self.symbols.push_back(symbol);
         while self.frame < most {
+            // The exposure decides when the frame's symbols are complete.
+            if let Some(scene) = self.scene.at_frame(self.frame) {
+                self.look_at(&scene).with_context(|| format!("frame {}", self.frame))?;
+            }
             let Some(moment) = self.moment() else {
                 break;
             };
-            if let Some(scene) = moved(&self.scene, self.frame) {
-                self.look_at(&scene).with_context(|| format!("frame {}", self.frame))?;
-            }
             self.look_for_carrier(self.symbols[moment.middle_symbol(0.0)].timing)?;
             let others = self.scene.panels.len();
             let mut shown: Vec<PanelExposure> = (0..others)
