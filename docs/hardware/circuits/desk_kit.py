@@ -16,7 +16,7 @@ def desk_kit():
     # USB feeds all. The Pico passes it on at VBUS.
     kit.wire("5V", pico["VBUS"], shifter["VCC"], module["VCC"], capacitor["1"])
     kit.wire("3V3", pico["3V3"], sensor["VCC"])
-    kit.wire("GND", pico["GND"], pico["GND8"], shifter["GND"], module["GND"], sensor["GND"], capacitor["2"])
+    kit.wire("GND", pico["GND"], pico["GND8"], shifter["GND"], module["GND"], sensor["GND"], sensor["ADDR"], capacitor["2"])
 
     kit.wire("DATA", pico["GP19"], shifter["1A"])
     kit.wire("LATCH", pico["GP17"], shifter["2A"])

@@ -339,7 +339,7 @@ MODULE_MAX7219 = Part(
     most=Above(0.3),
 )
 
-# What the four have in common.
+# What the four have in common. Only OPT3001 and BH1750 have ADDR, which sets the address. INT, if there is one, stays open.
 SENSOR = Part(
     name="light sensor on I2C",
     source="supply and levels of I2C that Texas Instruments OPT3001 (SBOS681), ROHM BH1750FVI, Vishay VEML7700 and ams TSL2591 share",
@@ -349,9 +349,10 @@ SENSOR = Part(
         - GND ground
         - SCL bus scl
         - SDA bus sda
+        - ADDR input address
         """
     ),
-    right=("SDA", "SCL", "VCC", "GND"),
+    right=("SDA", "SCL", "VCC", "GND", "ADDR"),
     supply_v=(2.7, 3.6),
     supply_ma=1,
     input_low=Fixed(0.54),
@@ -361,8 +362,8 @@ SENSOR = Part(
     has_pull_ups=True,
 )
 
-# The chip without a breakout needs pull-ups; so do breakouts that have none.
-SENSOR_ALONE = replace(SENSOR, has_pull_ups=False)
+# The chip without a breakout needs pull-ups and a capacitor; so do breakouts that have none.
+SENSOR_ALONE = replace(SENSOR, has_pull_ups=False, decoupling="100 nF")
 
 # Its outputs are at the supply of the chip's pads, which is the module's choice. At 1.8 V a Pico does not see them.
 CAMERA = Part(

@@ -72,7 +72,7 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
     # --- Supplies ---
 
     pico = kit.components["U1"]
-    kit.wire("GND", pico["GND"], power["-"], gate["GND"], sensor["GND"])
+    kit.wire("GND", pico["GND"], power["-"], gate["GND"], sensor["GND"], sensor["ADDR"])
     kit.wire("3V3", pico["3V3"], sensor["VCC"])
     kit.wire("5V", power["+"])
     if board is PICO:
@@ -153,6 +153,7 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
 
     # --- Sensor and serial port ---
 
+    decouple(kit, "C12", "U12", "3V3", at=(BOARD, 19), remarks="leave it out if the sensor's module has it")
     for number, line in ((3, "sda"), (4, "scl")):
         at = (INPUTS, 1.5 * number + 1)
         resistor = kit.add(f"R{number}", RESISTOR, "4.7 kΩ", remarks="leave it out if the sensor's module has it", at=at)
@@ -178,8 +179,8 @@ def pin_of(register, role):
     return next(pin.name for pin in register.pins if pin.role == role)
 
 
-def decouple(kit, ref, beside, supply, at):
-    capacitor = kit.add(ref, CAPACITOR, "100 nF", remarks="from the supply to ground, at each chip", at=at, beside=beside)
+def decouple(kit, ref, beside, supply, at, remarks="from the supply to ground: C2 at U2, C3 to C10 at U3 to U10, C11 at U11"):
+    capacitor = kit.add(ref, CAPACITOR, "100 nF", remarks=remarks, at=at, beside=beside)
     kit.wire(supply, capacitor["1"])
     kit.wire("GND", capacitor["2"])
 
@@ -189,7 +190,8 @@ def add_led(kit, row, column, register, limiter, to_ground):
     number = 8 * row + column + 1
     line = 13 * row + column
     is_drawn = row < DRAWN
-    led = kit.add(f"D{number}", LED, at=(LIMITERS + bool(limiter), line) if is_drawn else None)
+    remarks = "red, about 2 V: as drawn for the bench; for daylight see LEDs and optics; other colours need other R101 to R164"
+    led = kit.add(f"D{number}", LED, remarks=remarks, at=(LIMITERS + bool(limiter), line) if is_drawn else None)
     # Lit by a 0 or by a sink: from the supply to the output. Lit by a 1: from the output to ground.
     to_output, to_rail = ("A", "K") if to_ground else ("K", "A")
     kit.wire("GND" if to_ground else "LED+", led[to_rail])

@@ -180,6 +180,18 @@ def pads_at_1v8(c):
     change(c, "U2", logic_own_v=1.8, output_high=Share(1.0))
 
 
+def address_open(c):
+    move(c, end(c, "U12", "ADDR"), None)
+
+
+def address_at_the_supply(c):
+    move(c, end(c, "U4", "ADDR"), "3V3")
+
+
+def no_capacitor_at_the_sensor(c):
+    remove(c, "C12")
+
+
 def clear_open(c):
     move(c, end(c, "U8", "SRCLR"), None)
 
@@ -389,6 +401,9 @@ WIRING = (
     ("no pull-up at SDA", TPIC, no_pull_up, ("SDA", "without a pull-up")),
     ("pull-up of I2C to 5 V", TPIC, pull_up_of_i2c_to_5v, ("SCL", "GPIO 5", "bears 3.6 V", "5.0 V")),
     ("a camera with pads at 1.8 V", CAMERA_KIT, pads_at_1v8, ("GPIO 14", "2.00 V for high", "1.80 V")),
+    ("the sensor's address left open", TLC, address_open, ("U12 pin ADDR", "floats")),
+    ("the sensor's address at its supply", DESK, address_at_the_supply, ("U4 pin ADDR", "3V3", "not at ground")),
+    ("no capacitor at the sensor", HC, no_capacitor_at_the_sensor, ("U12", "100 nF", "3V3")),
     ("clear left open", HC, clear_open, ("U8 pin 10 (SRCLR)", "floats")),
     ("a pin that does not exist", DESK, no_such_pin, ("U2 (74AHCT125) has no pin 15",)),
     ("a wire at a pin without connection", TLC, at_a_pin_without_connection, ("U2 pin 1 (NC)", "no connection inside")),

@@ -12,7 +12,7 @@ FIRMWARE_OUTPUTS = ("data", "clock", "latch", "lit", "full_current", "transmit",
 # The line of the firmware that leads to a pin, and whether it arrives inverted.
 LEADS = {"enable": ("lit", True)}
 # The pins whose role is the part's own.
-LOCAL_ROLES = ("column", "carry", "clear", "current", "reset")
+LOCAL_ROLES = ("column", "carry", "clear", "current", "reset", "address")
 # The tolerance of a resistor, and the allowed deviation of an LED's current from the design.
 TOLERANCE = 0.05
 DESIGN_SPREAD = 0.1
@@ -294,13 +294,15 @@ def levels(circuit, roles, _pulled):
 
 
 def fixed_levels(circuit, _roles, _pulled):
-    """Pins at a supply or at ground let the part work: clear, reset, and the enables of outputs that are used."""
+    """Pins at a supply or at ground let the part work: clear, reset, the address, and the enables of outputs that are used."""
     for component in circuit.components.values():
         for pin in component.part.pins:
             end = (component.ref, pin.number)
             net = circuit.net_of(end)
             if pin.role == "clear" and net and circuit.net_v(net) != circuit.logic_v(end):
                 yield f"{circuit.label(end)} is on net {net}, not at its supply: the register may stay empty"
+            if pin.role == "address" and net and circuit.net_v(net) != 0.0:
+                yield f"{circuit.label(end)} is on net {net}, not at ground: {component.part.name} has not the firmware's address"
             if pin.role == "reset" and net and circuit.net_v(net) == 0.0:
                 yield f"{circuit.label(end)} is at ground: {component.part.name} does not start"
         for _, enable, output, _ in component.part.gates:
