@@ -155,7 +155,7 @@ def road_kit(name, register, supply, board=PICO, limiter=None, switch=False, lit
 
     decouple(kit, "C12", "U12", "3V3", at=(BOARD, 19), remarks="leave it out if the sensor's module has it")
     for number, line in ((3, "sda"), (4, "scl")):
-        at = (INPUTS, 1.5 * number + 1)
+        at = (INPUTS, 1.5 * number + 1.5)
         resistor = kit.add(f"R{number}", RESISTOR, "4.7 kΩ", remarks="leave it out if the sensor's module has it", at=at)
         kit.wire("3V3", resistor["1"])
         kit.wire(line.upper(), pico[lines[line]], sensor[line.upper()], resistor["2"])

@@ -302,7 +302,7 @@ def fixed_levels(circuit, _roles, _pulled):
             if pin.role == "clear" and net and circuit.net_v(net) != circuit.logic_v(end):
                 yield f"{circuit.label(end)} is on net {net}, not at its supply: the register may stay empty"
             if pin.role == "address" and net and circuit.net_v(net) != 0.0:
-                yield f"{circuit.label(end)} is on net {net}, not at ground: {component.part.name} has not the firmware's address"
+                yield f"{circuit.label(end)} is on net {net}, not at ground: the firmware does not find {component.part.name}"
             if pin.role == "reset" and net and circuit.net_v(net) == 0.0:
                 yield f"{circuit.label(end)} is at ground: {component.part.name} does not start"
         for _, enable, output, _ in component.part.gates:
