@@ -13,7 +13,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString};
 use reception::keys::{OwnKey, counter_now};
-use studies::flicker::{low_risk_times, panels};
+use studies::flicker::{Measures, low_risk_times, panels};
 use studies::stop::Stop;
 
 use crate::arrays;
@@ -106,6 +106,12 @@ record! {
         /// The greatest modulation, of any LED and of all together, relative to the limit of low risk of IEEE Std 1789-2015. Up to 1, the
         /// practice is met at every frequency.
         low_risk_times: f64,
+        /// The longest flicker period of the worst LED, in seconds. IEEE Std 802.15.7 allows 0.005.
+        longest_period_s: f64,
+        /// P_st^LM of the worst LED (IEC TR 61547-1): at 1, half of all people see flicker.
+        pst_lm: f64,
+        /// SVM of the worst LED (CIE TN 006): at 1, half of all people see moving objects in steps.
+        svm: f64,
     }
 }
 
@@ -119,6 +125,8 @@ record! {
 /// >>> flicker = vocc.flicker("Ice on the bridge", carrier_cycles=16)
 /// >>> flicker.carrier_hz, flicker.low_risk_times < 1
 /// (1440.0, True)
+/// >>> flicker.longest_period_s < 0.005, flicker.pst_lm < 1, flicker.svm < 1
+/// (True, True, True)
 /// >>> vocc.flicker("Ice on the bridge").low_risk_times > 100
 /// True
 #[pyfunction]
@@ -129,12 +137,18 @@ pub fn flicker(py: Python<'_>, message: Option<&Bound<'_, PyAny>>, symbol_rate_h
     let rate = check(SymbolRate::from_hz(symbol_rate_hz))?;
     let waveform = check(Waveform::new(carrier_cycles))?;
     let carrier_hz = check(waveform.carrier_hz(rate.hz()))?;
-    let times = py.detach(|| low_risk_times(&panels, waveform, rate.hz(), Stop::NEVER));
+    let (times, measures) = py.detach(|| {
+        let times = low_risk_times(&panels, waveform, rate.hz(), Stop::NEVER);
+        (times, Measures::of_worst_led(&panels, waveform, rate.hz()))
+    });
     Ok(Flicker {
         symbol_rate_hz: rate.hz(),
         carrier_cycles: waveform.cycles(),
         carrier_hz,
         low_risk_times: check(times.ok_or("interrupted"))?,
+        longest_period_s: measures.longest_period_s,
+        pst_lm: measures.short_term,
+        svm: measures.stroboscopic,
     })
 }
 

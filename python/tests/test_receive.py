@@ -256,6 +256,8 @@ def test_flicker_is_that_of_the_program(vocc_json) -> None:
         assert (flicker.carrier_cycles, flicker.carrier_hz) == (printed["carrier_cycles"], 90 * cycles)
         standards = printed["rates"][0]["by_standards"]
         assert flicker.low_risk_times == pytest.approx(max(light["low_risk_times"] for light in standards))
+        for measure in ("longest_period_s", "pst_lm", "svm"):
+            assert getattr(flicker, measure) == pytest.approx(standards[0][measure])
 
 
 def test_a_panel_with_a_carrier_is_known_as_one() -> None:
