@@ -188,12 +188,29 @@ pub(super) struct Camera {
     pub readout_s: f64,
 }
 
+/// The distance of a carrier from the nearest multiple of half a frame rate, Hz.
+fn apart_hz(carrier_hz: f64, frames_hz: f64) -> f64 {
+    (carrier_hz / frames_hz - (2.0 * carrier_hz / frames_hz).round() / 2.0).abs() * frames_hz
+}
+
+/// The usual frame rates, in Hz, of whose multiples of a half a carrier is one, or nearly: such cameras see its phase change so slowly that
+/// they may have no contrast for seconds.
+///
+/// ```
+/// use studies::signalling::parked_at;
+/// assert!(parked_at(1440.0).eq([30.0, 60.0, 120.0]));
+/// assert_eq!(parked_at(1443.0).count(), 0);
+/// ```
+pub fn parked_at(carrier_hz: f64) -> impl Iterator<Item = f64> {
+    let usual = USUAL_FRAMES_HZ.into_iter();
+    usual.filter(move |&frames_hz| apart_hz(carrier_hz, frames_hz) < APART_HZ)
+}
+
 impl Camera {
     /// Whether a carrier keeps apart from the multiples of half the frame rates.
     fn is_apart(self, carrier_hz: f64) -> bool {
-        let apart = |frames_hz: f64| (carrier_hz / frames_hz - (2.0 * carrier_hz / frames_hz).round() / 2.0).abs() * frames_hz;
-        USUAL_FRAMES_HZ.into_iter().all(|frames_hz| apart(frames_hz) >= APART_HZ)
-            && apart(self.frames_hz) >= APART_HZ.max(APART_OF_FRAMES * self.frames_hz)
+        let own_hz = APART_HZ.max(APART_OF_FRAMES * self.frames_hz);
+        parked_at(carrier_hz).next().is_none() && apart_hz(carrier_hz, self.frames_hz) >= own_hz
     }
 
     /// The carriers that are apart from frame rates, each number of cycles at the fastest possible symbol rate, the slowest carrier first.

@@ -30,7 +30,7 @@ use sim::camera::exposure::Exposure;
 use sim::scene::Scene;
 use thiserror::Error;
 
-pub use carrier::{Carrier, CarrierAdvice, NoCarrier, USUAL_FRAMES_HZ};
+pub use carrier::{Carrier, CarrierAdvice, NoCarrier, USUAL_FRAMES_HZ, parked_at};
 pub use dimming::DimmingBeat;
 pub use exposed::exposed_for;
 pub use trial::{Trial, TrialError};

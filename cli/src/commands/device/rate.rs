@@ -7,6 +7,7 @@ use link::symbol_rate::SymbolRate;
 use link::waveform::{SymbolTiming, Waveform};
 use serde_json::json;
 use sim::l2a::{OtherWaveform, SHIPPED_FOR};
+use studies::signalling::parked_at;
 
 use super::receiver;
 use crate::device::DeviceError;
@@ -84,7 +85,8 @@ pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verd
         }
     } else {
         let (told, warning) = of_transmitter(client, port, hz, wanted.carrier_cycles)?;
-        if let Some(warning) = warning {
+        let parked = wanted.carrier_cycles.and_then(|_| beside_cameras(told.carrier()?.1));
+        for warning in [warning, parked].into_iter().flatten() {
             output::tell(format_args!("vocc: {}: {warning}", port.name()));
         }
         told
@@ -141,6 +143,18 @@ fn of_transmitter(client: Connection, port: &Port, hz: Option<f64>, cycles: Opti
     })?;
     let warning = waveform.and_then(|_| beside_table(&mut client, told.waveform()?));
     Ok((told, warning))
+}
+
+/// A warning if usual cameras see the phase of a carrier change slowly.
+fn beside_cameras(carrier_hz: f64) -> Option<String> {
+    let cameras: Vec<String> = parked_at(carrier_hz).map(|hz| hz.to_string()).collect();
+    (!cameras.is_empty()).then(|| {
+        format!(
+            "cameras of {} frames a second see the phase of {carrier_hz} Hz change slowly, and may read nothing for seconds: it is near a \
+             multiple of half their frame rate. `vocc plan --camera` recommends a rate and a carrier for your camera",
+            cameras.join(", ")
+        )
+    })
 }
 
 /// A warning if a carrier is shown with the shipped table, which is made for still panels; for other tables, which do not record their
