@@ -350,3 +350,94 @@ fn plain_documents_have_none_of_the_banned_phrases() {
     }
     assert!(found.is_empty(), "phrases that {STYLE} bans:\n{}", found.join("\n"));
 }
+
+/// The list of numbers in the documentation, with the commands that print them.
+const NUMBERS: &str = "tests/numbers.toml";
+/// Pages that state results, besides those of `docs/hardware`. Each of their commands is checked by `tests/tools/numbers`, or listed with
+/// the reason why not.
+const RESULTS: [&str; 13] = [
+    "docs/accuracy.md",
+    "docs/calibration.md",
+    "docs/carrier.md",
+    "docs/detectors.md",
+    "docs/flicker.md",
+    "docs/live.md",
+    "docs/numerics.md",
+    "docs/optimum.md",
+    "docs/physics.md",
+    "docs/pose.md",
+    "docs/receiver.md",
+    "docs/reproduction.md",
+    "docs/scale.md",
+];
+
+/// A page, and a command on it.
+type Listed = (String, String);
+
+/// The commands in a page's code. Except tests of Cargo, which run anyway, what needs a board (`vocc device`), and mere names, such as
+/// `vocc scene day`.
+fn commands(document: &Document) -> impl Iterator<Item = String> {
+    let lines = document.code().join("\n").replace("\\\n", " ");
+    let lines: Vec<String> = lines.lines().map(str::to_owned).collect();
+    let commands = lines.into_iter().flat_map(|line| {
+        let command = line.split(" #").next().unwrap_or_default();
+        let parts = command.split("; ").flat_map(|part| part.split(" && ")).map(|part| {
+            let words: Vec<&str> = part.split_whitespace().skip_while(|word| ["do", "time"].contains(word)).collect();
+            words.join(" ")
+        });
+        parts.collect::<Vec<String>>()
+    });
+    commands.filter(|command| {
+        let has_arguments = command.split(' ').nth(3).is_some();
+        let runs = ["vocc ", "cargo run", "cargo bench"]
+            .iter()
+            .any(|program| command.starts_with(program));
+        runs && has_arguments && !command.starts_with("vocc device ") || command.starts_with("tests/tools/")
+    })
+}
+
+/// The commands that the list of numbers has, with those that it says it does not check.
+fn listed() -> BTreeSet<Listed> {
+    let list = std::fs::read_to_string(root().join(NUMBERS)).expect("the list");
+    let list: toml::Table = list.parse().expect("TOML");
+    let entries = |kind: &str| list[kind].as_array().expect("an array").clone();
+    let checked = entries("number").into_iter().filter_map(|entry| {
+        let command = entry.get("command")?.as_str()?.to_owned();
+        Some((entry["page"].as_str()?.to_owned(), command))
+    });
+    let unchecked = entries("unchecked").into_iter().flat_map(|entry| {
+        assert!(entry["why"].is_str(), "no reason: {entry}");
+        let page = entry["page"].as_str().expect("a page").to_owned();
+        let commands = entry["commands"].as_array().expect("commands").clone();
+        commands
+            .into_iter()
+            .map(move |command| (page.clone(), command.as_str().expect("a command").to_owned()))
+    });
+    checked.chain(unchecked).collect()
+}
+
+#[test]
+fn commands_of_pages_with_results_are_checked_or_it_is_said_why_not() {
+    let listed = listed();
+    let mut there = BTreeSet::new();
+    for document in documents() {
+        let page = document.path.display().to_string();
+        let has_results = RESULTS.contains(&page.as_str()) || page.starts_with("docs/hardware/");
+        let is_listed = |command: &String| listed.contains(&(page.clone(), command.clone()));
+        there.extend(
+            commands(&document)
+                .filter(|command| has_results || is_listed(command))
+                .map(|command| (page.clone(), command)),
+        );
+    }
+    let told = |list: Vec<&Listed>| {
+        list.iter()
+            .map(|(page, command)| format!("{page}: {command}"))
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
+    let missing = told(there.difference(&listed).collect());
+    assert!(missing.is_empty(), "add these to {NUMBERS}, as numbers or as unchecked:\n{missing}");
+    let gone = told(listed.difference(&there).collect());
+    assert!(gone.is_empty(), "{NUMBERS} lists commands that the pages do not have:\n{gone}");
+}
