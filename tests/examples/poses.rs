@@ -17,6 +17,7 @@ fn main() {
     let least = number(5, 0.0);
     let range = Range {
         preset,
+        l2a: None,
         distance_m: [number(1, 50.0), number(2, 50.0)],
         yaw_deg: [least.max(0.0), number(3, 30.0)],
         pitch_deg: number(3, 30.0).min(30.0),

@@ -24,6 +24,8 @@ const LED_SPREAD: f64 = 0.03;
 pub struct Range {
     /// The scene's preset.
     pub preset: &'static str,
+    /// The ratio L2A; none: the shipped table's.
+    pub l2a: Option<f64>,
     /// Minimum and maximum distance.
     pub distance_m: [f64; 2],
     /// Minimum and maximum rotation about the vertical axis, to either side.
@@ -85,6 +87,7 @@ impl Trials {
             distance_m: [near, far],
             yaw_deg: [least, most],
             pitch_deg,
+            ..
         } = self.range;
         let distance_m = random.random_range(near..=far);
         let mut turn = |most: f64| random.random_range(-most..=most);
@@ -146,6 +149,7 @@ impl Trials {
                 format!("pose.roll_deg={roll}"),
                 format!("panel.led_spread={LED_SPREAD}"),
                 format!("panel.seed={seed}"),
+                format!("link.l2a={}", self.range.l2a.map_or("table".into(), |l2a| l2a.to_string())),
             ],
         )
         .expect("keys of a scene");
