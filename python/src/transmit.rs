@@ -13,8 +13,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString};
 use reception::keys::{OwnKey, counter_now};
-use studies::flicker::{Measures, low_risk_times, panels};
-use studies::stop::Stop;
+use studies::flicker::{Practice, panels};
 
 use crate::arrays;
 use crate::errors::{check, refused};
@@ -137,15 +136,16 @@ pub fn flicker(py: Python<'_>, message: Option<&Bound<'_, PyAny>>, symbol_rate_h
     let rate = check(SymbolRate::from_hz(symbol_rate_hz))?;
     let waveform = check(Waveform::new(carrier_cycles))?;
     let carrier_hz = check(waveform.carrier_hz(rate.hz()))?;
-    let (times, measures) = py.detach(|| {
-        let times = low_risk_times(&panels, waveform, rate.hz(), Stop::NEVER);
-        (times, Measures::of_worst_led(&panels, waveform, rate.hz()))
+    let (low_risk_times, measures) = py.detach(|| {
+        let light = studies::flicker::Flicker::with_waveform(&panels, waveform);
+        let [led, all] = [&light.worst_led, &light.panel].map(|spectrum| Practice::LowRisk.times(spectrum, rate.hz()));
+        (led.max(all), light.worst_led_measures(rate.hz()))
     });
     Ok(Flicker {
         symbol_rate_hz: rate.hz(),
         carrier_cycles: waveform.cycles(),
         carrier_hz,
-        low_risk_times: check(times.ok_or("interrupted"))?,
+        low_risk_times,
         longest_period_s: measures.longest_period_s,
         pst_lm: measures.short_term,
         svm: measures.stroboscopic,

@@ -107,7 +107,12 @@ impl Flicker {
 
     /// For each measure the worst LED's, at a symbol rate in Hz.
     pub fn worst_led_measures(&self, rate_hz: f64) -> Measures {
-        Measures::worst(self.leds.iter(), rate_hz)
+        let measures = self.leds.iter().map(|led| Measures::of(led, rate_hz));
+        measures.fold(Measures::of(&Light::still(&[]), rate_hz), |worst, led| Measures {
+            longest_period_s: worst.longest_period_s.max(led.longest_period_s),
+            short_term: worst.short_term.max(led.short_term),
+            stroboscopic: worst.stroboscopic.max(led.stroboscopic),
+        })
     }
 
     /// The measures of all LEDs together, at a symbol rate in Hz.
@@ -138,30 +143,6 @@ pub fn low_risk_times(panels: &[PanelFrame], waveform: Waveform, rate_hz: f64, s
 }
 
 impl Measures {
-    /// For each measure the worst LED's of panels that repeat, with a waveform, at `rate_hz` symbols a second.
-    ///
-    /// ```
-    /// use link::waveform::Waveform;
-    /// use studies::flicker::{Measures, panels};
-    /// let beacons = panels(None)?;
-    /// let [still, carried] = [Waveform::STILL, Waveform::new(16)?].map(|waveform| Measures::of_worst_led(&beacons, waveform, 90.0));
-    /// assert!(still.short_term > 1.0 && carried.short_term < 1.0);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn of_worst_led(panels: &[PanelFrame], waveform: Waveform, rate_hz: f64) -> Self {
-        let leds: Vec<Light> = (0..LEDS).map(|led| Light::of_led(panels, led, waveform)).collect();
-        Self::worst(leds.iter(), rate_hz)
-    }
-
-    fn worst<'a>(lights: impl Iterator<Item = &'a Light>, rate_hz: f64) -> Self {
-        let measures = lights.map(|light| Self::of(light, rate_hz));
-        measures.fold(Self::of(&Light::still(&[]), rate_hz), |worst, light| Self {
-            longest_period_s: worst.longest_period_s.max(light.longest_period_s),
-            short_term: worst.short_term.max(light.short_term),
-            stroboscopic: worst.stroboscopic.max(light.stroboscopic),
-        })
-    }
-
     /// The measures of a light at a symbol rate in Hz.
     pub fn of(light: &Light, rate_hz: f64) -> Self {
         Self {

@@ -7,7 +7,6 @@
 use std::path::Path;
 
 use link::l2a_table::L2aTable;
-use rand::Rng;
 use serde::{Deserialize, Serialize};
 use sim::l2a::file::{Fault, FileError, RatioFile, read_with};
 use sim::scene::Scene;
@@ -180,11 +179,6 @@ impl TableFile {
         // A file without a scene does not say how far its panel is found.
         let found_m = self.found_at_m(place[1]).unwrap_or(f64::INFINITY);
         Some(Regret::new(self.curve(place)?, range, best_m, found_m))
-    }
-
-    /// A random resample of it.
-    pub(super) fn resampled_regret(&self, place: [f64; 2], random: &mut impl Rng) -> Option<Regret> {
-        self.regret_at(place)?.resampled(self.reach.details_at(place), random)
     }
 
     /// The 95 % interval of the ratio of a place, if known.

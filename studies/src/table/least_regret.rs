@@ -58,9 +58,7 @@ impl LeastRegret {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn over(scenes: &[TableFile], place: [f64; 2]) -> Option<Self> {
-        let regrets = scenes.iter();
-        let regrets = regrets.map(|scene| scene.regret_at(place));
-        Self::of(&regrets.collect::<Option<Vec<_>>>()?)
+        Self::of(&regrets_at(scenes, place)?)
     }
 
     fn of(regrets: &[Regret]) -> Option<Self> {
@@ -82,14 +80,20 @@ impl LeastRegret {
     /// The 95 % interval of its ratio, from the uncertainty of the reach at each ratio. Errors of neighbours count as independent, while
     /// common random numbers make them smaller: the interval is rather too wide.
     fn l2a_95(scenes: &[TableFile], place: [f64; 2]) -> Option<[f64; 2]> {
+        let regrets = regrets_at(scenes, place)?;
         let as_well = map(0..RESAMPLES, |number| {
             let random = &mut stream(0, number, Purpose::Resampling);
-            let regrets = scenes.iter();
-            let regrets = regrets.map(|scene| scene.resampled_regret(place, random));
-            Some(Self::of(&regrets.collect::<Option<Vec<_>>>()?)?.l2a)
+            let scenes = scenes.iter().zip(&regrets);
+            let drawn = scenes.map(|(scene, regret)| regret.resampled(scene.reach.details_at(place), random));
+            Some(Self::of(&drawn.collect::<Option<Vec<_>>>()?)?.l2a)
         });
         percentiles(&mut as_well.into_iter().flatten().collect::<Vec<_>>(), 0.025)
     }
+}
+
+/// The loss in each scene; `None` if one has no such entry.
+fn regrets_at(scenes: &[TableFile], place: [f64; 2]) -> Option<Vec<Regret>> {
+    scenes.iter().map(|scene| scene.regret_at(place)).collect()
 }
 
 /// The ratios within all scenes' ranges, with the greatest loss of each.
@@ -171,9 +175,7 @@ impl TableFile {
 /// The entry of an illuminance and an interval, and the loss of other ratios there.
 fn least_at(scenes: &[TableFile], place: [f64; 2]) -> Option<EntryAndDetails<RegretEntry>> {
     let [illuminance_lx, interval] = place;
-    let regrets = scenes.iter();
-    let regrets = regrets.map(|scene| scene.regret_at(place));
-    let regrets: Vec<Regret> = regrets.collect::<Option<_>>()?;
+    let regrets = regrets_at(scenes, place)?;
     let LeastRegret { l2a, most_lost, no_worse } = LeastRegret::of(&regrets)?;
     let reach = regrets.iter().map(|regret| regret.reach_m(l2a));
     let of_panel = |scene| Light::of(&with_panel(scene, illuminance_lx, interval), l2a);

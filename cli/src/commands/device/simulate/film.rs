@@ -137,10 +137,13 @@ impl Camera {
     pub fn see(&mut self, symbol: Symbol, most: u64) -> anyhow::Result<()> {
         self.symbols.push_back(symbol);
         while self.frame < most {
-            // The exposure decides when the frame's symbols are complete.
+            if self.moment().is_none() {
+                break;
+            }
             if let Some(scene) = self.scene.at_frame(self.frame) {
                 self.look_at(&scene).with_context(|| format!("frame {}", self.frame))?;
             }
+            // With the exposure of the frame's own scene.
             let Some(moment) = self.moment() else {
                 break;
             };
