@@ -31,7 +31,7 @@ use link::camera::{Camera, Encoding};
 use reception::colour::Channel;
 use reception::deep::{self, SampleKind};
 use reception::learnt;
-use rx_pipeline::camera::Learnt;
+use rx_pipeline::camera::CameraEstimate;
 use rx_pipeline::likelihood::LINE_DELAY_MAX;
 use serde::{Deserialize, Deserializer, Serialize};
 use sim::input;
@@ -113,7 +113,7 @@ impl CameraArguments {
         self.camera.clone()
     }
 
-    /// The camera from these options, else from a file, else the default.
+    /// The camera from these options, otherwise from a file, otherwise the default.
     fn over(&self, file: &File) -> Camera {
         let usual = Camera::default();
         Camera {
@@ -132,7 +132,7 @@ impl CameraArguments {
             None => Default::default(),
         };
         let encoding = self.encoding.or(file.encoding);
-        // First without the file, so that it is not blamed for an option.
+        // First without the file, so that an option's fault is not attributed to it.
         let camera = self.over(&File::default()).checked()?;
         let camera = match &self.camera {
             Some(path) => {
@@ -179,7 +179,7 @@ impl CameraHints {
 
     /// Writes the learnt values and the pixel settings atomically, as a file that `--camera` reads; `samples` are
     /// those of the pictures.
-    pub fn save(&self, path: &Path, learnt: &Learnt, samples: SampleKind) -> anyhow::Result<()> {
+    pub fn save(&self, path: &Path, learnt: &CameraEstimate, samples: SampleKind) -> anyhow::Result<()> {
         let camera = learnt.camera;
         let encoding = self.of_samples(camera.encoding, samples);
         let camera = Camera { encoding, ..camera }.clamped();
@@ -293,7 +293,7 @@ mod tests {
 
     /// The settings that a saved file gives when read back.
     fn saved(told: &CameraHints, camera: Camera, samples: SampleKind) -> CameraHints {
-        let learnt = Learnt {
+        let learnt = CameraEstimate {
             camera,
             seen: camera,
             blur_deviation_px: Some(0.01),

@@ -20,7 +20,6 @@ enum Place {
     File(PathBuf),
 }
 
-/// Writes a file.
 pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
     write_with(path, |file| Ok(file.write_all(bytes.as_ref())?))
 }
@@ -60,7 +59,7 @@ pub fn check(path: &Path) -> anyhow::Result<bool> {
         .with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// Checks that a file is writable and does not exist yet, as it may hold measurements. A device or a pipe is accepted.
+/// Checks that a file is writable and does not exist yet, because it may hold measurements. A device or a pipe is accepted.
 pub fn check_new(path: &Path) -> anyhow::Result<()> {
     ensure!(
         !check(path)? || !path.exists(),

@@ -15,7 +15,7 @@
 //! | [`picture`] | grey of a PNG, JPEG or PGM file |
 //! | [`mosaic`] | one channel of a colour filter mosaic |
 //!
-//! Channel selection, reduction to 8 bits, y4m and raw bytes are in [`reception`], as other programs use them too.
+//! Channel selection, reduction to 8 bits, y4m and raw bytes are in [`reception`], because other programs use them too.
 
 mod address;
 pub mod cameras;

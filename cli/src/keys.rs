@@ -12,10 +12,8 @@ use crate::files;
 /// Why no key was created.
 #[derive(Debug, thiserror::Error)]
 enum NewKeyError {
-    /// The file exists.
     #[error("{} exists, and may be a key in use: give another file", .0.display())]
     Exists(PathBuf),
-    /// No random numbers are available.
     #[error("this system provides no random numbers for a key: {0}")]
     Random(getrandom::Error),
 }

@@ -18,7 +18,7 @@ pub fn connections(listener: &TcpListener) -> impl Iterator<Item = TcpStream> + 
     })
 }
 
-/// Whether a peer has sent nothing yet. A program that was stopped and goes on is interrupted while it waits.
+/// Whether a peer has sent nothing yet. A program that was stopped and continues is interrupted while it waits.
 pub fn is_silence(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }

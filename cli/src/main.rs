@@ -9,7 +9,7 @@
 //! - [`frames`] reads films, [`camera`] reads camera files, [`pictures`] and [`npy`] write frames, [`show`] draws readings onto them;
 //! - [`results`] and [`checkpoint`] save the finished part of long runs, [`checksum`] detects later changes to it;
 //! - [`files`] writes files whole or not at all, if [`outputs`] permits the place;
-//! - [`keys`]: signing keys, and keys that are trusted;
+//! - [`keys`]: signing keys and trusted keys;
 //! - [`device`] talks to transmitters and receiving boards.
 
 // These macros panic on a closed stream; `output` does not.
@@ -46,7 +46,7 @@ use std::process::ExitCode;
 use anyhow::Context;
 use clap::{Parser, Subcommand};
 
-use options::Shared;
+use options::SharedOptions;
 use output::Verdict;
 
 /// Optical camera communication between vehicles: simulate, evaluate, send and receive.
@@ -62,12 +62,12 @@ struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
-    shared: Shared,
+    shared: SharedOptions,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    /// Send a message over a simulated road: does it arrive?
+    /// Send a message over a simulated road, and report whether it arrives.
     Link(commands::link::Arguments),
     /// Render one camera frame.
     Render(commands::render::Arguments),
@@ -78,6 +78,8 @@ enum Command {
     /// Bit error rate and variances at one setting, by Monte Carlo.
     Evaluate(commands::evaluate::Arguments),
     /// The paper's figures, and a report on its claims.
+    ///
+    /// Bits are detected by k-means, as in the paper. Figure 22 is also drawn with the other detectors.
     Figures(commands::figures::Arguments),
     /// Bit error rates at all settings of a plan, as a table and a plot; on this computer or a cluster.
     Sweep(commands::sweep::Arguments),
@@ -156,7 +158,7 @@ fn on_a_whole_stack(run: impl FnOnce() -> anyhow::Result<Verdict> + Send) -> any
     })
 }
 
-fn run(command: Option<Command>, shared: &Shared) -> anyhow::Result<Verdict> {
+fn run(command: Option<Command>, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     stop::watch()?;
     // Built here because later users could not report a failure. 0: one thread per processor.
     rayon::ThreadPoolBuilder::new()

@@ -70,7 +70,6 @@ pub struct Array {
     pub name: &'static str,
     /// NumPy's name of the number type: `|u1`, `|b1` or `<f4`.
     pub kind: &'static str,
-    /// Its shape.
     pub shape: Vec<u64>,
 }
 

@@ -22,7 +22,7 @@ use crate::pin::Pin;
 
 /// Options of every command.
 #[derive(Args)]
-pub struct Shared {
+pub struct SharedOptions {
     /// Override a scene key, such as pose.distance_m=70 (repeatable); KEY=none unsets it.
     #[arg(long = "set", value_name = "KEY=VALUE", global = true)]
     pub set: Vec<String>,
@@ -37,7 +37,7 @@ pub struct Shared {
     pub json: bool,
 }
 
-impl Shared {
+impl SharedOptions {
     /// The scene of that name or file, with the overrides applied.
     pub fn scene(&self, name: impl AsRef<OsStr>) -> anyhow::Result<Scene> {
         Ok(Scene::load(name, &self.set)?)

@@ -1,6 +1,6 @@
 //! Standard output and standard error, escaped so that no name or message controls the terminal.
 //!
-//! If the reader leaves, later output is dropped and the work goes on.
+//! If the reader leaves, later output is dropped and the work continues.
 
 use std::borrow::Cow;
 use std::io::{ErrorKind, Write};
@@ -18,7 +18,7 @@ use studies::sweep::{Results, Summary};
 
 use crate::numbers::two_decimals;
 
-/// How a command without errors ends.
+/// The outcome of a command without errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// Exit status 0.
@@ -50,7 +50,7 @@ pub fn is_unread() -> bool {
 /// Standard output.
 pub struct Output;
 
-/// The result of a write to a pipe; if its reader has left, calls `left` and returns `all`, so that the work goes on.
+/// The result of a write to a pipe; if its reader has left, calls `left` and returns `all`, so that the work continues.
 pub fn unless_left<T>(written: std::io::Result<T>, all: T, left: impl FnOnce()) -> std::io::Result<T> {
     match written {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => {

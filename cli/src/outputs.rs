@@ -89,8 +89,8 @@ pub fn check_drawings<'a>(
     Ok(())
 }
 
-/// Locks a folder for this run while the result lives, as two runs would overwrite each other's work. The system releases the lock however
-/// the run ends. `None` on systems that cannot lock folders.
+/// Locks a folder for this run while the result lives, because two runs would overwrite each other's work. The system releases the lock
+/// however the run ends. `None` on systems that cannot lock folders.
 ///
 /// A run with a single file uses [`crate::results::Place`]: each write replaces the file, and a lock on it would be lost.
 pub fn hold(folder: &Path) -> anyhow::Result<Option<File>> {

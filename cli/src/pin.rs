@@ -1,4 +1,4 @@
-//! The PIN of a locked transmitter: where it comes from, and the key that is derived from it.
+//! The PIN of a locked transmitter: its source, and the key derived from it.
 
 use std::fmt;
 use std::io::{BufRead, IsTerminal, Read, Write};
@@ -16,7 +16,6 @@ const COST: (u32, u32, u32) = (64 * 1024, 3, 4);
 /// Why there is no PIN.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PinError {
-    /// The file cannot be read.
     #[error("cannot read the PIN from {}: {why}", .path.display())]
     Unreadable {
         /// The file.
@@ -24,19 +23,14 @@ pub enum PinError {
         /// The system's error.
         why: String,
     },
-    /// Other users of this computer can read the file.
     #[error("{} can be read by other users: `chmod 600` it, and if they may have read it, change the PIN", .0.display())]
     Open(PathBuf),
-    /// It is too short or too long.
     #[error("the PIN has {} bytes: give {} to {}, in the first line", .0, LENGTH.start(), LENGTH.end())]
     Length(usize),
-    /// There is no terminal.
     #[error("the PIN is needed, and there is no terminal to ask for it: give --pin-file FILE, or --pin-file - for standard input")]
     NoTerminal,
-    /// The two PINs differ.
     #[error("the two PINs differ, and nothing was changed: type the same one twice")]
     Differ,
-    /// The derivation failed.
     #[error("cannot derive a key from the PIN: {0}")]
     Derive(String),
 }
@@ -96,7 +90,7 @@ impl Pin {
         }
         let _ = write!(std::io::stderr(), "{question}: ");
         let mut line = Vec::new();
-        let hidden = Hidden::new();
+        let hidden = HiddenEcho::new();
         let read = std::io::stdin().lock().read_until(b'\n', &mut line);
         drop(hidden);
         let _ = writeln!(std::io::stderr());
@@ -128,12 +122,12 @@ impl Pin {
 }
 
 /// Hides what is typed until it is dropped.
-struct Hidden {
+struct HiddenEcho {
     #[cfg(unix)]
     before: Option<rustix::termios::Termios>,
 }
 
-impl Hidden {
+impl HiddenEcho {
     #[cfg(unix)]
     fn new() -> Self {
         use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
@@ -152,7 +146,7 @@ impl Hidden {
     }
 }
 
-impl Drop for Hidden {
+impl Drop for HiddenEcho {
     fn drop(&mut self) {
         #[cfg(unix)]
         if let Some(before) = &self.before {

@@ -1,7 +1,7 @@
 //! A panel's pose in metres and degrees, as text and as JSON.
 
 use reception::panel_pose::{PanelPose, PoseResult, configured_size};
-use rx_pipeline::pose::{Known, PanelSize};
+use rx_pipeline::pose::{Estimate, PanelSize};
 use serde_json::{Value, json};
 
 /// Options of the panel.
@@ -31,11 +31,11 @@ impl PanelArguments {
 /// The pose as JSON, with the closing speed once it is known.
 pub fn panel_pose_json(panel_pose: &PanelPose) -> Value {
     let mut pose = as_json(panel_pose.measured());
-    if let Some(Known { value, sigma }) = panel_pose.speed_m_s() {
+    if let Some(Estimate { value, sigma }) = panel_pose.speed_m_s() {
         pose["closing_speed_m_s"] = value.into();
         pose["closing_speed_sigma_m_s"] = sigma.into();
     }
-    if let Some(Known { value, sigma }) = panel_pose.time_to_collision_s() {
+    if let Some(Estimate { value, sigma }) = panel_pose.time_to_collision_s() {
         pose["time_to_collision_s"] = value.into();
         pose["time_to_collision_sigma_s"] = sigma.into();
     }
@@ -85,7 +85,6 @@ pub fn as_json(measured: &PoseResult) -> Value {
     })
 }
 
-/// A pose as text.
 pub fn as_text(measured: &PoseResult) -> String {
     let pose = match measured {
         Ok(pose) => pose,
@@ -105,15 +104,15 @@ pub fn as_text(measured: &PoseResult) -> String {
     format!("{metres} m away, azimuth {azimuth}°, elevation {elevation}°, roll {roll}°, yaw {yaw}°, pitch {pitch}°{mirrored}")
 }
 
-fn in_degrees(known: Known) -> Known {
-    Known {
+fn in_degrees(known: Estimate) -> Estimate {
+    Estimate {
         value: known.value.to_degrees(),
         sigma: known.sigma.to_degrees(),
     }
 }
 
 /// Formats a number with its standard deviation to two digits of the latter.
-pub fn with_sigma(Known { value, sigma }: Known) -> String {
+pub fn with_sigma(Estimate { value, sigma }: Estimate) -> String {
     let digits = (1.0 - sigma.max(1e-9).log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{value:.digits$} ± {sigma:.digits$}")
 }
@@ -124,7 +123,7 @@ mod tests {
 
     #[test]
     fn a_number_has_the_digits_that_are_known_of_it() {
-        let of = |value, sigma| with_sigma(Known { value, sigma });
+        let of = |value, sigma| with_sigma(Estimate { value, sigma });
         assert_eq!(of(50.1234, 0.0123), "50.123 ± 0.012");
         assert_eq!(of(7.4, 12.0), "7 ± 12");
         assert_eq!(of(1.0, 0.0), "1.000000 ± 0.000000");

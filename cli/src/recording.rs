@@ -18,7 +18,7 @@
 //! source if it uses that clock, otherwise the frame's arrival. A live recording is readable with one second of delay as
 //! `FILE.mcap.active`, which becomes `FILE.mcap` at the end.
 //!
-//! The same channels are served to Foxglove while they are recorded, or instead.
+//! The same channels can be served to Foxglove, in addition to the recording or instead of it.
 
 mod files;
 mod foxglove;
@@ -34,7 +34,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use reception::diagnostics::Status;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::pose::{Lens, Pose};
-use rx_pipeline::receiver::Reading;
+use rx_pipeline::receiver::FrameReading;
 
 use self::files::Files;
 pub use self::foxglove::PORT as FOXGLOVE_PORT;
@@ -228,7 +228,7 @@ impl Recording {
     }
 
     /// Records a panel's reading in the current frame.
-    pub fn reading(&mut self, panel: usize, reading: &Reading, pose: Option<&Pose>) -> anyhow::Result<()> {
+    pub fn reading(&mut self, panel: usize, reading: &FrameReading, pose: Option<&Pose>) -> anyhow::Result<()> {
         let Some(&Panel {
             outline, pose: channel, ..
         }) = self.panels.get(panel)
@@ -285,7 +285,7 @@ impl Recording {
     /// Renames the file into place.
     ///
     /// # Errors
-    /// If not every byte can be written; a previous file is then unchanged, as it is if no frame of a live source came.
+    /// If not every byte can be written; a previous file is then unchanged, and also if no frame of a live source came.
     pub fn finish(&mut self) -> anyhow::Result<()> {
         match self.files.take() {
             Some(files) if self.kept.is_none() || self.time_ns > 0 => files.finish(),

@@ -46,7 +46,6 @@ pub fn check(path: &Path, own: &str, beside: &[&str], read: impl IntoIterator<It
     outputs::check([path.to_owned()].into_iter().chain(beside), read)
 }
 
-/// Reads the results in a file.
 pub fn read(path: &Path) -> anyhow::Result<Results> {
     // Many cells have many sums.
     let text = input::read_text(path, input::RESULTS_MAX).with_context(|| format!("cannot read the results {}", path.display()))?;

@@ -8,7 +8,7 @@ use link::panel::{LEDS, SIDE};
 use reception::panel_pose::PanelPose;
 use rx_pipeline::corners::Homography;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::Reading;
+use rx_pipeline::receiver::FrameReading;
 
 use crate::pictures::write_encoded;
 use crate::pose::with_sigma;
@@ -26,11 +26,13 @@ const OFF: [f32; 3] = [255.0, 60.0, 60.0];
 
 /// Colours of the panel's axes: along its rows, down its columns, into it.
 const AXES: [Rgb<u8>; 3] = [Rgb([255, 0, 200]), Rgb([0, 220, 255]), Rgb([255, 255, 255])];
-/// Font size of text, and its margin (px).
+/// Font size of text (px).
 const WORDS_PX: f32 = 22.0;
+/// Margin of text (px).
 const MARGIN_PX: i64 = 8;
-/// Length of the arrow per m/s, and its maximum (px).
+/// Length of the arrow per m/s (px).
 const SPEED_PX: f64 = 6.0;
+/// Maximum length of the arrow (px).
 const LONGEST_PX: f64 = 240.0;
 
 /// The name of the drawing of a panel in a film's frame.
@@ -46,9 +48,9 @@ pub fn in_picture(picture: &Path) -> PathBuf {
 }
 
 /// Draws a reading: cells in blue, the outline in yellow, and on each LED a mark, green for On and red for Off, brighter if more reliable.
-/// If the pose is known: the panel's axes from its centre (rows, columns, and into it), its range as text, and at the left an arrow, down
-/// if it comes nearer.
-pub fn reading(path: &Path, frame: &Frame, reading: &Reading, panel_pose: &PanelPose) -> anyhow::Result<()> {
+/// If the pose is known: the panel's axes from its centre (rows, columns, and into it), its range as text, and at the left an arrow, which
+/// points down if the panel approaches.
+pub fn reading(path: &Path, frame: &Frame, reading: &FrameReading, panel_pose: &PanelPose) -> anyhow::Result<()> {
     let homography = reading.corners.homography();
     let far = (SIDE - 1) as f64 + RIM;
     let ends = [[-RIM, -RIM], [far, -RIM], [far, far], [-RIM, far]].map(|corner| homography.to_image(corner));

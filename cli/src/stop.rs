@@ -82,8 +82,8 @@ fn end(signal: i32) {
     let _ = emulate_default_handler(signal);
 }
 
-/// Says that the command was interrupted, unless it has ended meanwhile: then only lets it exit. Nobody may read standard error, and the
-/// command itself may wait there: a thread that waits, too, holds up nothing.
+/// Reports that the command was interrupted, unless it has ended meanwhile; then only lets it exit. Nobody may be reading standard error,
+/// and the command itself may wait there: another waiting thread delays nothing.
 fn last_words() {
     let (sender, told) = sync_channel(1);
     let telling = std::thread::Builder::new().spawn(move || {
@@ -124,7 +124,7 @@ pub fn stop() -> Stop {
     Stop::at(&ASKED)
 }
 
-/// Prints where an interrupted command has saved its work, and that only `--resume` draws it.
+/// Prints the place of an interrupted command's saved work, and that only `--resume` draws it.
 pub fn interrupted(kept: &Path) -> Verdict {
     output::tell(format_args!(
         "interrupted: {} keeps the finished part; continue with --resume, which draws it",

@@ -1,5 +1,5 @@
-//! The cost of a signature, by length and code of the message: the number of panels and the net bits a second, both without and with it.
-//! The code that transmitters use for a length is bold.
+//! The cost of a signature, by length and code of the message: the number of panels and the net bits a second, without and with a
+//! signature. The code that transmitters use for a length is bold.
 //!
 //! `cargo run --release -p vocc-link --example signature_cost [symbols a second]`
 

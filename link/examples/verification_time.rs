@@ -1,5 +1,5 @@
-//! The time in which this computer verifies the signature of a message: the median of many verifications. Without `--release`, too, the
-//! arithmetic is optimised.
+//! The time in which this computer verifies the signature of a message: the median of many verifications. The arithmetic is optimised even
+//! without `--release`.
 //!
 //! `cargo run -p vocc-link --features signing --example verification_time`
 

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 /// The grey level of linear light 1: that of a grey card metered for the exposure (Do & Yoo 2020, Eq. 11).
 pub const MIDDLE_GREY: f32 = 118.0;
 
-/// A camera, as far as a receiver uses it. Each value is a starting point, with a [default](Camera::default); the receiver refines it from
-/// the frames.
+/// The properties of a camera that a receiver uses. Each value is a starting point, with a [default](Camera::default); the receiver refines
+/// it from the frames.
 ///
 /// ```
 /// use link::camera::{Camera, CameraError, Encoding};

@@ -5,7 +5,7 @@ use crc::{CRC_32_ISCSI, Crc, Digest, NoTable};
 /// Without a table, which would take 1 KiB of a board's flash.
 static CRC_32C: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 
-/// CRC-32C (CRC-32/ISCSI) of the parts, one after another.
+/// CRC-32C (CRC-32/ISCSI) of the concatenated parts.
 ///
 /// ```
 /// use link::checksum::crc32c;

@@ -11,9 +11,9 @@
 //! | [`Code::Tm1280`] | 128 bytes | 16 + 4 | 4/5 | CCSDS 131.0-B-2 |
 //! | [`Code::Tm1536`] | 128 bytes | 16 + 8 | 2/3 | CCSDS 131.0-B-2 |
 //!
-//! **Shortening.** A [`Block`] is one code word of which only the first bytes carry message. The rest are zeros, known to both ends. Panels
-//! that would hold nothing else are not sent, and the decoder treats the known bits as certain. A short block is therefore shorter on the
-//! air and also better protected.
+//! **Shortening.** A [`Block`] is one code word; only its first bytes carry message. The rest are zeros, known to both ends. Panels that
+//! would hold nothing else are not sent, and the decoder treats the known bits as certain. A short block is therefore shorter on the air
+//! and also better protected.
 //!
 //! **Decoding** is min-sum on 8-bit log-likelihood ratios. In steps of [`LLR_STEP`](crate::panel::LLR_STEP) they decode as well as 32-bit
 //! floating point (a test compares them). Frames in which every bit has the greatest certainty, some of them wrongly, decode too. The TM
@@ -31,7 +31,7 @@ pub const INFO_BYTES_MAX: usize = 128;
 pub const CODEWORD_PANELS_MAX: usize = 24;
 /// Rounds of min-sum after which the decoder gives up.
 ///
-/// Fewer would save time only if decoding fails; more would find a few more code words in heavy noise, at a cost that matters on a small
+/// Fewer would save time only if decoding fails. More would decode a few more code words in heavy noise, at a cost that matters on a small
 /// processor.
 pub const MAX_ITERATIONS: usize = 100;
 
@@ -63,7 +63,7 @@ impl Code {
     /// All of them, in the order of their values.
     pub const ALL: [Self; 5] = [Self::Tc128, Self::Tc256, Self::Tc512, Self::Tm1280, Self::Tm1536];
 
-    /// The code of that value in the header, if it exists.
+    /// The code with that value in the header, if it exists.
     pub const fn from_value(value: u8) -> Option<Self> {
         match value {
             0 => Some(Self::Tc128),
@@ -85,7 +85,7 @@ impl Code {
         self.ldpc().n() / LEDS
     }
 
-    /// Parity panels of a code word, sent at any shortening: 1 to 8.
+    /// Parity panels of a code word, 1 to 8; shortening drops none of them.
     pub const fn parity_panels(self) -> usize {
         self.panels() - self.info_bytes() / PANEL_BYTES
     }
@@ -148,7 +148,7 @@ impl Block {
         k + (n - k) / 4
     }
 
-    /// The panels that carry `info`, which counts as continued by zeros; [`Self::panels`] of them.
+    /// The [`Self::panels`] panels that carry `info`, padded with zeros.
     ///
     /// ```
     /// use link::fec::{Block, Code};
@@ -220,8 +220,7 @@ impl Decoder {
         }
     }
 
-    /// The message bytes of `block`, of which `panels` were received; panels beyond the end of the slice
-    /// count as lost.
+    /// The message bytes of `block`, from its received `panels`; panels beyond the end of the slice count as lost.
     ///
     /// # Errors
     ///

@@ -42,10 +42,10 @@ impl Geometry {
     /// The range of diameters, µm: from a tenth of a millimetre to a metre.
     pub const LED_DIAMETER_UM: RangeInclusive<u32> = 100..=1_000_000;
 
-    /// A panel with LEDs of a diameter in µm, and of an interval: the gap between their edges over the diameter, 0 to 16.
+    /// A panel from the diameter of its LEDs, in µm, and its interval: the gap between their edges over the diameter, 0 to 16.
     ///
     /// # Errors
-    /// [`GeometryError`] outside [`LED_DIAMETER_UM`](Self::LED_DIAMETER_UM).
+    /// [`GeometryError`] if the diameter is outside [`LED_DIAMETER_UM`](Self::LED_DIAMETER_UM).
     pub fn new(led_diameter_um: u32, interval: Interval) -> Result<Self, GeometryError> {
         if !Self::LED_DIAMETER_UM.contains(&led_diameter_um) {
             return Err(GeometryError { led_diameter_um });

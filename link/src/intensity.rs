@@ -47,7 +47,7 @@ pub fn mean_cd(luminance_cd_m2: f64, led_diameter_m: f64) -> f64 {
     8.0 * core::f64::consts::PI * led_diameter_m * led_diameter_m * luminance_cd_m2
 }
 
-/// Why there is no such limit.
+/// Why a limit was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum IntensityLimitError {
     /// The intensity, in thousandths of a candela, is outside [`IntensityLimit::MOST_MCD`].
@@ -72,7 +72,7 @@ impl IntensityLimit {
     /// A limit in 1/1000 cd, or none, for LEDs of a diameter in µm.
     ///
     /// # Errors
-    /// [`IntensityLimitError`] outside [`MOST_MCD`](Self::MOST_MCD) and [`Geometry::LED_DIAMETER_UM`].
+    /// [`IntensityLimitError`] for a number outside [`MOST_MCD`](Self::MOST_MCD) or [`Geometry::LED_DIAMETER_UM`].
     pub fn new(most_mcd: Option<u32>, led_diameter_um: u32) -> Result<Self, IntensityLimitError> {
         let greatest = *Self::MOST_MCD.end();
         let most_mcd = most_mcd.unwrap_or(greatest);

@@ -63,7 +63,7 @@ pub const L2A_ERROR_MAX: f64 = 6.4e-4;
 /// The greatest error of [`log2`].
 pub const LOG2_ERROR_MAX: f64 = 1.0 / (1 << 24) as f64;
 
-/// The quantity of an error.
+/// The quantity that an error is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// An illuminance, in lux.
@@ -114,7 +114,7 @@ impl core::fmt::Display for Quantity {
     }
 }
 
-/// Why numbers do not make a table.
+/// Why a table was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum TableError {
     /// An axis is empty or too long.
@@ -245,7 +245,7 @@ impl L2aTable {
 
     /// The L2A at that illuminance and interval; outside the axes, the value of the nearest edge.
     ///
-    /// It lies within the four values around, is continuous, and is exact at the nodes.
+    /// The result lies between the four surrounding values, is continuous, and is exact at the nodes.
     pub fn l2a(&self, illuminance_lx: Illuminance, interval: Interval) -> L2a {
         let row = Segment::on(&self.log_illuminances, log2(illuminance_lx));
         let column = Segment::on(&self.log_intervals, log2(interval.into()));
@@ -322,8 +322,7 @@ impl Segment {
 
 /// log₂ of `value`, to [`LOG2_ERROR_MAX`]; 0 counts as the smallest positive value.
 ///
-/// By repeated squaring: the mantissa m in 1 to 2 is squared, and each time the square reaches 2 the next bit
-/// of the logarithm is 1.
+/// It squares the mantissa m, which is 1 to 2, again and again: each time the square reaches 2, the next bit of the logarithm is 1.
 ///
 /// ```
 /// use link::l2a_table::{Illuminance, log2};

@@ -35,7 +35,7 @@ impl Orientation {
         Self::new(3, true),
     ];
 
-    /// A panel turned clockwise by `quarter_turns` right angles, after left and right were exchanged if it `is_mirrored`.
+    /// A panel turned clockwise by `quarter_turns` right angles; if it `is_mirrored`, left and right are exchanged first.
     pub const fn new(quarter_turns: u8, is_mirrored: bool) -> Self {
         Self {
             quarter_turns: quarter_turns % 4,
@@ -48,7 +48,7 @@ impl Orientation {
         self.quarter_turns
     }
 
-    /// The same in degrees: 0, 90, 180 or 270.
+    /// Its clockwise rotation in degrees: 0, 90, 180 or 270.
     pub const fn turned_deg(self) -> u32 {
         90 * self.quarter_turns as u32
     }

@@ -56,7 +56,7 @@ impl PanelFrame {
         (self.0 ^ other.0).count_ones()
     }
 
-    /// Its picture in that orientation, row by row.
+    /// The picture of the panel in that orientation, row by row.
     pub const fn seen(self, orientation: Orientation) -> Self {
         let (mut bits, mut led) = (0, 0);
         while led < LEDS {
@@ -66,7 +66,7 @@ impl PanelFrame {
         Self(bits)
     }
 
-    /// The panel whose picture in that orientation this is.
+    /// The inverse of [`seen`](Self::seen): the panel whose picture in that orientation is `self`.
     pub const fn upright(self, orientation: Orientation) -> Self {
         let (mut bits, mut led) = (0, 0);
         while led < LEDS {
@@ -119,12 +119,13 @@ impl SoftPanel {
         }))
     }
 
-    /// The reading of the panel itself, if this is of a picture that shows it in that orientation.
+    /// The reading in the panel's own rows and columns, if this is one of a picture in that orientation.
     pub fn upright(&self, orientation: Orientation) -> Self {
         Self(core::array::from_fn(|led| self.0[orientation.place_of(led)]))
     }
 
-    /// The agreement of the reading with `panel`: the sum of all ratios, each positive if it agrees, and the sum of their squares.
+    /// The agreement of the reading with `panel`: the sum of all ratios, with a positive sign for bits that agree, and the sum of their
+    /// squares.
     ///
     /// For a reading that is unrelated to `panel`, sum/√squares has mean 0 and variance 1, and exceeds z with a probability of at most
     /// exp(−z²/2), whatever the magnitudes (Hoeffding 1963, Theorem 2).

@@ -9,7 +9,7 @@
 //! * **Balance.** Runs of zeros would be dark panels: flicker for an observer, and no contrast for a receiver that learns its threshold
 //!   from On and Off LEDs of the same frame.
 //!
-//! It is neither a secret nor a protection: a message can be written that cancels the words.
+//! Scrambling is neither secret nor protective: a message can be written that cancels the words.
 
 /// The scrambling word of panel `panel` of a segment; 0 for the sync panel (panel 0), which is not scrambled.
 pub const fn word(panel: usize) -> u64 {

@@ -46,7 +46,7 @@ pub const SECRET_BYTES: usize = 2 * KEY_BYTES;
 const CONTEXT: &[u8; 14] = b"vocc message 1";
 const PREFIX_BYTES: usize = CONTEXT.len() + 4 + 2;
 
-/// Why bytes are not a key.
+/// Why a key was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyError {
     /// A seed of zeros, like uninitialised memory.
@@ -87,7 +87,7 @@ impl SecretKey {
         PublicKey(self.0.pk)
     }
 
-    /// Signs a message, of which at most [`MESSAGE_MAX`] bytes count. The counter must never have been used before.
+    /// Signs the first [`MESSAGE_MAX`] bytes of a message. The counter must never have been used before.
     pub fn sign(&self, message: &[u8], counter: u32) -> Signature {
         let mut signed = [0; PREFIX_BYTES + MESSAGE_MAX];
         let prefix = prefix(message, counter);
@@ -144,7 +144,7 @@ impl PublicKey {
         Self(ed25519::PublicKey::new(bytes))
     }
 
-    /// Whether a proof fits the parts, one after another.
+    /// Whether a proof fits the concatenated parts.
     pub(crate) fn verifies(&self, parts: &[&[u8]], proof: &[u8; 64]) -> bool {
         let Ok(mut state) = self.0.verify_incremental(&ed25519::Signature::new(*proof)) else {
             return false;
@@ -200,7 +200,7 @@ pub enum Verdict {
     /// No signature yet.
     #[default]
     Unproven,
-    /// A signature has come, and nobody has checked it: the receiver trusts no keys.
+    /// A signature was received but not checked: the receiver trusts no keys.
     Unchecked {
         /// The name of the key.
         signer: KeyId,

@@ -29,9 +29,10 @@ pub struct SymbolRateError {
 }
 
 impl SymbolRate {
-    /// 9 a second: the rate for a camera of 10 frames a second, and the slowest of a 16-bit counter behind a divider by 255 at 150 MHz.
+    /// 9 a second: the rate for a camera of 10 frames a second, and the slowest that a 16-bit counter reaches behind a divider by 255 at
+    /// 150 MHz.
     pub const MIN: Self = Self { millihertz: 9_000 };
-    /// 300 a second: a board then still has panels ready for the 0.4 s for which a write to flash memory may stop its processor.
+    /// 300 a second: a board can still prepare the panels for the 0.4 s for which a write to flash memory may stop its processor.
     pub const MAX: Self = Self { millihertz: 300_000 };
     /// 90 a second, for a camera of 100 frames a second: the default of a transmitter.
     pub const DEFAULT: Self = Self { millihertz: 90_000 };
@@ -108,7 +109,7 @@ impl fmt::Display for SymbolRate {
     }
 }
 
-/// The text about a rate out of a range, all in thousandths of a symbol a second.
+/// The error text for a rate out of its range, in thousandths of a symbol a second.
 pub(crate) struct Outside(pub u32, pub RangeInclusive<u32>);
 
 impl fmt::Display for Outside {

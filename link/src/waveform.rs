@@ -83,7 +83,7 @@ impl Waveform {
     pub const MAX_CYCLES: u16 = 333;
     /// The slowest carrier, Hz: its cycle is 5 ms, the longest period without visible flicker by IEEE Std 802.15.7.
     pub const MIN_HZ: f64 = 200.0;
-    /// The fastest carrier, Hz: IEEE Std 1789 has no limits above it, and exposures only have less contrast. The next state of the LEDs is
+    /// The fastest carrier, Hz: IEEE Std 1789 has no limits above it, and exposures would only lose contrast. The next state of the LEDs is
     /// shifted within a quarter of a cycle, 83 µs: five times what eight shift registers take at 4 MHz.
     pub const MAX_HZ: f64 = 3000.0;
 

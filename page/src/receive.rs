@@ -9,7 +9,7 @@ use reception::keys::Trust;
 use reception::signers::{Delivery, Signers};
 use reception::stream::{SIDE_MAX, Stream};
 use reception::{Message, PanelEvent, PanelReport, Reception, ReceptionSettings, Stamp, USUAL_FPS, learnt};
-use rx_pipeline::camera::Learnt;
+use rx_pipeline::camera::CameraEstimate;
 use rx_pipeline::frame::Frame;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -219,7 +219,7 @@ struct CameraFile {
 }
 
 /// The learnt camera as a file for `vocc --camera`.
-fn file_of(learnt: &Learnt) -> Result<String, Fault> {
+fn file_of(learnt: &CameraEstimate) -> Result<String, Fault> {
     let camera = learnt.camera.clamped();
     let file = CameraFile {
         encoding: camera.encoding,

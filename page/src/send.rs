@@ -7,7 +7,7 @@ use reception::bytes::hex_if_no_text;
 use serde_json::{Value, json};
 use sim::accuracy::Level;
 use sim::renderer::canvas::Region;
-use sim::road::{LinkSettings, Received, Road};
+use sim::road::{LinkSettings, ReceivedMessage, Road};
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::flicker::{low_risk_times, panels};
@@ -205,7 +205,7 @@ impl Sending {
     }
 }
 
-fn told(received: &Received, sent: &[u8]) -> Value {
+fn told(received: &ReceivedMessage, sent: &[u8]) -> Value {
     json!({
         "message": String::from_utf8_lossy(&received.message), "message_hex": hex_if_no_text(&received.message),
         "is_right": received.message == sent,

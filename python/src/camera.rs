@@ -6,7 +6,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
 use reception::deep;
-use rx_pipeline::camera::Learnt;
+use rx_pipeline::camera::CameraEstimate;
 use rx_pipeline::likelihood::LINE_DELAY_MAX;
 use rx_pipeline::pose::Lens;
 
@@ -252,7 +252,7 @@ impl Camera {
 
     /// The learnt camera with the configured lens. The encoding is that of the given images, even if their pixels were encoded for the
     /// receiver.
-    pub fn learnt(&self, py: Python<'_>, learnt: &Learnt, are_encoded: bool) -> PyResult<LearntCamera> {
+    pub fn learnt(&self, py: Python<'_>, learnt: &CameraEstimate, are_encoded: bool) -> PyResult<LearntCamera> {
         let mut camera = learnt.camera;
         if are_encoded {
             camera.encoding = deep::of_samples(camera.encoding);

@@ -10,7 +10,7 @@ use reception::still::{StillDecoder, StillReading};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::Reading;
+use rx_pipeline::receiver::FrameReading;
 use studies::detectors::DetectorChoice;
 
 use crate::arrays::{self, Image};
@@ -167,7 +167,7 @@ pub fn decode(
         }
     };
     let StillReading {
-        reading: Reading { corners, detection },
+        reading: FrameReading { corners, detection },
         place,
     } = still;
     let (pose, no_pose) = match panel_pose.measured() {

@@ -2,7 +2,7 @@
 
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use rx_pipeline::pose::{self, Known};
+use rx_pipeline::pose::{self, Estimate};
 
 use crate::arrays;
 use crate::record::record;
@@ -56,9 +56,9 @@ record! {
 }
 
 /// A pose with its closing speed and time to collision, if they are known.
-pub fn as_record(py: Python<'_>, pose: &pose::Pose, [speed, time]: [Option<Known>; 2]) -> Pose {
+pub fn as_record(py: Python<'_>, pose: &pose::Pose, [speed, time]: [Option<Estimate>; 2]) -> Pose {
     let numbers = pose.numbers();
-    let degrees = |known: Known| (known.value.to_degrees(), known.sigma.to_degrees());
+    let degrees = |known: Estimate| (known.value.to_degrees(), known.sigma.to_degrees());
     let (azimuth_deg, azimuth_sigma_deg) = degrees(numbers.azimuth);
     let (elevation_deg, elevation_sigma_deg) = degrees(numbers.elevation);
     let (roll_deg, roll_sigma_deg) = degrees(numbers.roll);

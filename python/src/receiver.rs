@@ -21,7 +21,7 @@ use reception::panel_pose::configured_size;
 use reception::signers::{Delivery, Signers};
 use reception::{PANELS_MAX, PanelEvent, PanelReport, Reception, ReceptionSettings, Stamp, USUAL_FPS};
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::Reading as PanelReading;
+use rx_pipeline::receiver::FrameReading;
 
 use crate::arrays::{self, Image, Pixels};
 use crate::camera::{Camera, LearntCamera, camera_of};
@@ -523,11 +523,11 @@ impl Receiver {
         py: Python<'_>,
         frame: u64,
         panel: usize,
-        reading: PanelReading,
+        reading: FrameReading,
         symbol: Option<u32>,
         orientation: Option<Orientation>,
     ) -> PyResult<Reading> {
-        let PanelReading { corners, detection } = reading;
+        let FrameReading { corners, detection } = reading;
         let panel_pose = self.reception.panel_pose(panel);
         let (pose, no_pose) = match panel_pose.measured() {
             Ok(pose) => {

@@ -1,5 +1,5 @@
 //! Approximations of slow functions for loops over pixels. They use multiplications only, so that whole rows are vectorised on every
-//! processor. A constant beside each bounds its error.
+//! processor. A constant next to each function bounds its error.
 //!
 //! ```
 //! use rx_pipeline::approximate::{INVERSE_SQRT_ERROR, inverse_sqrt};

@@ -6,7 +6,7 @@ use link::camera::Camera;
 ///
 /// Pass the camera to the next receiver as [`ReceiverSettings::camera`](crate::receiver::ReceiverSettings::camera).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Learnt {
+pub struct CameraEstimate {
     /// The camera: estimates from the frames, and the configured values elsewhere. A near panel is read in larger pixels, which do not show
     /// the camera's curve and blur.
     pub camera: Camera,

@@ -28,9 +28,9 @@ use crate::detect::{Detection, correlation};
 use crate::symbols::is_sure;
 use change::{CHANGED, Change, change};
 pub use fit::BLIND;
-use fit::{ALL_SHAPES, AtFrequency, Fit, Shown, mean_modulation, step, still_losses, still_score};
+use fit::{ALL_SHAPES, AtFrequency, Fit, ShownSign, mean_modulation, step, still_losses, still_score};
 use history::{History, Sighting};
-use lines::{Known, Lines};
+use lines::{Lines, WaveState};
 use link::panel::SoftPanel;
 use readings::Readings;
 pub use readings::Reread;
@@ -38,7 +38,7 @@ use readings::Source;
 use rows::Rows;
 use waveform::PHASES;
 
-/// Correlation of two readings above which they show the same symbol, or below minus which they show its complement. Higher: fewer pairs.
+/// Two readings show the same symbol if their correlation is above this, and complements if it is below its negative. Higher: fewer pairs.
 /// Lower: different symbols match.
 const SAME: f32 = 0.7;
 /// Maximum time between such frames (frame periods): a panel is shown again in complement after five symbols at the earliest.
@@ -81,7 +81,7 @@ const ALTERNATES: f64 = 0.025;
 /// Maximum assumed error of a carrier's phase (steps of 1/256 cycle).
 const PHASE_ERROR_MAX: i32 = 32;
 
-/// The state of knowledge about one panel's carrier.
+/// The current knowledge of one panel's carrier.
 #[derive(Clone, Debug)]
 pub(crate) struct Carrier {
     history: History,
@@ -89,7 +89,7 @@ pub(crate) struct Carrier {
     time: Option<f64>,
     /// The last reading that shows a single symbol, with the sign as seen, and its time.
     last: Option<(SoftPanel, f64)>,
-    /// Sightings since `last`.
+    /// Number of sightings since `last`.
     since_last: u8,
     fit: Option<Fit>,
     wait: u32,
@@ -176,11 +176,11 @@ impl Carrier {
                 *detection = by_lines;
             }
             match known {
-                Known::Nothing => {}
+                WaveState::Nothing => {}
                 // Each frame has one sign, which is known.
-                Known::Rivals if self.fit.is_some() => {}
-                Known::Before => return None,
-                Known::Now | Known::Rivals => return Some(Reread(Source::Lines(&self.lines))),
+                WaveState::Rivals if self.fit.is_some() => {}
+                WaveState::Before => return None,
+                WaveState::Now | WaveState::Rivals => return Some(Reread(Source::Lines(&self.lines))),
             }
         }
         self.rows.see(time, &detection.soft);
@@ -200,9 +200,9 @@ impl Carrier {
             }));
         };
         match fit.shown_at(time) {
-            Shown::Symbol => {}
-            Shown::Complement => *detection = detection.inverted(u64::MAX),
-            Shown::Nothing => (detection.soft, detection.mixed) = (SoftPanel::ERASED, None),
+            ShownSign::Symbol => {}
+            ShownSign::Complement => *detection = detection.inverted(u64::MAX),
+            ShownSign::Nothing => (detection.soft, detection.mixed) = (SoftPanel::ERASED, None),
         }
         // If the sign is wrong with some probability, so is each bit.
         let sure = if self.is_contradicted {

@@ -1,11 +1,11 @@
-//! Features to bits: which LEDs are On, and how sure that is.
+//! Features to bits: the On LEDs, and the certainty of each decision.
 //!
 //! | detector | looks at | needs | choose it |
 //! |---|---|---|---|
 //! | [`Detector::KMeans`] | AGR and GRI, each over its standard deviation in the panel | nothing | as the default |
 //! | [`Detector::KMeansRaw`] | AGR and GRI as they are | nothing | to compare: GRI, in grey levels, swamps AGR |
-//! | [`Detector::Otsu`] | the cells' mean grey | nothing | where LEDs are many pixels large, or on the smallest processor |
-//! | [`Detector::Fisher`] | AGR, GRI and, if wanted, NGR | training | when frames with known bits are at hand |
+//! | [`Detector::Otsu`] | the cells' mean grey | nothing | if LEDs are many pixels wide, or on the smallest processor |
+//! | [`Detector::Fisher`] | AGR, GRI and, optionally, NGR | training | if frames with known bits are available |
 //!
 //! The first three use one panel alone, so it needs LEDs of both states: they would split a panel that is all On or all Off in two, too.
 //! The panels of a scrambled message have both states.
@@ -151,7 +151,7 @@ fn check_contrast(features: &Features) -> Result<(), DetectError> {
     }
 }
 
-/// Checks that few enough cells are white: near many white cells, an Off LED shows only ripples of its neighbours' light.
+/// Checks that not too many cells are white: among many white cells, an Off LED shows only ripples of its neighbours' light.
 ///
 /// # Errors
 /// [`DetectError::TooWhite`] if more are white.

@@ -32,7 +32,7 @@ pub struct Features {
     pub mean_grey: [f32; LEDS],
     /// Mean grey of each cell over [`Features::panel_grey`]; 1 in a panel that is wholly black.
     pub agr: [f32; LEDS],
-    /// Gradient radial inwards of each cell, in grey levels; positive where the cell is brightest in its middle.
+    /// Gradient radial inwards of each cell, in grey levels; positive if the cell is brightest in its middle.
     pub gri: [f32; LEDS],
     /// Pixels of each cell at grey level 255.
     pub saturated: [u16; LEDS],
@@ -186,7 +186,7 @@ impl Sums {
 const MAX_ROWS: u32 = 255;
 
 /// Successive pixel rows of the same runs of cells, summed column by column: whole rows at a time, independent of the cells' size. In an
-/// upright panel that is a row of cells, else a single row of pixels.
+/// upright panel that is a row of cells, otherwise a single row of pixels.
 struct Band<'a> {
     cell: &'a [u8],
     run: &'a [u8],

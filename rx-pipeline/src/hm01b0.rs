@@ -101,7 +101,7 @@ impl Mode {
         frame_lines: 603,
     };
 
-    /// What a receiver must know about this mode.
+    /// The properties of this mode that a receiver must know.
     pub const fn camera_mode(&self) -> CameraMode {
         let (width, height, pixels_as_one) = if self.is_binned { (162, 122, 2.0) } else { (324, 244, 1.0) };
         CameraMode {
@@ -201,7 +201,7 @@ impl<B: I2c, D: DelayNs> Hm01b0<B, D> {
 }
 
 impl<B: I2c, D: DelayNs> Camera for Hm01b0<B, D> {
-    /// Sets the camera up and starts its frames. Takes 100 ms and some 60 transfers.
+    /// Sets the camera up and starts its frames. Takes 100 ms and about 60 transfers.
     fn start(&mut self, exposure: Exposure) -> Result<(), CameraError> {
         self.identify()?;
         self.write(SOFTWARE_RESET, 0)?;

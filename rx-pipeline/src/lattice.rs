@@ -32,7 +32,7 @@ impl Lattice {
         Self::along(centre, [across, down], (libm::sinf(roll_rad), libm::cosf(roll_rad)))
     }
 
-    /// One with these pitches along rows and along columns, whose rows have the direction of that sine and cosine.
+    /// A lattice with these pitches along rows and along columns, whose rows have the direction of that sine and cosine.
     pub fn along(centre: [f32; 2], [across, down]: [f32; 2], (sin, cos): (f32, f32)) -> Self {
         Self {
             centre,

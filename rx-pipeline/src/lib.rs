@@ -1,7 +1,7 @@
 //! The receiver of an optical camera link: camera frames in, messages out.
 //!
-//! A panel of 8×8 LEDs shows 64 bits at a time; a camera films it. This crate finds the panel in the frames, follows it, reads its bits
-//! and assembles the messages. It is `no_std`, takes no heap, and panics on no input.
+//! A panel of 8×8 LEDs shows 64 bits at a time; a camera films it. This crate finds the panel in the frames, follows it, reads its bits and
+//! assembles the messages. It is `no_std`, uses no heap, and panics on no input.
 //!
 //! ```
 //! use link::fec::Code;
@@ -75,7 +75,7 @@
 //!   ([`receiver::FrameSearch::bytes`]).
 //! - **A panel at a known place:** [`receiver::Receiver::place`], and [`receiver::NoSearch`] if the place is always known. On a
 //!   microcontroller, or if a part of the frame is enough, [`receiver::Receiver::region`].
-//! - **A detector:** [`likelihood`] errs least by far and is the default; k-means is the fastest; [`detect`] compares them.
+//! - **A detector:** [`likelihood`] makes by far the fewest errors and is the default; k-means is the fastest; [`detect`] compares them.
 //! - **Search effort and patience:** [`settings`].
 //! - **The learnt camera and broken LEDs:** [`receiver::Receiver::learnt`].
 //! - **Single frames:** [`corners::Corners`], [`cells::CellMap`], [`features::Features`] and [`detect::Detector`], as in the latter's

@@ -13,7 +13,7 @@
 //! h is the image of an LED of light 1. Lens blur, the LED's disc and the pixel's square together are close to a Gaussian whose variance is
 //! the sum of theirs, σ² + D²/16 + 1/12 px² for an LED D px wide. The model depends on that sum alone, and fits it. Noise is that of
 //! electrons and read-out; in its root light all pixels weigh the same. A pixel at grey 255 is a lower bound. On is the brighter state: a
-//! solution of negative contrast is its own complement.
+//! solution of negative contrast stands for its complement.
 //!
 //! Pixels beyond the panel's cells are left out, unless they turn out to be as plain as those between the LEDs: a street around the panel
 //! would spoil levels and noise, while a plain board helps with the outermost LEDs. If LEDs are far apart or the blur is wide, blocks of
@@ -32,8 +32,8 @@
 //!
 //! # Learning
 //!
-//! The levels of earlier frames give a [prior](Experience) of those of the next one. It makes them surer, and allows panels whose LEDs are
-//! all alike. It follows the distance, because the light of a nearer panel fills more pixels.
+//! The levels of earlier frames give a [prior](Experience) of those of the next frame. The prior makes them surer, and makes panels
+//! readable whose LEDs are all alike. It follows the distance, because the light of a nearer panel fills more pixels.
 //!
 //! If a frame shows much less contrast than usual, nothing is learnt from it; if it shows hardly any, it is not read
 //! (`likelihood/proven.rs`): a wiper covers the panel, or its lamps are dark. If bits stay unsure that were sure before, the levels are in
@@ -97,7 +97,7 @@ pub use experience::Experience;
 #[cfg(feature = "read-lines")]
 pub use lines::LINE_DELAY_MAX;
 
-use crate::camera::Learnt;
+use crate::camera::CameraEstimate;
 use crate::corners::Corners;
 #[cfg(feature = "carrier")]
 use crate::detect::Lights;
@@ -118,7 +118,7 @@ use lines::LineDelay;
 use link::camera::{Camera, Encoding};
 use link::panel::{LEDS, PanelFrame, SoftPanel};
 use model::Model;
-use proven::Proven;
+use proven::ProvenEstimates;
 
 /// Interval between looks at the surroundings of the cells (frames).
 const LOOK_AROUND_FRAMES: u32 = 8;
@@ -134,18 +134,18 @@ const CONFIDENCE_MIN: f32 = 0.95;
 const OTHER_LIGHT: f32 = 2.0;
 /// If two symbols share an exposure, some LED's flip costs less (nats). If α of it is the other symbol's, α² of a flip's cost becomes noise
 /// of half the LEDs, so that a flip costs about 2·(1 − 2α)/α² times half the pixels of an LED, 10 to 30. Below α = 1/8 the bits are certain
-/// all the same.
+/// nevertheless.
 const MIXED: f32 = 1000.0;
 /// Maximum share of saturated pixels for a measurement of LEDs, because saturation hides how bright they are (share).
 const SATURATED_MAX: f32 = 0.05;
 
-/// Addition to the doubt in the bits if a frame seems to show two symbols (share of wrong bits),
+/// Addition to the doubt in the bits if a frame seems to show two symbols (share of wrong bits).
 #[cfg(feature = "carrier")]
 const UNSURE_MIXED: f32 = 0.05;
-/// the weight of a frame in the average doubt (share),
+/// The weight of a frame in the average doubt (share).
 #[cfg(feature = "carrier")]
 const UNSURE_GAIN: f32 = 0.125;
-/// and the doubt from which on each LED's light is measured (share of wrong bits). Lower: slower.
+/// The doubt from which on each LED's light is measured (share of wrong bits). Lower: slower.
 #[cfg(feature = "carrier")]
 const UNSURE_MIN: f32 = 0.004;
 
@@ -170,7 +170,7 @@ pub struct MaximumLikelihood<const PIXELS: usize> {
     /// The configured curve.
     configured: Encoding,
     experience: Experience,
-    proven: Proven,
+    proven: ProvenEstimates,
     /// Estimates from the camera's own pixels, kept while larger ones are used.
     in_own_pixels: OwnPixels,
     /// The recent average doubt in the bits (share of wrong ones).
@@ -207,7 +207,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         Self {
             configured: Encoding::Gamma(0.0),
             experience: Experience::NONE,
-            proven: Proven::NONE,
+            proven: ProvenEstimates::NONE,
             in_own_pixels: OwnPixels::NONE,
             #[cfg(feature = "carrier")]
             unsure: 0.0,
@@ -226,7 +226,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
         let camera = camera.clamped();
         self.configured = camera.encoding;
         self.model.prepare(camera, settings);
-        (self.experience, self.proven, self.in_own_pixels) = (Experience::NONE, Proven::NONE, OwnPixels::NONE);
+        (self.experience, self.proven, self.in_own_pixels) = (Experience::NONE, ProvenEstimates::NONE, OwnPixels::NONE);
         #[cfg(feature = "carrier")]
         {
             self.unsure = 0.0;
@@ -267,7 +267,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     #[cfg(feature = "carrier")]
     pub(crate) fn forget(&mut self) {
         self.set_experience(self.experience.of_lines());
-        self.proven = Proven::NONE;
+        self.proven = ProvenEstimates::NONE;
     }
 
     /// Whether it sees the camera's own pixels.
@@ -277,7 +277,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
     }
 
     /// Estimates of the camera and the LEDs from the frames so far; `None` before the first.
-    pub fn learnt(&self) -> Option<Learnt> {
+    pub fn learnt(&self) -> Option<CameraEstimate> {
         let levels = self.experience.levels.mean_levels()?;
         let [side, mixing] = self.model.pixels;
         let [blur, deviation] = self.experience.blur_px()?;
@@ -296,7 +296,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             };
             (camera, own.blur_px.map(|[_, deviation]| deviation))
         };
-        Some(Learnt {
+        Some(CameraEstimate {
             camera: camera.clamped(),
             seen: seen.clamped(),
             blur_deviation_px,
@@ -521,7 +521,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
             self.experience.is_plain_around = was_plain_around;
             // All LEDs Off, or On, explain anything that does not show the panel, but poorly.
             let is_blank = !is_random && !self.fits(&best);
-            if is_blank || Proven::is_covered(shown) {
+            if is_blank || ProvenEstimates::is_covered(shown) {
                 let percent = if is_blank { 0 } else { (100.0 * shown) as u8 };
                 return Err(DetectError::Covered { percent });
             }

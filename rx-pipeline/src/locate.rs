@@ -52,12 +52,12 @@ use core::ops::{Range, RangeInclusive};
 use link::camera::{Camera, CameraError};
 use link::panel::PanelFrame;
 pub(crate) use memory::Workspace;
-use pose_candidates::{Ground, POSE_CANDIDATES, Scope, Sharpened, Trial, View};
+use pose_candidates::{Ground, POSE_CANDIDATES, Scope, SharpPose, Trial, View};
 use survey::{Peak, Survey};
 use suspects::Suspect;
 pub(crate) use suspects::Suspects;
 pub use verification::LEAST_PITCH_PX;
-use verification::Verified;
+use verification::VerifiedLattice;
 pub(crate) use verification::{is_random, may_be_shown};
 
 /// Changed peaks tried in a frame, at most (count). More: slower, and panels among much motion are found.
@@ -75,7 +75,7 @@ const KNOWN: RangeInclusive<f64> = -3.0..=10.0;
 const FAINT: f32 = 55.0;
 /// The same while the camera moves (amplitude ratio), because edges that move may look like anything.
 const FAINT_IN_MOTION: f32 = 200.0;
-/// Factor on these for spots of an unexpected width, because some width fits any edge that moves.
+/// Factor on both for spots of an unexpected width, because some width fits any edge that moves.
 const UNEXPECTED: f32 = 2.5;
 /// The range of expected widths, relative to the narrowest and to the widest LED under the configured blur (ratio).
 const EXPECTED_WIDTH: (f32, f32) = (0.88, 1.15);
@@ -83,7 +83,7 @@ const EXPECTED_WIDTH: (f32, f32) = (0.88, 1.15);
 const PITCH_OVER_LED: f32 = 1.5;
 /// The camera has moved if half of the frame changes by more than this many times its noise (factor) plus this (grey).
 const IN_MOTION: (f32, f32) = (1.5, 0.5);
-/// Busy places searched in every frame (count), beside one more that changes from frame to frame.
+/// Busy places searched in every frame (count), besides one more that changes from frame to frame.
 const ALWAYS: usize = 2;
 /// The interval of frames that are searched for dark LEDs on a white board instead of bright ones (frames).
 const HOLES_EVERY: u64 = 4;
@@ -161,7 +161,7 @@ impl Location {
     }
 }
 
-/// How much of a frame to search.
+/// The part of a frame to search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     /// Isolated spots only, whatever surrounds them: cheap, and enough for most single frames.
@@ -172,7 +172,7 @@ pub enum Effort {
     Share(u64),
     /// For use after failed searches: earlier suspects, and a few other poses that change from frame to frame.
     Spare(u64),
-    /// A share of one level of larger pixels, beside other levels: fewer poses, and only panels for which the next level is too coarse.
+    /// A share of one level of larger pixels, besides other levels: fewer poses, and only panels for which the next level is too coarse.
     Level(u64),
     /// The highest changed peak alone, if it is above the noise and the camera at rest: for a level whose turn it is not.
     Changes,
@@ -367,7 +367,7 @@ impl Locator {
         if effort == Effort::Changes && (in_motion || !is_clear) {
             return Err(LocateError::NothingStandsOut);
         }
-        // Searches that see no change leave the suspects as they are.
+        // Searches that use no change leave the suspects as they are.
         let suspected = suspects.begin();
         let unknown = |peak: &Peak| known.iter().all(|corners| !near(corners, peak.centre));
         for places in [&mut survey.busy, &mut survey.spotted, &mut survey.changed] {
@@ -531,7 +531,7 @@ struct Attempt<'a, const N: usize> {
     failure: Option<LocateError>,
     places: usize,
     largest_px: f32,
-    /// The sides of panels among isolated spots, beside those of blobs (px).
+    /// The sides of panels among isolated spots, besides those of blobs (px).
     spots_sides_px: &'static [f32],
     /// The turn of poses at a place: the likeliest one of each size, then the next ones. `None`: all of one size, then all of the next.
     turn: Option<usize>,
@@ -540,7 +540,7 @@ struct Attempt<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Attempt<'a, N> {
-    /// One with no bound, at a single place.
+    /// A search without a bound, at a single place.
     fn single(locator: &'a Locator, residuals: &'a mut Residuals<N>) -> Self {
         Self {
             locator,
@@ -667,7 +667,7 @@ impl<'a, const N: usize> Attempt<'a, N> {
 
     /// Verifies a pose in that scope. If only its surroundings may have failed it, verifies it within the panel's own outline, and if only
     /// shadows on the board may have, without these.
-    fn verified(&mut self, view: &View<'_, '_>, scope: Scope, pose: &Sharpened) -> Result<Verified, LocateError> {
+    fn verified(&mut self, view: &View<'_, '_>, scope: Scope, pose: &SharpPose) -> Result<VerifiedLattice, LocateError> {
         let mut verify = |scope| verification::verify(self.residuals, view, self.locator, scope, pose);
         match verify(scope) {
             Err(why) if scope == Scope::Ground && why.may_be_of_the_surroundings() => verify(Scope::Board).map_err(|_| why),
@@ -679,22 +679,22 @@ impl<'a, const N: usize> Attempt<'a, N> {
     }
 }
 
-/// The best panel of a place, and the first reason why a pose is none.
+/// The best panel of a place, and the first reason why a pose is not a panel.
 #[derive(Default)]
 struct Best {
-    verified: Option<Verified>,
+    verified: Option<VerifiedLattice>,
     failure: Option<LocateError>,
 }
 
 impl Best {
-    fn offer(&mut self, verified: Verified) {
+    fn offer(&mut self, verified: VerifiedLattice) {
         if self.verified.as_ref().is_none_or(|best| verified.is_better_than(best)) {
             self.verified = Some(verified);
         }
     }
 
     fn fits(&self) -> bool {
-        self.verified.as_ref().is_some_and(Verified::fits)
+        self.verified.as_ref().is_some_and(VerifiedLattice::fits)
     }
 }
 
@@ -763,7 +763,7 @@ mod tests {
         }
     }
 
-    /// On LEDs are hardly brighter than the board, as both are nearly white, and Off LEDs are dark.
+    /// On LEDs are hardly brighter than the board, because both are nearly white, and Off LEDs are dark.
     #[test]
     fn white_boards_are_found_by_their_dark_leds() {
         for blur_sigma_px in [0.6, 0.7, 0.8] {

@@ -14,7 +14,7 @@
 //! # Axes
 //!
 //! The camera's: x right, y down, z forward, in metres. The panel's: x along its rows, y down its columns, z into it; its middle is the
-//! origin. A panel that faces the camera upright has the rotation 1; others are turned by Rz(roll)·Ry(yaw)·Rx(pitch).
+//! origin. A panel that faces the camera upright has the identity rotation; others are turned by Rz(roll)·Ry(yaw)·Rx(pitch).
 //!
 //! # Limits
 //!
@@ -211,7 +211,7 @@ pub struct Solution {
 
 /// A number and its standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Known {
+pub struct Estimate {
     /// The number.
     pub value: f64,
     /// Its standard deviation.
@@ -222,17 +222,17 @@ pub struct Known {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseNumbers {
     /// The distance from the camera to the panel's middle, in metres.
-    pub range_m: Known,
+    pub range_m: Estimate,
     /// Bearing to the right of the optical axis.
-    pub azimuth: Known,
+    pub azimuth: Estimate,
     /// Bearing above the optical axis.
-    pub elevation: Known,
+    pub elevation: Estimate,
     /// Rotation about the axis z, clockwise as seen by the camera.
-    pub roll: Known,
+    pub roll: Estimate,
     /// Rotation about the axis y: if it is positive, the panel's right side is the nearer one.
-    pub yaw: Known,
+    pub yaw: Estimate,
     /// Rotation about the axis x.
-    pub pitch: Known,
+    pub pitch: Estimate,
 }
 
 impl Pose {
@@ -277,7 +277,7 @@ impl Pose {
         let [range_m, azimuth, elevation, roll, yaw, pitch] = core::array::from_fn(|i| {
             let slope = SVector::<f64, 6>::from_fn(|number, _| slopes[number][i]);
             let variance = (slope.transpose() * covariance * slope).x;
-            Known {
+            Estimate {
                 value: here[i],
                 sigma: libm::sqrt(variance.max(0.0)),
             }

@@ -31,14 +31,14 @@ pub use crate::locate::SearchMemory;
 pub use crate::track::{TrackError, TrackErrorKind};
 pub use integer::{BlinkSearch, BlinkSearchError, IntegerOutcome, IntegerReading, IntegerReceiver};
 pub use memory::ReceiverMemory;
-pub use outcome::{Loss, LossKind, Outcome, Reading};
+pub use outcome::{FrameReading, Loss, LossKind, Outcome};
 pub use proof::Proof;
 pub use search::{FrameSearch, NoSearch, Search};
 pub use settings::{ReceiverError, ReceiverSettings};
 
 use core::borrow::BorrowMut;
 
-use crate::camera::Learnt;
+use crate::camera::CameraEstimate;
 use crate::cells::CellsError;
 use crate::corners::Corners;
 use crate::frame::Frame;
@@ -192,7 +192,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
                 again.shorten();
             }
             // Two tracks of one panel: drop the second.
-            let twice = matches!(&followed, Some(Ok(Reading { corners, .. }))
+            let twice = matches!(&followed, Some(Ok(FrameReading { corners, .. }))
                 if known.iter().any(|other| overlap(other, corners)));
             match followed {
                 Some(reading) if !twice && doubtful.is_none() && is_doubtful && again.is_due() => {
@@ -276,7 +276,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
     }
 
     /// The learnt camera and LEDs, by panel number; none for a panel that has not been read by maximum likelihood.
-    pub fn learnt_each(&self) -> [Option<Learnt>; PANELS] {
+    pub fn learnt_each(&self) -> [Option<CameraEstimate>; PANELS] {
         self.memory.borrow().panels.each_ref().map(PanelMemory::learnt)
     }
 
@@ -394,7 +394,7 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS>>, S: Search<PIXELS
     }
 
     /// The learnt camera and LEDs; none before the panel was read, or if the method is not maximum likelihood.
-    pub fn learnt(&self) -> Option<Learnt> {
+    pub fn learnt(&self) -> Option<CameraEstimate> {
         let [learnt] = self.learnt_each();
         learnt
     }

@@ -131,7 +131,7 @@ settings! {
         list_sets: u8 = 64 in 1..=64,
         /// Frames that try other curves of the camera (frames).
         ///
-        /// More: a wrong curve is corrected more reliably, and the first frames take longer for longer. 0: the configured curve stays.
+        /// More: a wrong curve is corrected more reliably, and more of the first frames take longer. 0: the configured curve stays.
         curve_frames: u16 = 32 in 0..=1000,
     }
 }

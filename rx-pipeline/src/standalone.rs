@@ -16,7 +16,8 @@
 //! | [`Trust`] | the public keys that verify signed messages |
 //! | [`Request`], [`Answer`] | a computer's requests, in the frames of [`link::serial`] |
 //!
-//! Text and answers share the port. Answers lie between two zeros, which text never contains, and there is no text while a computer asks.
+//! Text and answers share the port. Answers lie between two zeros, which text never contains, and there is no text while a computer sends
+//! requests.
 
 pub mod exposure;
 

@@ -1,11 +1,11 @@
 //! The place of a panel after the camera has moved, from its surroundings.
 //!
-//! A panel's bits change from frame to frame, but its surroundings move with the camera. A place is likely if each LED there is at one of
-//! two levels, whichever, and if everything around them looks as before. Its rating is the log odds against a part of the picture without a
+//! A panel's bits change from frame to frame, but its surroundings move with the camera. A place is likely if each LED there is at either
+//! of its two levels, and if everything around them looks as before. Its rating is the log odds against a part of the picture without a
 //! panel, with the grey levels of the whole picture's histogram.
 //!
-//! A panel may also move by itself while the camera rests. Then only its LEDs and the places next to them, which are on its board, tell its
-//! place, and the ground is compared where the panel was last seen.
+//! A panel may also move by itself while the camera rests. Then only its LEDs and the places next to them, which are on its board, reveal
+//! its place, and the ground is compared at the panel's last place.
 //!
 //! The picture is drawn in tiles a quarter of the LEDs' pitch wide, rotated with the panel. The odds of a candidate are then a sum of table
 //! look-ups: over the 64 LEDs for every candidate, and over the surroundings for those that the LEDs leave likely.
@@ -25,34 +25,34 @@ use tiles::{ROOM, TILES};
 
 /// The least spread of the expected place (pitches).
 const LEAST_SPREAD: f32 = 0.15;
-/// The nats that count as one in the odds between two places, because the evidence is not independent.
+/// Number of nats that count as one in the odds between two places, because the evidence is not independent.
 const DEPENDENCE: f32 = 4.0;
 /// The least probability that a panel is on the lattice that explains its light, whatever its surroundings. Lower: rivals are accepted
 /// sooner, and readings before a changing ground lose more weight.
 const LEAST: f32 = 0.75;
 /// Minimum lead of another place over the expected one (nats).
 const CLEARLY: f32 = 25.0;
-/// Minimum distance of a corner from its expected place for a panel that has moved (pitches, and px: less than a tile resolves).
+/// Minimum distance of a corner from its expected place for a panel that has moved (pitches). Tiles do not resolve less.
 const OFF: f32 = 0.25;
-/// See [`OFF`].
+/// The same in pixels (px).
 const OFF_PX: f32 = 1.0;
 /// Places closer to each other count as one (pitches).
 const SAME: f32 = 0.35;
 /// The least deviation of an LED's level (share of the contrast), because its place may lie between two tiles.
 const DEVIATION: f32 = 0.03;
-/// The same for a place around, in addition to the slope of the light there.
+/// The same for a place around the LEDs, in addition to the slope of the light there.
 const DEVIATION_AROUND: f32 = 0.02;
 /// Addition to both for the sensor's noise (grey levels).
 const DEVIATION_GREY: f32 = 1.5;
-/// The initial deviation of a place after one frame (share of the contrast), and of one that LEDs light, as they are On or Off.
+/// The initial deviation of a place after one frame (share of the contrast), and of one that LEDs light, because they are On or Off.
 const DEVIATION_AT_FIRST: [f32; 2] = [0.05, 0.2];
 /// The weight of a frame in the averages (share).
 const GAIN: f32 = 0.15;
 /// LEDs of either state in a frame that teaches, at least (count).
 const LEAST_LEDS: f32 = 3.0;
-/// Places next to the LEDs that may differ by more than [`FAR`] before the panel counts as moved (count).
+/// Number of places next to the LEDs that may differ by more than [`FAR`] before the panel counts as moved (count).
 const DIFFERING: usize = 2;
-/// See [`DIFFERING`] (deviations).
+/// Difference of such a place that counts (deviations).
 const FAR: f32 = 3.5;
 
 /// The levels of a panel and of its surroundings, in grey levels.

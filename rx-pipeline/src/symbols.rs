@@ -24,7 +24,7 @@ mod decoder;
 mod lateness;
 mod shared;
 
-pub use decoder::{Decoded, MessageDecoder};
+pub use decoder::{DecodedSymbol, MessageDecoder};
 
 use crate::detect::{Mixture, correlation};
 use lateness::Lateness;
@@ -101,8 +101,9 @@ pub struct SymbolClock {
     next_index: u32,
     /// The delay of the current frame relative to its number, in frame periods.
     late: Lateness,
-    /// Recent frames, and below, how many of them caught two symbols.
+    /// Number of recent frames.
     frames: u32,
+    /// Number of these that caught two symbols.
     mixed: u32,
     /// Whether that number shows exposures longer than usual.
     is_long: bool,

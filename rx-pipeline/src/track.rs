@@ -36,7 +36,7 @@ const GATE_SHARE_LIKELIEST: f32 = 0.5;
 /// The same minimum at a place that the surroundings gave, and for bits that no symbol shows: a single bright line explains half of the
 /// usual share with some (share).
 const GATE_SHARE_PLACED: f32 = 0.7;
-/// Minimum light that it explains while the usual share is unknown (share of the light there).
+/// Minimum light that a panel explains while its usual share is unknown (share of the light there).
 const GATE_LEAST: f32 = 0.25;
 /// The same minimum at an unexpected place, because clutter also explains part of its own light (share).
 const GATE_LEAST_ELSEWHERE: f32 = 0.7;
@@ -50,7 +50,7 @@ const ON_COURSE: f32 = 0.1;
 /// A panel that has recently been farther, and explains less light than [`LESS_THAN_USUAL`], may be seen halfway between two lines: its
 /// neighbourhood is searched too (pitches). Lower: slower if cameras shake.
 const NEAR_COURSE: f32 = 0.2;
-/// Light that such a panel explains at most (share of what it usually explains). Higher: slower if cameras shake.
+/// Light that such a panel explains at most (share of its usual light). Higher: slower if cameras shake.
 const LESS_THAN_USUAL: f32 = 0.95;
 /// The share of the largest recent distance from the expected place that still counts in the next frame. Higher: slower after a jump, and
 /// when a panel has just been found.
@@ -61,7 +61,8 @@ const LINE_LEFT: f32 = 0.8;
 /// A panel that explains less may lie between its lines (share of the light there). Higher: slower before clutter.
 #[cfg(feature = "surroundings")]
 const BETWEEN_LINES: f32 = 0.7;
-/// How much less a panel must explain than when a search confirmed its place to raise doubts again (share of the light there).
+/// Minimum drop in the light that a panel explains, since a search confirmed its place, that raises doubts again (share of the light
+/// there).
 #[cfg(feature = "surroundings")]
 const CLEARLY_LESS: f32 = 0.05;
 /// Maximum number of frames between two finds that give a speed (count). More: panels that change their direction seem slow.
@@ -97,7 +98,7 @@ const BLURRED_STEPS: usize = 6;
 const ROUNDS: usize = 3;
 /// The change of the contrast up to which a frame is about as bright as expected (ratio). Wider: places shift when the exposure jumps.
 const AS_BRIGHT: RangeInclusive<f32> = 0.5..=2.0;
-/// Light from which the fit has settled (share of what frames usually explain).
+/// Light from which the fit has settled (share of the light that frames usually explain).
 const SETTLED: f32 = 0.9;
 /// Damping of the steps (share of the curvature).
 const DAMPING: f32 = 0.05;
@@ -134,8 +135,9 @@ impl Gate {
 struct Averages {
     /// Share of the light that the panel explains.
     explained: f32,
-    /// Mean square of the explained light per pixel, and of the residual (grey levels squared).
+    /// Mean square of the explained light per pixel (grey levels squared).
     signal: f32,
+    /// Mean square of the residual (grey levels squared).
     left: f32,
 }
 
@@ -555,7 +557,7 @@ impl Track {
         false
     }
 
-    /// The track without confidence: its bits are as good as random.
+    /// The track without confidence: its bits count as random.
     pub fn distrusted(self) -> Self {
         Self { trust: 0.5, ..self }
     }

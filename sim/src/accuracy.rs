@@ -17,14 +17,14 @@
 //! | a disc as a few chords | [`Accuracy::quadrature`] | chords at Chebyshev's nodes converge faster than any power of their number: 4 suffice for `fast` at 50 m |
 //! | light beyond the drawn margin | [`Accuracy::truncation`] | the blur falls off as a Gaussian, so a tenth of the error costs half a pixel |
 //! | values between tabulated phases | [`Accuracy::phases`] | linear, one vector operation; the table grows with the inverse root of the error |
-//! | rounding of f32 | none: [`Level::Reference`] draws in f64 | some 1e-7 of a pixel's value |
+//! | rounding of f32 | none: [`Level::Reference`] draws in f64 | about 1e-7 of a pixel's value |
 //! | the encoding curve | none: [`crate::camera::encoder::CURVE_ERROR_GREY`] | a polynomial of vectors, or a table, closer than either level needs |
 //!
-//! The parameters of [`Accuracy`] apply if a blur spreads each LED over its neighbourhood: LEDs are then drawn by
-//! [`Chords`](crate::disc::chords::Chords), of which few suffice under a blur. Without a blur, or under one so small that no affordable
-//! number of chords keeps the bound, all levels draw pixel by pixel from the [`Outline`](crate::disc::outline::Outline) itself. Without a
-//! blur that is a closed form on the few pixels that an LED covers: 8 × 8 samples a pixel err by more than a hundredth of an LED's light
-//! (see the test above), while 0.25 grey levels allow 3e-4 of it at an L2A of 2. Only the error of f32 remains.
+//! The parameters of [`Accuracy`] apply if a blur spreads each LED over its neighbourhood: LEDs are then drawn by a few
+//! [`Chords`](crate::disc::chords::Chords). Without a blur, or under one so small that no affordable number of chords keeps the bound, all
+//! levels draw pixel by pixel from the [`Outline`](crate::disc::outline::Outline) itself. Without a blur, the outline is a closed form on
+//! the few pixels that an LED covers: 8 × 8 samples a pixel would err by more than a hundredth of an LED's light (see the test above),
+//! while 0.25 grey levels allow 3e-4 of it at an L2A of 2. Only the error of f32 remains.
 
 use std::str::FromStr;
 
@@ -109,7 +109,7 @@ impl Accuracy {
         }
     }
 
-    /// The same for any bound, in grey levels before rounding.
+    /// As [`Self::new`], for any bound, in grey levels before rounding.
     pub fn within(bound_grey: f64, floor: f64, excess: f64, sigma_px: f64, curve: &Curve) -> Self {
         let share = bound_grey / 4.0;
         // The curve is steepest at the floor: a change of light that moves the grey by its share there moves it by less elsewhere.

@@ -3,10 +3,10 @@
 //! Air of the extinction β transmits the part τ = exp(−β·d) of the light (Beer–Lambert). If the scene has airlight, the air adds the veil
 //! (1 − τ)·L of the horizon's luminance L (Koschmieder 1924).
 //!
-//! The background is as far away as the farthest panel, so that no panel is seen through more air than the background behind it, and an
-//! LED as bright as the background is invisible at any distance. The light meter sees the background as the camera does: attenuated and
-//! veiled. Without airlight the meter ignores the air: then `ambient.background_reflectance` is that of the background at the camera, for
-//! which Do & Yoo 2020 expose at all distances.
+//! The background is as far away as the farthest panel, so that no panel is seen through more air than the background behind it, and an LED
+//! as bright as the background is invisible at any distance. The light meter sees the background as the camera does: attenuated and veiled.
+//! Without airlight the meter ignores the air: then `ambient.background_reflectance` is the reflectance as seen at the camera, for which Do
+//! & Yoo 2020 expose at all distances.
 
 use crate::scene::Scene;
 

@@ -1,8 +1,8 @@
 //! The measured cost of each effect: the time of a frame with it relative to that of one without it.
 //!
-//! A frame is the part of the sensor lit by panels, drawn and read out, as in a Monte Carlo study. Everything else follows the plan, so
-//! that costs are those of one more effect, or of one that is included, in this scene. They do not add up, because an effect may make
-//! another more or less expensive: with a blur, for example, LEDs are drawn by a few chords rather than pixel by pixel.
+//! A frame is the part of the sensor lit by panels, drawn and read out, as in a Monte Carlo study. All other effects follow the plan, so
+//! that each cost is that of one effect in this scene, included or not. Costs do not add up, because an effect may make another more or
+//! less expensive: with a blur, for example, LEDs are drawn by a few chords rather than pixel by pixel.
 
 use std::time::Duration;
 
@@ -21,7 +21,7 @@ pub struct Cost {
     pub effect: &'static str,
     /// Nanoseconds a frame; negative if a frame without it takes longer.
     pub ns: f64,
-    /// The same in frames of the plan.
+    /// The effect's time in frames of the plan.
     pub frames: f64,
 }
 
@@ -75,7 +75,6 @@ fn warm(renderer: &Renderer) -> Work<'_> {
     Box::new(work)
 }
 
-/// The panels' exposures in a frame.
 fn shown(renderer: &Renderer, frame: u64) -> Vec<PanelExposure> {
     let mut random = stream(1, frame, Purpose::Bits);
     let shift_px = [frame as f64 / FRAMES as f64; 2];

@@ -45,7 +45,7 @@ pub struct Formation {
     pub sigma_px: f64,
     /// The blur beyond its core.
     pub spread: Shape,
-    /// Whether each LED is projected individually; else the whole panel is one affine image.
+    /// Whether each LED is projected individually; otherwise the whole panel is one affine image.
     pub exact_perspective: bool,
     /// Radial distortion k₁; 0: none.
     pub distortion_k1: f64,
@@ -62,13 +62,13 @@ pub struct Formation {
     /// Samples of the exposure to average for moving panels: (time from the exposure's middle in seconds, weight). A single one without
     /// motion.
     pub motion_samples: Vec<(f64, f64)>,
-    /// Whether panels move during the exposure; else only from row to row.
+    /// Whether panels move during the exposure; otherwise they move only from row to row.
     pub moves: bool,
     /// The camera's vibration.
     pub shake: Option<Shake>,
     /// The delay between the exposures of neighbouring rows, in seconds; 0 is a global shutter.
     pub row_delay_s: f64,
-    /// Whether the symbols of one exposure are mixed by their shares of its time; else only the one in its middle shows.
+    /// Whether the symbols of one exposure are mixed by their shares of its time; otherwise only the one in its middle shows.
     pub mix_symbols: bool,
     /// The waveform of symbols.
     pub waveform: Waveform,

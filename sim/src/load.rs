@@ -10,18 +10,18 @@ use crate::input;
 use crate::scene::{Panel, Scene, SceneError, overrule, preset_toml};
 
 impl Scene {
-    /// The scene `name` (a preset, else a TOML file) with `overrides` of the form `TABLE.KEY=VALUE` applied in order.
+    /// The scene `name` (a preset or, if there is none, a TOML file) with `overrides` of the form `TABLE.KEY=VALUE` applied in order.
     ///
     /// `panel.KEY` means the first panel.
     ///
     /// # Errors
-    /// See [`SceneError`]: the fault, its place, the allowed range and the way out.
+    /// [`SceneError`] gives the fault, its place, the allowed range and the remedy.
     pub fn load(name: impl AsRef<OsStr>, overrides: &[String]) -> Result<Self, SceneError> {
         let name = name.as_ref();
         Self::from_toml(&name.to_string_lossy(), &Self::toml(name)?, overrides)
     }
 
-    /// The TOML text of the scene `name`: a preset, else a file.
+    /// The TOML text of the scene `name`: a preset or, if there is none, a file.
     ///
     /// # Errors
     /// If it is neither, or cannot be read.
@@ -46,7 +46,7 @@ impl Scene {
             name: name.into(),
             source: Box::new(source),
         };
-        // First as written, so that a fault is reported with its line; then with the overrides.
+        // Checked first as written, so that a fault is reported with its line; then with the overrides.
         let written: Scene = toml::from_str(text).map_err(parse_error)?;
         let scene = if overrides.is_empty() {
             written

@@ -68,7 +68,7 @@ impl Plan {
         }
     }
 
-    /// The same plan with one more or one less effect.
+    /// The same plan with one effect added or left out.
     pub fn toggled(&self, effect: &str) -> Self {
         let mut toggled = self.clone();
         for decision in &mut toggled.decisions {

@@ -5,12 +5,12 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// The purpose of random numbers. Each has its own stream, so that drawing more for one changes no other. Its number goes into the stream
-/// and must not change; a retired number is not used again.
+/// The purpose of random numbers. Each has its own stream, so that drawing more numbers for one changes no other. Its number goes into the
+/// stream and must not change; a retired number is not used again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
-    /// The bits of panels that are not given.
+    /// The bits of panels, if they are not given.
     Bits = 0,
     /// A random frame's symbols, sub-pixel phase and reflectance.
     Phase = 1,
@@ -117,7 +117,7 @@ mod tests {
         let moment = |power: i32| values.iter().map(|v| v.powi(power)).sum::<f64>() / 1e5;
         assert!(moment(1).abs() < 0.015, "{}", moment(1));
         assert!((moment(2) - 1.0).abs() < 0.02, "{}", moment(2));
-        // A normal law has 3; eight bytes have 0.15 less.
+        // The kurtosis of a normal law is 3, that of eight bytes 0.15 less.
         assert!((moment(4) - 2.85).abs() < 0.08, "{}", moment(4));
     }
 }

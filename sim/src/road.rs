@@ -14,7 +14,9 @@ use rand::Rng;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::{Frame, FrameError};
-use rx_pipeline::receiver::{FrameSearch, Loss, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Reread, SearchMemory};
+use rx_pipeline::receiver::{
+    FrameReading, FrameSearch, Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Reread, SearchMemory,
+};
 use rx_pipeline::symbols::MessageDecoder;
 use tx_firmware::ambient::Smoothing;
 use tx_firmware::calibration::{Calibration, CalibrationError, Measured};
@@ -110,20 +112,20 @@ pub struct FrameReport<'a> {
     pub bit_errors: u32,
     /// The bits read, or the reason for none.
     ///
-    /// With a carrier, an exposure shows bits or their complement, with a rolling shutter in each line of LEDs. The receiver learns from
-    /// many frames which. The road knows it, and gives the reading the signs with the fewest wrong bits, which are at most half.
+    /// With a carrier, an exposure shows the bits or their complement; with a rolling shutter, this may differ between lines of LEDs. The
+    /// receiver learns the signs from many frames. The road gives the reading the signs with the fewest wrong bits, which are at most half.
     pub read: Result<PanelFrame, Loss>,
     /// The panel's position in the reading.
     pub corners: Option<Corners>,
     /// Messages that became whole with this frame.
-    pub delivered: Option<Received>,
+    pub delivered: Option<ReceivedMessage>,
     /// Whether an exposure was shared between symbols.
     pub straddled: bool,
 }
 
 /// A received message.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Received {
+pub struct ReceivedMessage {
     /// Its bytes.
     pub message: Vec<u8>,
     /// Its first frame.
@@ -151,9 +153,9 @@ pub struct Road {
     seed: u64,
     renderer: Renderer,
     transmitter: Transmitter<RecordingMatrix>,
-    /// In a box: it is large, and moves with the road.
+    /// In a box, because it is large and moves with the road.
     receiver: Box<RoadReceiver>,
-    /// Continues after the frames that were read again once the panel's carrier was known.
+    /// The decoder that continues after frames were read again, once the panel's carrier was known.
     reread: Option<Box<MessageDecoder>>,
     true_corners: bool,
     symbols: Symbols,
@@ -282,7 +284,7 @@ impl Road {
     }
 
     /// Ends the reception, and returns the message that the last frame may have completed.
-    pub fn finish(&mut self) -> Option<Received> {
+    pub fn finish(&mut self) -> Option<ReceivedMessage> {
         let signature = &mut self.received_signature;
         let later = self.reread.as_mut().and_then(|decoder| received(&decoder.finish(), signature));
         received(&self.receiver.finish(), signature).or(later)
@@ -302,7 +304,7 @@ impl Road {
         self.receiver.set_line_delay(exposures);
     }
 
-    /// Prepares frame `frame`, if it is of another scene than the frame before.
+    /// Prepares frame `frame`, if its scene differs from that of the frame before.
     fn look_again(&mut self, frame: u64) -> Result<(), RoadError> {
         let Some(scene) = self.scene.at_frame(frame) else {
             return Ok(());
@@ -329,7 +331,7 @@ impl Road {
         }
         let full = self.transmitter.calibration().measured().luminance_full_cd_m2.to_num::<f64>();
         let luminance = full * self.transmitter.matrix().duty.to_num::<f64>();
-        // The transmitter's calibration has applied the limits.
+        // The transmitter's calibration has already applied the limits.
         shown[0].light = self.renderer.lit(0, luminance);
         shown
     }
@@ -344,8 +346,8 @@ fn are_near(a: &Corners, b: &Corners) -> bool {
 }
 
 /// A reading in the panel's own rows and columns, which are known here before the first header.
-fn own_way_up(reading: &Reading, truth: &Corners) -> Reading {
-    let off = |reading: &Reading| {
+fn own_way_up(reading: &FrameReading, truth: &Corners) -> FrameReading {
+    let off = |reading: &FrameReading| {
         let [[x, y], [true_x, true_y]] = [&reading.corners, truth].map(|corners| corners.points()[0]);
         (x - true_x).hypot(y - true_y)
     };
@@ -467,7 +469,7 @@ fn read_again(
     symbols_per_frame: f32,
     reading_on: &mut Option<Box<MessageDecoder>>,
     signature: &mut Option<ReceivedSignature>,
-) -> Option<Received> {
+) -> Option<ReceivedMessage> {
     let mut last = None;
     for readings in frames.each() {
         let mut decoder = Box::new(MessageDecoder::new(symbols_per_frame).ok()?);
@@ -480,7 +482,7 @@ fn read_again(
 }
 
 /// The completed message; a completed signature replaces the last one.
-fn received(event: &Event<'_>, signature: &mut Option<ReceivedSignature>) -> Option<Received> {
+fn received(event: &Event<'_>, signature: &mut Option<ReceivedSignature>) -> Option<ReceivedMessage> {
     match event {
         Event::Signed(signed) => {
             *signature = Some(ReceivedSignature {
@@ -489,7 +491,7 @@ fn received(event: &Event<'_>, signature: &mut Option<ReceivedSignature>) -> Opt
             });
             None
         }
-        Event::Delivered(delivery) => Some(Received {
+        Event::Delivered(delivery) => Some(ReceivedMessage {
             message: delivery.message.to_vec(),
             first_frame: delivery.first_stamp,
             last_frame: delivery.last_stamp,

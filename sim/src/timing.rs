@@ -1,7 +1,7 @@
 //! Interleaved timing: each function runs for a moment, then the next, again and again.
 //!
-//! Other load of the machine then affects all alike, so that ratios within one turn are of one state of the machine. In a turn the fastest
-//! of a few runs counts, as one without interruption.
+//! Other load then affects all functions alike, so that ratios within one turn compare the same state of the machine. The fastest of a few
+//! runs counts in a turn, because it was interrupted least.
 
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -20,9 +20,9 @@ pub fn system_clock() -> Duration {
 
 /// Shorter runs are repeated until they take this long, because calls of the clock cost time.
 const SHORTEST_NS: f64 = 20_000.0;
-/// And until they take this many steps of the clock, which are 0.1 ms and more in a browser.
+/// Shorter runs, in steps of the clock, are repeated as well; a step is 0.1 ms and more in a browser.
 const SHORTEST_STEPS: f64 = 30.0;
-/// But not for longer than this, however coarse the clock is.
+/// The longest that runs are repeated, however coarse the clock is.
 const SHORTEST_MOST_NS: f64 = 5e6;
 /// The time of all runs in a turn, of which the fastest counts.
 const TURN_NS: f64 = 2e6;

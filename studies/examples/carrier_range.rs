@@ -1,6 +1,6 @@
-//! What a carrier costs: net rate and range beside still panels, over frame rate, readout and exposure of a camera.
+//! The cost of a carrier: net rate and range compared with still panels, over frame rate, readout and exposure of a camera.
 //!
-//! `cargo run --release -p vocc-studies --example carrier_range -- SCENE [FILMS]`, for example `night 4`. The receiver is told nothing.
+//! `cargo run --release -p vocc-studies --example carrier_range -- SCENE [FILMS]`, for example `night 4`. The receiver is not configured.
 //! Symbols are sent at 0.9 a frame, with whole cycles of about 1440 Hz. The range is the greatest of distances 10 m apart at which 48 bytes
 //! arrive in three quarters of the films of 3 s, but at least 150 frames. The net rate, at 50 m, is that of 256 bytes from their first
 //! frame to their last one; a message that takes more than 10 s counts as 0.
@@ -8,7 +8,7 @@
 use rand::RngExt;
 use rx_pipeline::detect::Method;
 use sim::random::{Purpose, stream};
-use sim::road::{LinkSettings, Received, Road};
+use sim::road::{LinkSettings, ReceivedMessage, Road};
 use sim::scene::Scene;
 
 /// Bytes of a message for the range, and for the net rate.
@@ -52,7 +52,7 @@ impl Link<'_> {
     }
 
     /// A message of that many random bytes, if it arrives within these frames.
-    fn send(&self, bytes: usize, distance_m: f64, seed: u64, frames: f64) -> Outcome<Option<Received>> {
+    fn send(&self, bytes: usize, distance_m: f64, seed: u64, frames: f64) -> Outcome<Option<ReceivedMessage>> {
         let random = &mut stream(seed, 0, Purpose::Setting);
         let message: Vec<u8> = (0..bytes).map(|_| random.random()).collect();
         let scene = self.scene(distance_m, random.random())?;

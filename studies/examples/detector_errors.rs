@@ -20,7 +20,7 @@ const DETECTORS: [(&str, DetectorChoice); 5] = [
     ("genie", DetectorChoice::Genie),
 ];
 
-/// The detectors whose wrong bits and panels are printed with intervals: the genie's panels are a bound, whose uncertainty must be seen
+/// The detectors whose wrong bits and panels are printed with intervals: the genie's panels are a bound, whose uncertainty must be shown
 /// next to the best receiver's.
 const COUNTED: [&str; 2] = ["ml", "genie"];
 

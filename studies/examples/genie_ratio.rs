@@ -1,5 +1,5 @@
 //! The errors of the best detector relative to the genie's on the same frames, over distance, interval, L2A and ISO. The genie's wrong
-//! panels are a bound, its wrong bits are not.
+//! panels are a bound; its wrong bits are not.
 //!
 //! `cargo run --release -p vocc-studies --example genie_ratio -- DISTANCES INTERVALS L2AS ISOS [FRAMES [SEED [followed]]]`, for example
 //! `70,110 0.5,1 2 100,32000 400 1`. Each frame has random bits, a random sub-pixel phase and a reflectance of 0.3 to 0.5; `followed` keeps

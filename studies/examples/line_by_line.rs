@@ -3,8 +3,8 @@
 //! `cargo run --release -p vocc-studies --example line_by_line -- SCENE DISTANCES_M READOUTS_MS EXPOSURES_MS RATES [RUNS [BYTES [SECONDS [at-once]]]]`
 //!
 //! For example `phone 12,50 0,10,20 0.1,1,10 5,15,27 20 48 3`; `-` stands for the scene's own value. Each run has another phase. The
-//! aperture sets the exposure, like a grey filter; if it would have to be wider than f/1.4, the ISO does. With `at-once` the receiver is
-//! configured for a global shutter and does not search for a share per row.
+//! aperture sets the exposure, like a grey filter, up to f/1.4; beyond, the ISO does. With `at-once` the receiver is configured for a
+//! global shutter and does not search for a share per row.
 
 use link::fec::Code;
 use sim::accuracy::Level;

@@ -8,7 +8,7 @@ use link::panel::PanelFrame;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::{FrameSearch, Reading, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
+use rx_pipeline::receiver::{FrameReading, FrameSearch, Receiver, ReceiverMemory, ReceiverSettings, SearchMemory};
 
 use sim::accuracy::Level;
 use sim::camera::clock::WINDOW;
@@ -247,13 +247,13 @@ pub struct FilmResult {
     pub misplaced: bool,
     /// The frame that completed the message.
     pub delivered_at: Option<u64>,
-    /// Wrong bits, and below, all bits, of frames that show one symbol.
+    /// Wrong bits of frames that show one symbol.
     pub errors: u64,
-    /// See `errors`.
+    /// All bits of these frames.
     pub bits: u64,
     /// The reported confidence of those bits.
     pub reliability: Reliability,
-    /// The same for the frames with the panel at its place.
+    /// The reported confidence of bits in the frames with the panel at its place.
     pub reliability_in_place: Reliability,
     /// The receiver's last reason for a failure.
     pub why: String,
@@ -305,7 +305,7 @@ pub fn receive(film: &mut RandomFilm, size: [usize; 2], camera: Camera) -> FilmR
 ///
 /// # Panics
 /// If a film has no pixels.
-pub fn read_alone(film: &mut RandomFilm, size: [usize; 2]) -> Option<(Reading, PanelFrame)> {
+pub fn read_alone(film: &mut RandomFilm, size: [usize; 2]) -> Option<(FrameReading, PanelFrame)> {
     let number = (0..FRAMES).find(|&number| film.frame(number).1.is_some())?;
     let (pixels, bits) = film.frame(number);
     let mut receiver = Receiving::new(ReceiverSettings::default(), Box::default(), search(size).thorough()).expect("the default settings");

@@ -177,7 +177,7 @@ impl RandomScene {
         Self::draw_turned(seed, 0.0, size, count, photographs)
     }
 
-    /// The same, rotated further by an angle in degrees, 0 to 180.
+    /// As [`RandomScene::draw`], rotated further by an angle in degrees, 0 to 180.
     ///
     /// # Errors
     /// As [`RandomScene::draw`].

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use link::camera::Camera;
-use reception::still::{Place, StillDecoder};
+use reception::still::{PlaceCheck, StillDecoder};
 use rx_pipeline::cells::CellMap;
 use rx_pipeline::corners::Corners;
 use rx_pipeline::detect::{Detector, Method};
@@ -127,12 +127,12 @@ fn a_panel_with_a_dark_outer_line_is_read_on_its_own_lines() {
         let found = decoded(None);
         assert_eq!(
             (found.reading.detection.bits.bits(), found.place),
-            (bits, Place::Confirmed),
+            (bits, PlaceCheck::Confirmed),
             "{side}"
         );
         assert!(found.reading.detection.confidence > 0.99, "{side}");
         let given = decoded(Some(farther_in));
-        assert_ne!(given.place, Place::Confirmed, "{side}");
+        assert_ne!(given.place, PlaceCheck::Confirmed, "{side}");
         assert!(
             given.reading.detection.confidence < 0.8,
             "{side}: {}",

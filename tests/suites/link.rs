@@ -1,7 +1,7 @@
 //! The whole link: transmitter code, rendered road, receiver code.
 
 use sim::accuracy::Level;
-use sim::road::{LinkSettings, Received, Road};
+use sim::road::{LinkSettings, ReceivedMessage, Road};
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::receiving_method;
@@ -17,7 +17,7 @@ fn settings(scene: &Scene, detector: DetectorChoice) -> LinkSettings {
 }
 
 /// The message received within some frames, their bit errors, and the number of unreadable ones.
-fn run(overrides: &[String], detector: DetectorChoice, frames: impl IntoIterator<Item = u64>) -> (Option<Received>, u64, u64) {
+fn run(overrides: &[String], detector: DetectorChoice, frames: impl IntoIterator<Item = u64>) -> (Option<ReceivedMessage>, u64, u64) {
     let scene = Scene::load("paper", overrides).expect("a valid scene");
     let mut road = Road::new(&scene, &settings(&scene, detector)).expect("a usable link");
     let (mut received, mut errors, mut unread) = (None, 0, 0);
@@ -31,7 +31,7 @@ fn run(overrides: &[String], detector: DetectorChoice, frames: impl IntoIterator
     (received, errors, unread)
 }
 
-fn message(received: &Option<Received>) -> Option<&[u8]> {
+fn message(received: &Option<ReceivedMessage>) -> Option<&[u8]> {
     received.as_ref().map(|received| received.message.as_slice())
 }
 

@@ -150,7 +150,7 @@ impl Calibration {
         })
     }
 
-    /// Reads OpenCV's YAML and ROS's variants; `None` if `text` is no such calibration.
+    /// Reads OpenCV's YAML and ROS's variants; `None` if `text` is not such a calibration.
     pub fn of_opencv(text: &str) -> anyhow::Result<Option<Self>> {
         if let Some(message) = form::camera_info(text) {
             let file = OpenCv::of_message(message).context("ROS's camera_info cannot be read")?;

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use reception::bytes::hex_if_no_text;
 use reception::panel_pose::{PanelPose, PoseInput, PoseMeter};
-use reception::still::{Place, StillDecoder, StillError, StillReading};
+use reception::still::{PlaceCheck, StillDecoder, StillError, StillReading};
 use rx_pipeline::corners::Corners;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::locate::BUSY_PEAKS;
-use rx_pipeline::receiver::Reading;
+use rx_pipeline::receiver::FrameReading;
 use rx_pipeline::settings::SearchSettings;
 use serde::Serialize;
 use serde_json::Value;
@@ -19,7 +19,7 @@ use crate::camera::{CameraArguments, CameraHints};
 use crate::frames::PixelArguments;
 use crate::frames::foreign;
 use crate::frames::picture::PictureReader;
-use crate::options::{self, Shared};
+use crate::options::{self, SharedOptions};
 use crate::output::{self, Verdict, line};
 use crate::outputs;
 use crate::pose::{self, PanelArguments};
@@ -84,7 +84,7 @@ struct Report<'a> {
     /// The corners of the panel that the picture shows instead.
     #[serde(skip_serializing_if = "Option::is_none")]
     elsewhere_px: Option<[[f32; 2]; 4]>,
-    /// How far the corners turn the panel clockwise.
+    /// The panel's clockwise rotation in the picture, by its corners.
     #[serde(skip_serializing_if = "Option::is_none")]
     turned_deg: Option<u32>,
     why: Option<String>,
@@ -100,7 +100,7 @@ struct PanelReading {
 }
 
 /// Decodes each image; a bad one does not stop the others.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     if let Some(folder) = &arguments.show {
         let images = || arguments.images.iter().map(PathBuf::as_path);
         outputs::check_drawings(folder, images().map(show::in_picture), images())?;
@@ -214,18 +214,18 @@ impl Decoder<'_> {
 }
 
 /// Warns on standard error if the bits may be of another panel, or of none.
-fn doubt(path: &Path, corners: &Corners, place: &Place) {
+fn doubt(path: &Path, corners: &Corners, place: &PlaceCheck) {
     let name = output::name(path);
     match place {
-        Place::Confirmed => {}
-        Place::Elsewhere(shown) => {
+        PlaceCheck::Confirmed => {}
+        PlaceCheck::Elsewhere(shown) => {
             let numbers: Vec<String> = shown.points().iter().flatten().map(|c| format!("{c:.1}")).collect();
             output::tell(format_args!(
                 "vocc: {name}: not all LEDs are where they were read: the picture shows a panel with --corners={}",
                 numbers.join(",")
             ));
         }
-        Place::Unconfirmed => output::tell(format_args!(
+        PlaceCheck::Unconfirmed => output::tell(format_args!(
             "vocc: {name}: the picture does not confirm that a panel is there: it is faint or out of focus, an outer line of LEDs is dark, \
              or the corners are another's"
         )),
@@ -247,7 +247,7 @@ fn named(path: &Path) -> Report<'_> {
     }
 }
 
-fn report_none(path: &Path, why: String, shared: &Shared) -> anyhow::Result<()> {
+fn report_none(path: &Path, why: String, shared: &SharedOptions) -> anyhow::Result<()> {
     if shared.json {
         return output::json(&Report {
             why: Some(why),
@@ -257,9 +257,9 @@ fn report_none(path: &Path, why: String, shared: &Shared) -> anyhow::Result<()> 
     line(&format!("{}: no panel: {why}", output::name(path)))
 }
 
-fn report(path: &Path, panel: &PanelReading, with_pose: bool, shared: &Shared) -> anyhow::Result<()> {
+fn report(path: &Path, panel: &PanelReading, with_pose: bool, shared: &SharedOptions) -> anyhow::Result<()> {
     let StillReading {
-        reading: Reading { corners, detection },
+        reading: FrameReading { corners, detection },
         place,
     } = &panel.still;
     let pose = panel.panel_pose.measured();

@@ -12,7 +12,7 @@ use tx_firmware::dimming::Duty;
 
 use crate::device::{DeviceError, port};
 use crate::frames::cameras;
-use crate::options::{Connection, Message, Port, Shared, seconds};
+use crate::options::{Connection, Message, Port, SharedOptions, seconds};
 use crate::output::{self, Verdict, line};
 use crate::stop::stop;
 
@@ -93,7 +93,7 @@ enum Action {
         #[command(flatten)]
         port: Port,
         #[command(flatten)]
-        wanted: rate::Wanted,
+        wanted: rate::RateOptions,
     },
     /// The key with which a transmitter signs its messages: show, set or erase it.
     Key(key::Arguments),
@@ -117,7 +117,7 @@ enum Action {
 }
 
 /// Lists ports, queries or configures a board.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     match &arguments.action {
         Action::List => list(shared),
         Action::Hello(arguments) => hello::run(arguments, shared),
@@ -162,7 +162,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     }
 }
 
-fn list(shared: &Shared) -> anyhow::Result<Verdict> {
+fn list(shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let ports = port::list().context("cannot list the serial ports")?;
     for listed in &ports {
         if shared.json {
@@ -190,7 +190,7 @@ fn list(shared: &Shared) -> anyhow::Result<Verdict> {
     })
 }
 
-fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Verdict> {
+fn watch(arguments: &Watch, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     const NAP: Duration = Duration::from_millis(50);
     let Watch { port, count, readings, .. } = arguments;
     let (stop, interval) = (stop(), arguments.interval());
@@ -221,7 +221,7 @@ fn watch(arguments: &Watch, shared: &Shared) -> anyhow::Result<Verdict> {
     Ok(Verdict::Yes)
 }
 
-fn done(port: &Port, request: &Request<'_>, shared: &Shared) -> anyhow::Result<Verdict> {
+fn done(port: &Port, request: &Request<'_>, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let mut client = port.greet_transmitter()?;
     client
         .ask(request, |answer| (answer == serial::Answer::Done).then_some(()))
@@ -298,7 +298,7 @@ fn short(status: &Status) -> String {
     )
 }
 
-fn report(status: &Status, client: &mut Connection, port: &Port, shared: &Shared) -> anyhow::Result<()> {
+fn report(status: &Status, client: &mut Connection, port: &Port, shared: &SharedOptions) -> anyhow::Result<()> {
     let mut values = as_json(status);
     let told = match rate::in_use(client) {
         // The firmware is too old to report it.

@@ -11,7 +11,7 @@ use studies::monte_carlo::Settings;
 use studies::sweep::{MOST_FRAMES, Results, Run, Shard, Sweep};
 
 use crate::camera::CameraArguments;
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict};
 use crate::outputs;
 use crate::progress::Progress;
@@ -64,7 +64,7 @@ pub fn single_precision(text: &str) -> Result<Level, String> {
 }
 
 /// Evaluates and prints.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let settings = Settings {
         frames: arguments.frames,
         seed: shared.seed,

@@ -16,7 +16,7 @@ use studies::stop::Stop;
 
 use crate::files::{self, Growing};
 use crate::npy::{ARCHIVE_MAX, Array, Arrays, archive_size};
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict, line};
 use crate::outputs;
 use crate::pictures;
@@ -134,7 +134,7 @@ impl About<'_> {
 }
 
 /// Renders, writes and reports.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let scene = shared.scene(&arguments.scene)?;
     let end = arguments.first + arguments.count;
     let is_archive = check_out(arguments)?;
@@ -222,7 +222,7 @@ fn interrupted_before() -> Verdict {
     Verdict::No
 }
 
-fn print(report: &Report, shared: &Shared) -> anyhow::Result<()> {
+fn print(report: &Report, shared: &SharedOptions) -> anyhow::Result<()> {
     if shared.json {
         return output::json(report);
     }
@@ -365,17 +365,17 @@ fn bytes_of(frames: &[LabelledFrame], labels: Labels) -> Vec<Vec<u8>> {
 
 /// Counts of the frames written.
 #[derive(Default)]
-struct Counted {
+struct FrameCounts {
     frames: u64,
     bit_errors: u64,
 }
 
 /// Renders frames and writes them, until all are written or a stop is requested.
-fn write_all(source: &FrameSource, frames: std::ops::Range<u64>, target: &mut Target, stop: Stop) -> anyhow::Result<Counted> {
+fn write_all(source: &FrameSource, frames: std::ops::Range<u64>, target: &mut Target, stop: Stop) -> anyhow::Result<FrameCounts> {
     let mut progress = Progress::new(frames.end - frames.start, "frames");
     let batch = FRAMES_A_THREAD * rayon::current_num_threads();
     let mut images = Vec::new();
-    let mut counted = Counted::default();
+    let mut counted = FrameCounts::default();
     while counted.frames < frames.end - frames.start {
         let first = frames.start + counted.frames;
         let count = (frames.end - first).min(batch as u64) as usize;

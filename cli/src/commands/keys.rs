@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use reception::keys::{self, KeyFileError, NamedKey, OwnKey};
 
 use crate::keys::create;
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict, line, lines};
 
 /// Arguments of `vocc keys`.
@@ -35,7 +35,7 @@ enum Action {
 }
 
 /// Creates a key, or shows public keys.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     match &arguments.action {
         Action::New { file, name } => {
             let of_file = file.file_stem().unwrap_or_default().to_string_lossy();

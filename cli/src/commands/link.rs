@@ -12,7 +12,7 @@ use serde::Serialize;
 use sim::accuracy::Level;
 use sim::l2a::{self, OtherWaveform};
 use sim::plan::Plan;
-use sim::road::{LinkSettings, Received, Road};
+use sim::road::{LinkSettings, ReceivedMessage, Road};
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
 use studies::monte_carlo::receiving_method;
@@ -20,7 +20,7 @@ use studies::statistics::FrameErrors;
 
 use crate::camera::CameraArguments;
 use crate::keys::SigningArguments;
-use crate::options::{Message, Shared};
+use crate::options::{Message, SharedOptions};
 use crate::output::{self, Hex, Verdict, line, quoted};
 use crate::outputs;
 use crate::pictures;
@@ -132,14 +132,14 @@ struct FrameCounts {
 }
 
 /// The run without arguments: a short link on the paper's scene.
-pub fn demonstrate(shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn demonstrate(shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let scene = shared.scene("paper")?;
     let settings = settings(&scene, MESSAGE.into(), DetectorChoice::Best, Level::Fine, shared)?;
     send(&scene, &settings, &Sending::default(), shared)
 }
 
 /// Transmits, films, receives and reports.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let message = arguments.message.bytes()?.unwrap_or_else(|| MESSAGE.into());
     let scene = shared.scene(&arguments.scene)?;
     let settings = LinkSettings {
@@ -155,14 +155,20 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     send(&scene, &settings, &sending, shared)
 }
 
-fn settings(scene: &Scene, message: Vec<u8>, detector: DetectorChoice, level: Level, shared: &Shared) -> anyhow::Result<LinkSettings> {
+fn settings(
+    scene: &Scene,
+    message: Vec<u8>,
+    detector: DetectorChoice,
+    level: Level,
+    shared: &SharedOptions,
+) -> anyhow::Result<LinkSettings> {
     Ok(LinkSettings {
         level,
         ..LinkSettings::new(message, receiving_method(scene, detector, shared.seed, level)?, shared.seed)
     })
 }
 
-fn send(scene: &Scene, settings: &LinkSettings, sending: &Sending, shared: &Shared) -> anyhow::Result<Verdict> {
+fn send(scene: &Scene, settings: &LinkSettings, sending: &Sending, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     if let Some(made_for) = l2a::waveform_of_table(scene)?
         && let Some(other) = OtherWaveform::if_any(made_for, scene.link.waveform()?)
     {
@@ -188,7 +194,7 @@ fn send(scene: &Scene, settings: &LinkSettings, sending: &Sending, shared: &Shar
     let stop = stop();
     let mut progress = Progress::new(frames, "frames");
     let mut counts = FrameCounts::default();
-    let (mut received, mut saved, mut last_loss): (Option<Received>, Option<PathBuf>, Option<String>) = Default::default();
+    let (mut received, mut saved, mut last_loss): (Option<ReceivedMessage>, Option<PathBuf>, Option<String>) = Default::default();
     let sensor = road.renderer().sensor();
     let (mut ended, mut unsaved) = (None, None);
     for frame in 0..frames {
@@ -260,10 +266,10 @@ fn frames_for(scene: &Scene, message: &[u8], is_signed: bool) -> anyhow::Result<
 fn report(
     road: &Road,
     settings: &LinkSettings,
-    received: Option<&Received>,
+    received: Option<&ReceivedMessage>,
     counts: &FrameCounts,
     sending: &Sending,
-    shared: &Shared,
+    shared: &SharedOptions,
 ) -> anyhow::Result<()> {
     let errors = &counts.errors;
     let dimming = road.transmitter().dimming().context("the transmitter has seen light")?;

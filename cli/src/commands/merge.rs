@@ -8,7 +8,7 @@ use studies::table::TableFile;
 
 use super::optimize;
 use super::sweep::{self, folder};
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict, tell};
 use crate::{files, report, results};
 
@@ -25,7 +25,7 @@ pub struct Arguments {
 }
 
 /// Merges and prints; rejects missing, duplicate and foreign parts.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let is_table = |path: &PathBuf| path.extension().is_some_and(|kind| kind == "toml");
     if arguments.files.iter().all(is_table) {
         return merge_tables(&arguments.files, arguments.out.as_deref());

@@ -12,7 +12,7 @@ use sim::renderer::{LinearImage, PanelExposure, Renderer};
 use link::panel::PanelFrame;
 
 use crate::npy;
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict, line};
 use crate::outputs;
 use crate::pictures;
@@ -74,7 +74,7 @@ fn hexadecimal(text: &str) -> Result<u64, String> {
 }
 
 /// Renders, writes and reports.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let scene = shared.scene(&arguments.scene)?;
     outputs::check(
         [&arguments.out].into_iter().chain(&arguments.linear).cloned(),
@@ -113,7 +113,13 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     report(arguments, shared, &renderer, region, shown.first().context("a scene has a panel")?)
 }
 
-fn report(arguments: &Arguments, shared: &Shared, renderer: &Renderer, region: Region, shown: &PanelExposure) -> anyhow::Result<Verdict> {
+fn report(
+    arguments: &Arguments,
+    shared: &SharedOptions,
+    renderer: &Renderer,
+    region: Region,
+    shown: &PanelExposure,
+) -> anyhow::Result<Verdict> {
     let corners_px = renderer.corner_leds_in(region, &renderer.moment(shared.seed, arguments.frame));
     let [top_left, top_right, ..] = corners_px;
     let report = Report {

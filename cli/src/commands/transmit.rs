@@ -16,7 +16,7 @@ use link::waveform::Waveform;
 
 use crate::files;
 use crate::keys::SigningArguments;
-use crate::options::{Message, Shared};
+use crate::options::{Message, SharedOptions};
 use crate::output::{self, Verdict, line};
 use crate::outputs;
 
@@ -68,7 +68,7 @@ impl Arguments {
 
 /// Prints the panels, one 16-digit hexadecimal word per line, or their flicker. With a carrier, the bits are the state of the LEDs at the
 /// start of the symbol, which is the first quarter of a cycle.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let message = arguments.message.bytes()?;
     let is_framed = !arguments.raw && !arguments.flickering.flicker;
     anyhow::ensure!(

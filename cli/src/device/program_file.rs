@@ -17,11 +17,10 @@ const PROGRAM_MAX: usize = 1 << 24;
 /// Why a file holds no program.
 #[derive(Debug, thiserror::Error)]
 pub enum ProgramFileError {
-    /// The file cannot be read.
     #[error("cannot read it: {0}")]
     Read(#[from] io::Error),
     /// It is of another kind.
-    #[error("it is no ELF file for ARM: give the file that the build has made, such as vocc-pico, not a UF2 or BIN file made of it")]
+    #[error("it is not an ELF file for ARM: give the file that the build has made, such as vocc-pico, not a UF2 or BIN file made from it")]
     NoElf,
     /// Its segments are not in it.
     #[error("it is an ELF file that was damaged or cut short: build or download it again")]
@@ -37,7 +36,7 @@ pub enum ProgramFileError {
         /// The address of the next one.
         start: u64,
     },
-    /// No flash has so much room.
+    /// It is larger than any flash.
     #[error("its program has {bytes} bytes, and boards have room for {PROGRAM_MAX} at most: is it the file you meant?")]
     TooLong {
         /// Its bytes.

@@ -95,7 +95,7 @@ pub fn pipe(options: &str, input: &str) -> String {
     format!("ffmpeg {options}-i '{input}' -pix_fmt yuv420p -f yuv4mpegpipe - | vocc receive -")
 }
 
-/// Advice for a film where pictures are read.
+/// Advice for a film that was given in place of pictures.
 pub fn alone(film: &Path) -> String {
     format!(
         "{0} is a film: `vocc receive {0}` reads its messages if it is the only source; `ffmpeg -i {0} frame-%06d.png` makes frames of it",

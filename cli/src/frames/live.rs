@@ -25,13 +25,10 @@ const AT_ONCE: [&str; 7] = [
 pub enum Live {
     /// A local camera's device.
     Camera(PathBuf),
-    /// A network address.
     Address(String),
-    /// A named pipe.
     Pipe(PathBuf),
     /// A film at its own pace.
     Film(PathBuf),
-    /// Standard input.
     Input,
 }
 

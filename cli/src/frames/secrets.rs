@@ -8,7 +8,7 @@ pub const HIDDEN: &str = "***";
 const NAMES: [&str; 7] = ["password", "passwd", "pass", "pwd", "passphrase", "token", "key"];
 /// Ends of a parameter's value.
 const ENDS: [char; 3] = ['&', ';', '#'];
-/// A shorter password is hidden only in its place in an address, as it may be part of any word.
+/// A shorter password is hidden only in its place in an address, because it may be part of any word.
 const LENGTH_MIN: usize = 4;
 
 /// The address with its passwords hidden: `rtsp://user:***@host/live`.

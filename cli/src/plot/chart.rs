@@ -18,7 +18,6 @@ const TITLE_PX: i32 = 16;
 const TEXT_PX: i32 = 14;
 const TICK_PX: i32 = 12;
 
-/// A chart.
 pub struct Chart {
     pub title: String,
     pub x: Axis,
@@ -121,7 +120,7 @@ impl<'a, 'b> Plane<'a, 'b> {
             Line::None => Ok(()),
             Line::Thin => self.path(pixels(&series.points), &series.colour.mix(0.6), width_px),
             Line::Steps => self.path(steps(pixels(&series.points)), &series.colour, width_px),
-            // Line and band stop before a bound, as it is not a value.
+            // Line and band stop before a bound, because it is not a value.
             Line::Band => {
                 let runs = series.points.split(|point| point.mark == Mark::AtMost);
                 for run in runs.filter(|run| run.len() > 1) {
@@ -224,7 +223,7 @@ impl<'a, 'b> Plane<'a, 'b> {
         drawn
     }
 
-    /// Draws the names of points, ringed ones first, where the space outside `taken` permits.
+    /// Draws the names of points, ringed ones first, if the space outside `taken` permits.
     fn names(&self, taken: Vec<Box>) -> anyhow::Result<()> {
         let [left, top, right, bottom] = self.edges;
         let within = [left + RIM_PX, top + RIM_PX, right - RIM_PX, bottom - RIM_PX];

@@ -1,4 +1,4 @@
-//! The colours of all charts; what several charts show has the same colour in all.
+//! The colours of all charts. A series that several charts show has the same colour in each.
 
 pub use plotters::style::RGBColor;
 pub use plotters::style::colors::{BLACK, WHITE};

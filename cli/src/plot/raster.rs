@@ -27,7 +27,6 @@ impl<'a> Raster<'a> {
         })
     }
 
-    /// Encodes the canvas as PNG.
     pub fn png(&self) -> image::ImageResult<Vec<u8>> {
         let mut file = Vec::new();
         // Plots are drawn once and stored long: a small file justifies the time.
@@ -55,12 +54,10 @@ impl<'a> Raster<'a> {
         }
     }
 
-    /// Draws a line through points.
     pub fn path(&mut self, points: &[BackendCoord], style: &impl BackendStyle) {
         self.stroke(polyline(points, false), style.color(), style.stroke_width());
     }
 
-    /// Fills a polygon.
     pub fn polygon(&mut self, points: &[BackendCoord], colour: BackendColor) {
         self.fill(polyline(points, true), colour);
     }

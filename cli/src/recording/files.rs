@@ -32,7 +32,7 @@ pub fn max_size(text: &str) -> Result<u64, String> {
 /// A file that is being written.
 type Open = Writer<BufWriter<Growing>>;
 
-/// The files of a recording, of which the last is being written.
+/// The files of a recording; the last one is being written.
 pub struct Files {
     first: PathBuf,
     /// The current file.

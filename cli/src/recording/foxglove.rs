@@ -4,10 +4,10 @@
 //! A thread accepts connections, and each client has a thread and a queue of its own. The receiver never waits for a client: one that is
 //! too slow misses the oldest messages.
 //!
-//! `tungstenite` without TLS adds 11 packages to the build; the crate `foxglove` (0.30) with its server adds 82, with tokio. What that
-//! crate has beyond this file, no receiver needs: message types of its own, parameters, services, assets and playback for clients, TLS, a
-//! gateway for remote access, and a second writer of MCAP files. What this file needs, it lacks: its server accepts any page of a browser,
-//! and a client's queue is bounded by messages, 1024 of them, not by bytes.
+//! `tungstenite` without TLS adds 11 packages to the build; the crate `foxglove` (0.30) with its server adds 82, with tokio. No receiver
+//! needs what that crate has beyond this file: message types of its own, parameters, services, assets and playback for clients, TLS, a
+//! gateway for remote access, and a second writer of MCAP files. It also lacks two necessary limits: its server accepts any page of a
+//! browser, and bounds a client's queue by 1024 messages, not by bytes.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::ErrorKind;

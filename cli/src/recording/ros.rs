@@ -8,7 +8,6 @@ use serde::Serialize;
 
 /// A message type.
 pub trait Ros: Serialize {
-    /// Its name.
     const NAME: &'static str;
     /// Its definition, with those of all nested types.
     const DEFINITION: &'static str;

@@ -1,4 +1,4 @@
-//! The report: each claim with its number, under the scene and under other readings of the paper.
+//! The report: each claim with its number, for the scene and for other readings of the paper.
 
 use studies::reproduction::{Claim, ERRORS_ENOUGH, INTERPRETATIONS, PAPERS_DETECTOR, Study};
 
@@ -8,7 +8,6 @@ use crate::numbers::{number, with_interval};
 
 /// The claims under one reading, with its name.
 pub struct ReadingClaims {
-    /// The reading's name.
     pub name: &'static str,
     /// The claims with complete data.
     pub claims: Vec<Claim>,

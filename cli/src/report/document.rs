@@ -21,7 +21,6 @@ code{background:#f3f3f3}
 ";
 
 impl Document {
-    /// An empty document.
     pub fn new(title: &str) -> Self {
         Self {
             title: title.into(),
@@ -30,17 +29,14 @@ impl Document {
         }
     }
 
-    /// Adds a heading.
     pub fn heading(&mut self, text: &str) {
         self.add(&format!("## {text}\n"), &element("h2", text));
     }
 
-    /// Adds a paragraph.
     pub fn text(&mut self, text: &str) {
         self.add(&format!("{text}\n"), &element("p", text));
     }
 
-    /// Adds a list.
     pub fn list(&mut self, items: impl IntoIterator<Item = String>) {
         let items: Vec<String> = items.into_iter().collect();
         let markdown: String = items.iter().map(|item| format!("- {item}\n")).collect();
@@ -48,7 +44,6 @@ impl Document {
         self.add(&markdown, &format!("<ul>\n{html}</ul>"));
     }
 
-    /// Adds a table.
     pub fn table<H: AsRef<str>>(&mut self, head: &[H], rows: impl IntoIterator<Item = Vec<String>>) {
         let head: Vec<String> = head.iter().map(|cell| cell.as_ref().into()).collect();
         let rows: Vec<Vec<String>> = rows.into_iter().collect();

@@ -9,11 +9,8 @@ use crate::plot::{self, Drawing};
 pub struct Figure {
     /// The name of its files.
     pub name: &'static str,
-    /// The caption.
     pub caption: String,
-    /// The drawing.
     pub drawing: Drawing,
-    /// Its numbers.
     pub csv: String,
 }
 

@@ -22,7 +22,7 @@ pub struct BitCount {
 }
 
 /// The result of adding a segment to a message.
-pub enum Added {
+pub enum Addition {
     /// It had been decoded before.
     Known,
     /// It is decoded now; others are missing.
@@ -141,10 +141,10 @@ impl Assembly {
     /// Decodes a segment of the message in progress: alone first, then together with its earlier repeats.
     ///
     /// Alone first, because an earlier repeat may have been read one panel off, and its sum would spoil a good reading.
-    pub fn add(&mut self, header: Header, payload: &Payload, decoder: &mut Decoder) -> Added {
+    pub fn add(&mut self, header: Header, payload: &Payload, decoder: &mut Decoder) -> Addition {
         let bit = 1_u128 << (header.segment & 0x7f);
         if self.decoded & bit != 0 {
-            return Added::Known;
+            return Addition::Known;
         }
         let block = header.block();
         let info = match decoder.decode(block, payload) {
@@ -155,7 +155,7 @@ impl Assembly {
                 self.kept |= bit;
                 match if kept { decoder.decode(block, sum) } else { Err(alone) } {
                     Ok(info) => info,
-                    Err(undecodable) => return Added::Kept(undecodable),
+                    Err(undecodable) => return Addition::Kept(undecodable),
                 }
             }
         };
@@ -174,7 +174,7 @@ impl Assembly {
         self.bits.corrected = self.bits.corrected.saturating_add(bits.corrected);
         self.bits.coded = self.bits.coded.saturating_add(bits.coded);
         if self.missing() > 0 {
-            Added::Decoded(bits)
+            Addition::Decoded(bits)
         } else {
             self.check(header.crc)
         }
@@ -215,13 +215,13 @@ impl Assembly {
         }
     }
 
-    fn check(&mut self, announced: u32) -> Added {
+    fn check(&mut self, announced: u32) -> Addition {
         let computed = message_crc(self.message());
         self.complete = computed == announced;
         if self.complete {
-            Added::Complete
+            Addition::Complete
         } else {
-            Added::Corrupt { announced, computed }
+            Addition::Corrupt { announced, computed }
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::fec::Code;
 
-/// The longest message for which TM1280 is strong enough; its shortening protects it.
+/// The longest message for which TM1280 is strong enough: shortening protects it.
 const TM1280_LENGTH_MAX: usize = 64;
 
 impl Code {
@@ -29,8 +29,8 @@ impl Code {
     /// messages a cell (fewer beyond 128 bytes), hard decisions, 2 % wrong:
     /// `cargo run --release -p vocc-link --example code_choice 1000 1 bsc 0.02`.
     ///
-    /// * TM1280 has the rate for long messages but not the strength, until its shortening to 64 bytes provides it. At 72 bytes it misses
-    ///   the rule.
+    /// * TM1280 has the rate for long messages but not the strength, which only shortening to 64 bytes and less provides. At 72 bytes it
+    ///   misses the rule.
     /// * At 17 to 32 bytes TC512 and TM1280 take the same number of panels; TC512 fails less often in more noise:
     ///
     /// | bytes | TC128 | TC256 | TC512 | TM1280 | TM1536 |
@@ -42,8 +42,8 @@ impl Code {
     /// | 256 | 247.7 (79.0) | 128.2 (27.0) | 89.8 (9.0) | 93.2 (100.0) | 90.5 (74.0) |
     ///
     /// The same with soft decisions, 8 % of them with the wrong sign: `… code_choice 200 1 awgn 0.08`. Here too TM1536 delivers a message
-    /// of 128 bytes in the fewest panels, although one repeat often does not suffice; in so much noise, TM1536 is better below 65 bytes
-    /// already.
+    /// of 128 bytes in the fewest panels, although one repeat often does not suffice; in this much noise, TM1536 is better already at 64
+    /// bytes.
     ///
     /// ```
     /// use link::fec::Code;

@@ -50,7 +50,7 @@ impl Header {
         self.layout().block(self.segment as usize)
     }
 
-    /// Whether this is the header of a segment, any segment, of the same message as `other`.
+    /// Whether both headers are of the same message, of any of its segments.
     pub fn same_message(self, other: Self) -> bool {
         self.of_segment(0) == other.of_segment(0)
     }

@@ -34,10 +34,10 @@
 //!
 //! * *version*: 1. The positions of version and CRC-8 hold for all future versions.
 //! * *code*: the code of the payload, 0 to 4 as in [`Code`](crate::fec::Code); 7 is a **beacon**: sync and header alone, which an idle
-//!   transmitter shows, with all fields after it zero. 6 is a **size**: sync and header alone, too, which a transmitter that knows its
-//!   panel's size shows after the first of every 16 repeats: 20 bits (6 to 25) of an LED's diameter in µm, 16 bits (26 to 41) of the
-//!   interval in 1/4096, the gap between LEDs over their diameter, then zeros. Every second one is in complement. It costs 3 panels in 16
-//!   repeats; transmitters that do not know it show none. 5 is a **signature**, below.
+//!   transmitter shows, with all fields after it zero. 6 is a **size**, also sync and header alone. A transmitter that knows its panel's
+//!   size shows it after the first of every 16 repeats, which costs 3 panels in 16 repeats; every second one is in complement. Its fields
+//!   are 20 bits (6 to 25) of an LED's diameter in µm, 16 bits (26 to 41) of the interval, the gap between LEDs over their diameter, in
+//!   1/4096, then zeros. 5 is a **signature**, below.
 //! * *length* of the message in bytes, *segment* number from 0.
 //! * *fresh* toggles with each new message: the same text sent again differs from a repeat.
 //! * *CRC-32C* (CRC-32/ISCSI) of the message's bytes and then its length as 2 bytes, little-endian: the message's identity and its check.
@@ -104,7 +104,7 @@ mod transmit;
 
 pub use header::{Announcement, HEADER_BYTES, Header, HeaderError, SignatureHeader, VERSION, message_crc};
 pub use layout::{Layout, OVERHEAD_PANELS};
-pub use receive::{Deframer, Delivery, Event, Rejection, SYNC_SEEN, SegmentOutcome, Signed};
+pub use receive::{Deframer, Delivery, Event, Rejection, SYNC_SEEN, SegmentOutcome, SignedPayload};
 pub use signature::{KeyId, SIGNATURE_BYTES, SIGNATURE_PANELS, Signature, SignedFramer};
 pub use transmit::Framer;
 

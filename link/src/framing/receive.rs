@@ -1,6 +1,6 @@
 //! Decodes panels, as read by a camera, to messages.
 
-use super::assembly::{Added, AddedSignature, Assembly, Payload};
+use super::assembly::{AddedSignature, Addition, Assembly, Payload};
 use super::header::{Announcement, HEADER_BLOCK, Header, HeaderError, SignatureHeader};
 use super::signature::{SIGNATURE_BLOCK, Signature};
 use super::{Layout, OVERHEAD_PANELS, SYNC};
@@ -12,11 +12,11 @@ use crate::scramble;
 
 /// Minimum correlation of a sync panel with [`SYNC`], in standard deviations of a random reading.
 const SYNC_DEVIATIONS: i64 = 4;
-/// As [`SYNC_DEVIATIONS`], for an unreadable header at its expected place: sync and header together,
+/// Minimum correlation of an unreadable header at its expected place, sync and header together, in the same unit.
 const EXPECTED_DEVIATIONS: i64 = 5;
-/// and the header alone.
+/// The same for the header alone.
 const EXPECTED_HEADER_DEVIATIONS: i64 = 3;
-/// Headers in a row, neither read nor recognised, after which none are expected.
+/// Successive headers, neither read nor recognised, after which none are expected.
 const HEADERS_MISSED_MAX: u8 = 8;
 /// The longest gap, in panels, after which the position in the message is still known.
 const GAP_MAX: i32 = 1024;
@@ -99,7 +99,7 @@ pub enum Event<'a> {
         inverted: bool,
         /// Whether the header was not readable but matches the expected one.
         expected: bool,
-        /// Whether the message is whole and starts again in place of its signature: it is not signed.
+        /// Whether the message is whole and starts again where its signature would be: it is not signed.
         unsigned: bool,
     },
     /// A segment has ended.
@@ -121,7 +121,7 @@ pub enum Event<'a> {
     /// A whole message, checked.
     Delivered(Delivery<'a>),
     /// The signature of the message that was delivered last, not checked.
-    Signed(Signed<'a>),
+    Signed(SignedPayload<'a>),
 }
 
 /// The outcome of a segment.
@@ -191,7 +191,7 @@ pub struct Delivery<'a> {
 
 /// A signature and its message. `link::signing` verifies it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Signed<'a> {
+pub struct SignedPayload<'a> {
     /// The message's bytes.
     pub message: &'a [u8],
     /// Its signature, as read.
@@ -247,7 +247,7 @@ impl Track {
         } else if self.signature.is_some() {
             (true, 0, self.inverted != segments.is_multiple_of(2))
         } else {
-            // The sum falls by segments − 2.
+            // From the last segment to the first one of the next repeat, segment + repeat falls by segments − 2.
             (false, 0, self.inverted != (segments % 2 == 1))
         };
         Self {
@@ -372,7 +372,7 @@ impl Deframer {
         })) {
             Outcome::Other(event) => event,
             Outcome::Delivered => Event::Delivered(self.delivery(stamp)),
-            Outcome::Signed(signature) => Event::Signed(Signed {
+            Outcome::Signed(signature) => Event::Signed(SignedPayload {
                 message: self.assembly.message(),
                 signature,
             }),
@@ -581,17 +581,17 @@ impl Deframer {
             self.adopt(header, track.first_stamp);
         }
         match self.assembly.add(header, &self.payload, &mut self.decoder) {
-            Added::Known => self.ended(header, SegmentOutcome::Known),
-            Added::Kept(why) => self.ended(header, SegmentOutcome::Failed(why)),
-            Added::Decoded(bits) => {
+            Addition::Known => self.ended(header, SegmentOutcome::Known),
+            Addition::Kept(why) => self.ended(header, SegmentOutcome::Failed(why)),
+            Addition::Decoded(bits) => {
                 let outcome = SegmentOutcome::Decoded {
                     corrected_bits: bits.corrected,
                     coded_bits: bits.coded,
                 };
                 self.ended(header, outcome)
             }
-            Added::Complete => Outcome::Delivered,
-            Added::Corrupt { announced, computed } => {
+            Addition::Complete => Outcome::Delivered,
+            Addition::Corrupt { announced, computed } => {
                 self.assembly.clear();
                 self.track = None;
                 Outcome::Other(Event::Rejected(Rejection::MessageCorrupt { announced, computed }))

@@ -93,7 +93,7 @@ pub struct SignedFramer {
 }
 
 impl SignedFramer {
-    /// The panels of a message, as of [`Framer::new`], and of its signature.
+    /// The panels of a message, as [`Framer::new`] makes them, and of its signature.
     ///
     /// # Errors
     /// [`FramingError`] if the message is empty or too long.

@@ -77,7 +77,7 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// Why bytes are not a table.
+/// Why an image was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum ImageError {
     /// They start with the number of another format.

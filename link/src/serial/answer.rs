@@ -134,7 +134,7 @@ pub struct TablePart<'a> {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refusal {
     /// The request has another version of the protocol; the answer's frame holds the transmitter's.
-    #[error("the transmitter uses protocol {speaks}: use a program that does, or update it")]
+    #[error("the transmitter uses protocol {speaks}: use a program with that protocol, or update it")]
     Version {
         /// The transmitter's version.
         speaks: u8,
@@ -176,7 +176,7 @@ pub enum Refusal {
         expected: u32,
     },
     /// The numbers do not make a table.
-    #[error("the numbers are not a table of L2A: check the file")]
+    #[error("the table's numbers are invalid: check the file")]
     TableInvalid,
     /// Writing to flash memory failed.
     #[error("the transmitter's flash memory failed: the old values stay in use")]
@@ -284,7 +284,7 @@ impl fmt::Display for After {
     }
 }
 
-/// The text about a refused carrier: thousandths of a symbol a second, and cycles a symbol.
+/// The error text for a refused carrier: thousandths of a symbol a second, and cycles a symbol.
 struct NoCarrier(u32, u16);
 
 impl fmt::Display for NoCarrier {
@@ -293,7 +293,7 @@ impl fmt::Display for NoCarrier {
         let symbols_hz = f64::from(millihertz) / 1e3;
         match Waveform::new(cycles.into()).and_then(|waveform| waveform.carrier_hz(symbols_hz)) {
             Err(error) => error.fmt(formatter),
-            // The transmitter's firmware has another range.
+            // The transmitter's firmware may have another range.
             Ok(carrier_hz) => write!(
                 formatter,
                 "{cycles} cycles a symbol at {symbols_hz} symbols a second are a carrier of {carrier_hz} Hz, which it cannot show: give other \
@@ -303,7 +303,7 @@ impl fmt::Display for NoCarrier {
     }
 }
 
-/// The text about a refused symbol rate.
+/// The error text for a refused symbol rate.
 struct NoSymbolRate(u32, [u32; 2]);
 
 impl fmt::Display for NoSymbolRate {

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// Version, kind, sequence number.
 const HEADER: usize = 6;
 const CRC: usize = 4;
-/// Bytes of a frame beside its body: 6 before it, 4 behind it.
+/// Bytes of a frame besides its body: 6 before it, 4 after it.
 pub const FRAME_OVERHEAD: usize = HEADER + CRC;
 /// Bytes of the longest request's frame: [`Request::Send`] with 1024 bytes.
 pub const REQUEST_FRAME_MAX: usize = FRAME_OVERHEAD + 9 + MESSAGE_MAX;

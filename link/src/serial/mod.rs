@@ -18,7 +18,7 @@
 //!
 //! The transmitter answers each request once and sends nothing by itself. An answer carries the sequence number of its request. A frame
 //! that does not arrive whole is ignored and gets no answer. **If no answer comes, send the same frame again.** That is safe, because all
-//! requests are idempotent. (Showing a message is not by itself. The transmitter therefore remembers the number of the last message, and
+//! requests are idempotent. (Showing a message would not be. The transmitter therefore remembers the number of the last message, and
 //! answers the same number without showing it again.)
 //!
 //! # Choosing

@@ -19,7 +19,7 @@ pub struct Status {
     pub l2a: L2a,
     /// Luminance of an On LED, cd/m².
     pub luminance_cd_m2: U32F32,
-    /// The same as a share of full luminance; the greatest number of its type means 1.
+    /// Luminance of an On LED as a share of full luminance; the greatest number of its type means 1.
     pub duty: U0F32,
     /// Why the luminance differs from the wanted one; `None` if it does not.
     pub limited: Option<Limit>,

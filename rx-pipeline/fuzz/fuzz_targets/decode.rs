@@ -1,4 +1,4 @@
-//! Any bytes as soft values of panels: symbols, framing, error correction, signatures, of which none is proven.
+//! Decodes any bytes as soft values of panels, through symbols, framing, error correction and signatures. No signature may be proven.
 //! `cargo +nightly fuzz run decode` in `rx-pipeline`.
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Any bytes as frames of any size: `cargo +nightly fuzz run receive` in `rx-pipeline`.
+//! Receives any bytes as frames of any size: `cargo +nightly fuzz run receive` in `rx-pipeline`.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -14,7 +14,7 @@ fuzz_target!(|data: &[u8]| {
     let mut receiver = Receiver::new(ReceiverSettings::default(), memory, search).expect("the default settings");
     let mut rest = data;
     let mut number = 0u64;
-    // Each frame: its size, by how much its number rises, and its pixels, as often as they fit.
+    // For each frame: its size, the increment of its number, and its pixels, repeated until the frame is full.
     while let [width, height, step, pixels @ ..] = rest {
         let (width, height) = (usize::from(*width % 128) + 1, usize::from(*height % 128) + 1);
         let part = pixels.len().min(width * height);

@@ -11,7 +11,7 @@ const MOVING_MIN: u32 = 64;
 /// Minimum ratio of the other lines' misfit to the own lines' in a single picture. An LED of σ = 1.5 px that is switched on has 5; two
 /// pictures have 1 on average.
 const SINGLE_MIN: u64 = 2;
-/// Frames of which each has to be a single picture: more than a cycle of films that mix both (3:2 pulldown has 2 of 5 of two pictures).
+/// Number of frames that must all be single pictures: more than a cycle of films that mix both (3:2 pulldown has 2 of 5 of two pictures).
 pub const FRAMES_MIN: u32 = 8;
 
 /// Compares successive frames.

@@ -2,8 +2,8 @@
 //!
 //! A sensor's count is proportional to light, and 8 bits of it leave the dark half of a picture with few steps. Samples that are
 //! proportional to light are therefore first encoded with a γ of 2.2, as an 8-bit camera does. The steps are then about as fine as the shot
-//! noise everywhere. At a full well of 20 000 electrons, the noise is 0.9 of such a step, and rounding adds a twentieth (0.29² to 0.9² and
-//! more).
+//! noise everywhere. At a full well of 20 000 electrons, the noise is at least 0.9 of such a step, and rounding, 0.29 of a step, adds at
+//! most a twentieth to it.
 
 use std::ops::RangeInclusive;
 
@@ -44,8 +44,8 @@ impl std::fmt::Display for SampleKind {
     }
 }
 
-/// Whether samples of the configured encoding are encoded for the receiver. Samples proportional to light are, and so are samples whose
-/// encoding is not configured.
+/// Whether samples of the configured encoding are encoded for the receiver: those proportional to light are, and those whose encoding is
+/// not configured.
 pub fn encodes(configured: Option<Encoding>) -> bool {
     configured.unwrap_or(Encoding::LINEAR) == Encoding::LINEAR
 }

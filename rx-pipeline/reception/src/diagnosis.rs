@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use rx_pipeline::camera::Learnt;
-use rx_pipeline::receiver::{Loss, LossKind, Reading};
+use rx_pipeline::camera::CameraEstimate;
+use rx_pipeline::receiver::{FrameReading, Loss, LossKind};
 
 use crate::event::PanelEvent;
 
@@ -13,13 +13,14 @@ const MOST: f32 = 0.7;
 const SURE: f32 = 0.98;
 /// LEDs overlap if the distance between them is less than this many standard deviations of the blur.
 const APART: f32 = 2.0;
-/// The share of frames with a covered panel from which covering counts as the cause.
+/// Minimum share of frames with a covered panel for covering to count as the cause.
 const OFTEN_COVERED: f32 = 0.05;
-/// The share of readings with all LEDs alike from which that counts as the cause.
+/// Minimum share of readings with all LEDs alike for that to count as the cause.
 const OFTEN_EVEN: f32 = 0.5;
 /// The longest exposure that reads the usual carrier: half a cycle of 1440 Hz.
 const LONGEST_WITH_CARRIER: &str = "1/2880 s, half a cycle of the usual 1440 Hz";
-/// Changes a frame from which the panel may show more symbols than there are frames. At the fastest usual rate, 9 of 10 frames change.
+/// Minimum number of changes a frame at which the panel may show more symbols than there are frames. At the fastest usual rate, 9 of 10
+/// frames change.
 const EVERY_FRAME: f32 = 0.97;
 /// Symbols of a message of a few words, sent twice.
 const SHORT: usize = 20;
@@ -71,7 +72,7 @@ pub struct Diagnosis {
 
 impl Diagnosis {
     /// Counts a frame's reading of a panel.
-    pub fn count(&mut self, reading: &Result<Reading, Loss>) {
+    pub fn count(&mut self, reading: &Result<FrameReading, Loss>) {
         match reading {
             Ok(reading) => {
                 self.read += 1;
@@ -94,7 +95,7 @@ impl Diagnosis {
 
     /// The diagnosis, one item a line, with the camera that was `learnt`; `has_options` says whether it may name the command line's
     /// options.
-    pub fn lines(&self, rates: &LinkRates, learnt: Option<&Learnt>, has_options: bool) -> Vec<String> {
+    pub fn lines(&self, rates: &LinkRates, learnt: Option<&CameraEstimate>, has_options: bool) -> Vec<String> {
         let lost: usize = self.losses.values().map(|(count, _)| count).sum();
         let frames = lost + self.read;
         let mut lines = Vec::new();
@@ -213,14 +214,14 @@ mod tests {
     }
 
     /// A reading with a high confidence.
-    fn reading() -> Reading {
+    fn reading() -> FrameReading {
         let corners = Corners::new([[6.0, 6.0], [34.0, 6.0], [34.0, 34.0], [6.0, 34.0]]).unwrap();
         let grey = |i: usize| if i % 40 % 8 < 4 { 200 } else { 60 };
         let pixels: Vec<u8> = (0..40 * 40).map(grey).collect();
         let map = CellMap::<2048>::new(&corners, 40, 40).unwrap();
         let features = Features::measure(&Frame::new(&pixels, 40, 40).unwrap(), &map).unwrap();
         let detection = Detector::KMeans.detect(&features).unwrap();
-        Reading { corners, detection }
+        FrameReading { corners, detection }
     }
 
     #[test]

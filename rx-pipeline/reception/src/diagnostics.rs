@@ -11,7 +11,7 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use rx_pipeline::camera::Learnt;
+use rx_pipeline::camera::CameraEstimate;
 use rx_pipeline::receiver::Loss;
 
 use crate::event::PanelEvent;
@@ -214,13 +214,13 @@ impl Diagnostics {
         self.frames == 0
     }
 
-    /// A report at the time of the last frame, if one is due, with what was learnt of each panel.
-    pub fn report_if_due(&mut self, time_ns: u64, learnt: &[Option<Learnt>]) -> Option<Vec<Status>> {
+    /// A report at the time of the last frame, if one is due, with the estimates of each panel.
+    pub fn report_if_due(&mut self, time_ns: u64, learnt: &[Option<CameraEstimate>]) -> Option<Vec<Status>> {
         self.is_due(time_ns).then(|| self.report(time_ns, learnt))
     }
 
     /// A report at the time of the last frame.
-    pub fn report(&mut self, time_ns: u64, learnt: &[Option<Learnt>]) -> Vec<Status> {
+    pub fn report(&mut self, time_ns: u64, learnt: &[Option<CameraEstimate>]) -> Vec<Status> {
         for (panel, learnt) in self.panels.iter_mut().zip(learnt) {
             panel.broken = learnt.as_ref().map_or(0, |learnt| learnt.broken);
         }

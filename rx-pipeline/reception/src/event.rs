@@ -32,7 +32,7 @@ pub struct SignedMessage {
 pub enum PanelEvent {
     /// A message is complete.
     Message(Message),
-    /// The signature of a message is complete. Reported once, and again if the message is delivered again or signed anew.
+    /// The signature of a message is complete. Reported once, and again if the message is delivered or signed again.
     Signed(SignedMessage),
     /// The last message is shown without a signature. Reported once, when the message begins again.
     Unsigned,

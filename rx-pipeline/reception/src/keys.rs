@@ -51,7 +51,7 @@ pub enum KeyFileError {
         /// The key's name.
         name: String,
     },
-    /// The digits are no valid key.
+    /// The digits are not a valid key.
     #[error("{}: the key {name:?}: {why}", .path.display())]
     Key {
         /// The file.
@@ -402,7 +402,7 @@ fn read(path: &Path) -> Result<String, KeyFileError> {
     std::fs::read_to_string(path).map_err(|error| KeyFileError::Unreadable(path.into(), error))
 }
 
-/// Removes the quoted line from an error, as it may contain the secret.
+/// Removes the quoted line from an error, because it may contain the secret.
 fn without_secrets(mut error: toml::de::Error) -> toml::de::Error {
     error.set_input(None);
     error

@@ -2,11 +2,11 @@
 
 use link::camera::{Camera, Encoding};
 use link::panel::{LEDS, SIDE};
-use rx_pipeline::camera::Learnt;
+use rx_pipeline::camera::CameraEstimate;
 
 /// The learnt camera as JSON: the keys of a camera's file, its reliability and the broken LEDs.
-pub fn as_json(learnt: &Learnt) -> serde_json::Value {
-    let Learnt {
+pub fn as_json(learnt: &CameraEstimate) -> serde_json::Value {
+    let CameraEstimate {
         camera,
         blur_deviation_px,
         noise_grey,
@@ -23,7 +23,7 @@ pub fn as_json(learnt: &Learnt) -> serde_json::Value {
 }
 
 /// The learnt camera as text.
-pub fn as_text(learnt: &Learnt) -> String {
+pub fn as_text(learnt: &CameraEstimate) -> String {
     let Camera {
         encoding,
         black_grey,

@@ -3,10 +3,10 @@
 use link::camera::Camera;
 use link::geometry::Geometry;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::pose::{Closing, Known, Lens, PanelSize, PanelSizeError, Pose};
+use rx_pipeline::pose::{Closing, Estimate, Lens, PanelSize, PanelSizeError, Pose};
 #[cfg(feature = "poses")]
 use rx_pipeline::pose::{PanelObservation, PoseEstimator};
-use rx_pipeline::receiver::{Loss, Reading};
+use rx_pipeline::receiver::{FrameReading, Loss};
 
 /// Maximum number of pixels around a panel in which its pose is measured; a nearer panel is binned.
 #[cfg(feature = "poses")]
@@ -40,7 +40,7 @@ pub struct PoseInput<'a> {
     /// The frame.
     pub frame: &'a Frame<'a>,
     /// The panel's corners in the frame, and its bits.
-    pub reading: &'a Reading,
+    pub reading: &'a FrameReading,
     /// The camera.
     pub camera: &'a Camera,
     /// The lens, or why it is unknown.
@@ -167,12 +167,12 @@ impl PanelPose {
     }
 
     /// Closing speed in m/s, if it is known.
-    pub fn speed_m_s(&self) -> Option<Known> {
+    pub fn speed_m_s(&self) -> Option<Estimate> {
         self.pose().and_then(|_| self.closing.speed_m_s())
     }
 
     /// Time to collision in seconds, if the panel approaches.
-    pub fn time_to_collision_s(&self) -> Option<Known> {
+    pub fn time_to_collision_s(&self) -> Option<Estimate> {
         self.pose().and_then(|_| self.closing.time_to_collision_s())
     }
 

@@ -1,7 +1,7 @@
 //! A receiver of any number of panels.
 
 use link::framing::Event;
-use rx_pipeline::camera::Learnt;
+use rx_pipeline::camera::CameraEstimate;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::profile::Profile;
 use rx_pipeline::receiver::{FrameSearch, Outcome, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
@@ -25,7 +25,7 @@ pub trait Panels: Send + Sync {
     /// Decodes the symbols of the last frames.
     fn finish(&mut self, report: &mut dyn FnMut(usize, Event<'_>));
     /// The learnt cameras, by panel number.
-    fn learnt(&self) -> Vec<Option<Learnt>>;
+    fn learnt(&self) -> Vec<Option<CameraEstimate>>;
     /// Whether a panel seems to have a carrier.
     fn has_carrier(&self, panel: usize) -> bool;
     /// Sets the initial delay between lines, in exposures.
@@ -42,7 +42,7 @@ impl<const PANELS: usize> Panels for WholeFrames<PANELS> {
         self.finish_each(report);
     }
 
-    fn learnt(&self) -> Vec<Option<Learnt>> {
+    fn learnt(&self) -> Vec<Option<CameraEstimate>> {
         self.learnt_each().to_vec()
     }
 

@@ -3,12 +3,12 @@
 use link::camera::Camera;
 use link::orientation::Orientation;
 use link::panel::PanelFrame;
-use rx_pipeline::camera::Learnt;
+use rx_pipeline::camera::CameraEstimate;
 use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::pose::{Lens, PanelSize};
 use rx_pipeline::profile::{Profile, Stage};
-use rx_pipeline::receiver::{Loss, Outcome, Reading, ReceiverError, ReceiverSettings};
+use rx_pipeline::receiver::{FrameReading, Loss, Outcome, ReceiverError, ReceiverSettings};
 
 use crate::deep::SampleKind;
 use crate::diagnosis::{Diagnosis, LinkRates};
@@ -125,7 +125,7 @@ pub struct PanelReport {
     pub events: Vec<PanelEvent>,
     /// Its corners and bits, or why it was not read. Rows and columns are the panel's own once its orientation is known. Until then, and in
     /// a mirrored picture, they are those of the picture.
-    pub reading: Result<Reading, Loss>,
+    pub reading: Result<FrameReading, Loss>,
     /// The panel's orientation in the picture, known from the first message header on.
     pub orientation: Option<Orientation>,
     /// The number of the symbol that the frame shows, if it was read.
@@ -141,7 +141,7 @@ pub struct Reception {
     size: Option<(usize, usize)>,
     samples: Option<SampleKind>,
     panels: Vec<Panel>,
-    learnt: Vec<Option<Learnt>>,
+    learnt: Vec<Option<CameraEstimate>>,
     meter: PoseMeter,
     diagnosis: Diagnosis,
 }
@@ -210,8 +210,8 @@ impl Reception {
         self.settings.of_receiver().validate()
     }
 
-    /// Checks that a frame's samples are of the kind of the frames before; the first frame sets `camera`, that of the 8-bit grey made of
-    /// such samples.
+    /// Checks that a frame's samples are of the same kind as those of the frames before. The first frame sets `camera`, the camera of the
+    /// 8-bit grey made of such samples.
     ///
     /// # Errors
     /// [`ReceptionError::Samples`] if they are not.
@@ -329,7 +329,7 @@ impl Reception {
     }
 
     /// The learnt cameras, by panel number; none for a panel that was not read by maximum likelihood.
-    pub fn learnt_each(&self) -> &[Option<Learnt>] {
+    pub fn learnt_each(&self) -> &[Option<CameraEstimate>] {
         &self.learnt
     }
 
@@ -339,7 +339,7 @@ impl Reception {
     }
 
     /// The camera as learnt by the first panel that was read.
-    pub fn learnt(&self) -> Option<&Learnt> {
+    pub fn learnt(&self) -> Option<&CameraEstimate> {
         self.learnt.iter().flatten().next()
     }
 
@@ -376,9 +376,9 @@ impl Reception {
 }
 
 /// The learnt cameras, by panel number.
-fn learnt(receiver: &dyn Panels, panels: &[Panel]) -> Vec<Option<Learnt>> {
+fn learnt(receiver: &dyn Panels, panels: &[Panel]) -> Vec<Option<CameraEstimate>> {
     let each = receiver.learnt().into_iter().zip(panels);
-    let upright = |learnt: Learnt, panel: &Panel| Learnt {
+    let upright = |learnt: CameraEstimate, panel: &Panel| CameraEstimate {
         broken: PanelFrame::from_bits(learnt.broken).upright(panel.turn()).bits(),
         ..learnt
     };

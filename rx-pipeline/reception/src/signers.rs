@@ -45,7 +45,7 @@ impl Signers {
         &mut self.trust
     }
 
-    /// The delivery that an event of a panel causes, if the event is about a message or its signer.
+    /// The delivery after an event of a panel, if the event is about a message or its signer.
     pub fn delivery(&mut self, panel: usize, event: &PanelEvent) -> Option<Delivery> {
         let latest = self.latest.get_mut(panel)?;
         let (data, verdict) = match event {

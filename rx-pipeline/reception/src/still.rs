@@ -2,7 +2,7 @@
 
 use link::camera::Camera;
 use link::panel::{LEDS, PanelFrame, SIDE};
-use rx_pipeline::camera::Learnt;
+use rx_pipeline::camera::CameraEstimate;
 use rx_pipeline::cells::{CellMap, CellsError};
 use rx_pipeline::corners::{Corners, Homography};
 use rx_pipeline::detect::{Detection, Method, check_white};
@@ -11,7 +11,7 @@ use rx_pipeline::frame::Frame;
 use rx_pipeline::likelihood::MaximumLikelihood;
 use rx_pipeline::locate::{Location, Locator, LocatorMemory};
 use rx_pipeline::receiver::{
-    FrameSearch, NoSearch, Reading, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Search, SearchMemory,
+    FrameReading, FrameSearch, NoSearch, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Search, SearchMemory,
 };
 use rx_pipeline::settings::SearchSettings;
 
@@ -39,14 +39,14 @@ pub type Still = Result<StillReading, String>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StillReading {
     /// Its corners and bits. Their confidence includes that of the place.
-    pub reading: Reading,
+    pub reading: FrameReading,
     /// Whether the frame shows a panel there.
-    pub place: Place,
+    pub place: PlaceCheck,
 }
 
 /// Whether a frame shows a panel at the place of a reading, by the criteria of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
+pub enum PlaceCheck {
     /// It does.
     Confirmed,
     /// It shows a panel with these corners, and at least one LED is elsewhere.
@@ -55,7 +55,7 @@ pub enum Place {
     Unconfirmed,
 }
 
-impl Place {
+impl PlaceCheck {
     /// The name of the state, for JSON.
     pub fn name(&self) -> &'static str {
         match self {
@@ -83,7 +83,7 @@ impl Place {
     }
 }
 
-/// Whether the LEDs of two lattices that are On are at the same places. Such lattices may differ in outer lines that are dark.
+/// Whether the On LEDs of two lattices are at the same places. Such lattices may differ in outer lines that are dark.
 fn show_the_same(read: (&Corners, PanelFrame), shown: (&Corners, PanelFrame)) -> bool {
     let limit = f64::from(SAME * shown.0.pitch_px());
     let [read, shown] = [read, shown].map(|(corners, bits)| lights(corners, bits));
@@ -91,7 +91,7 @@ fn show_the_same(read: (&Corners, PanelFrame), shown: (&Corners, PanelFrame)) ->
     read.len() == shown.len() && read.into_iter().all(is_near)
 }
 
-/// The places of LEDs that are On.
+/// The places of the On LEDs.
 fn lights(corners: &Corners, bits: PanelFrame) -> Vec<[f64; 2]> {
     let map = corners.homography();
     (0..LEDS).filter(|&led| bits.led(led)).map(|led| place_of(&map, led)).collect()
@@ -127,8 +127,8 @@ pub enum StillError {
     Receiver(#[from] ReceiverError),
 }
 
-/// A reading or why there is none, and what was learnt of the camera.
-type Read = (Result<Reading, String>, Option<Learnt>);
+/// A reading or why there is none, and the estimate of the camera.
+type Read = (Result<FrameReading, String>, Option<CameraEstimate>);
 type StillReceiver<S> = Receiver<SEARCH_PIXELS, Box<ReceiverMemory<SEARCH_PIXELS>>, S>;
 
 /// Reads single frames independently.
@@ -164,7 +164,7 @@ impl StillDecoder {
     ///
     /// # Errors
     /// [`StillError`] if the input is invalid.
-    pub fn decode(&mut self, frame: &Frame, camera: Camera, given: Option<Corners>) -> Result<(Still, Option<Learnt>), StillError> {
+    pub fn decode(&mut self, frame: &Frame, camera: Camera, given: Option<Corners>) -> Result<(Still, Option<CameraEstimate>), StillError> {
         if let Some(corners) = given {
             let read = self.read_at(camera, frame, corners)?;
             return Ok(self.with_place(frame, camera, read));
@@ -175,14 +175,14 @@ impl StillDecoder {
     }
 
     /// The panel at the place that the frame shows instead of the found one, if the frame confirms it there.
-    fn shown_elsewhere(&mut self, frame: &Frame, camera: Camera, found: &Still) -> Option<(Still, Option<Learnt>)> {
+    fn shown_elsewhere(&mut self, frame: &Frame, camera: Camera, found: &Still) -> Option<(Still, Option<CameraEstimate>)> {
         let shown = *found.as_ref().ok()?.place.elsewhere()?;
         let read = self.read_at(camera, frame, shown).ok()?;
         let (still, learnt) = self.with_place(frame, camera, read);
-        matches!(&still, Ok(reading) if reading.place == Place::Confirmed).then_some((still, learnt))
+        matches!(&still, Ok(reading) if reading.place == PlaceCheck::Confirmed).then_some((still, learnt))
     }
 
-    fn with_place(&mut self, frame: &Frame, camera: Camera, (read, learnt): Read) -> (Still, Option<Learnt>) {
+    fn with_place(&mut self, frame: &Frame, camera: Camera, (read, learnt): Read) -> (Still, Option<CameraEstimate>) {
         let camera = learnt.map_or(camera, |learnt| learnt.camera);
         (read.map(|reading| self.confirmed(frame, camera, reading)), learnt)
     }
@@ -202,7 +202,7 @@ impl StillDecoder {
         // Each frame is independent.
         self.likelihood.prepare(camera);
         let detection = self.detect(frame, &corners);
-        let reading = detection.map(|detection| Reading { corners, detection });
+        let reading = detection.map(|detection| FrameReading { corners, detection });
         Ok((reading, self.likelihood.learnt()))
     }
 
@@ -223,17 +223,17 @@ impl StillDecoder {
     }
 
     /// A reading with the frame's confirmation of its place.
-    fn confirmed(&mut self, frame: &Frame, camera: Camera, reading: Reading) -> StillReading {
+    fn confirmed(&mut self, frame: &Frame, camera: Camera, reading: FrameReading) -> StillReading {
         let place = match self.shown(frame, camera, &reading.corners) {
-            Some(shown) if are_alike(&reading.corners, &shown.corners) => Place::Confirmed,
+            Some(shown) if are_alike(&reading.corners, &shown.corners) => PlaceCheck::Confirmed,
             Some(shown) if !show_the_same((&reading.corners, reading.detection.bits), (&shown.corners, shown.states())) => {
-                Place::Elsewhere(shown.corners)
+                PlaceCheck::Elsewhere(shown.corners)
             }
-            _ => Place::Unconfirmed,
+            _ => PlaceCheck::Unconfirmed,
         };
         let detection = reading.detection.doubted(place.share(&reading.corners));
         StillReading {
-            reading: Reading { detection, ..reading },
+            reading: FrameReading { detection, ..reading },
             place,
         }
     }

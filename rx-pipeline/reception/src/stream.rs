@@ -15,8 +15,9 @@ pub const SIDE_MAX: usize = rx_pipeline::frame::SIDE_MAX;
 const Y4M: &[u8] = b"YUV4MPEG2";
 /// The first bytes of each of its frames.
 const FRAME: &[u8] = b"FRAME";
-/// Maximum number of frames to examine, and of their bytes.
+/// Maximum number of frames to examine.
 const AHEAD_MAX: usize = 32;
+/// Maximum number of their bytes.
 const AHEAD_BYTES_MAX: usize = 1 << 28;
 /// Maximum length of a line in a y4m header.
 const LINE_MAX: u64 = 1024;
@@ -472,7 +473,7 @@ mod tests {
         assert!(matches!(open(bytes), Err(StreamError::Interlaced { is_seen: false })));
         let mut stream = Stream::open_progressive(&bytes[..], None, Channel::Brightest).unwrap();
         assert_eq!(stream.next_frame().unwrap(), Some(&[16, 32][..]));
-        // What moves shows that they are: half of each picture, 32 × 32, is white in turn.
+        // Motion shows that each frame is one picture: the halves of the 32 × 32 pixels are white in turn.
         let mut bytes = b"YUV4MPEG2 W32 H32 It Cmono\n".to_vec();
         for frame in 0..40u8 {
             bytes.extend(b"FRAME\n");
@@ -485,7 +486,7 @@ mod tests {
             assert_eq!((grey[0], grey[1023]), if frame % 2 == 0 { (200, frame) } else { (frame, 200) });
         }
         assert_eq!(stream.next_frame().unwrap(), None);
-        // An end before that is what is wrong.
+        // If the stream ends before that, the end is the error.
         assert!(matches!(open(&bytes[..5 * 1030]), Err(StreamError::Cut { .. })));
     }
 

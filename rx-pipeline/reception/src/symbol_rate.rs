@@ -1,4 +1,4 @@
-//! The search for a symbol rate that is not configured: the usual rates are tried beside the receiver's own, on the same readings. A rate
+//! The search for a symbol rate that is not configured: the usual rates are tried besides the receiver's own, on the same readings. A rate
 //! that completes a message is right, because messages have checksums.
 
 use link::geometry::Geometry;

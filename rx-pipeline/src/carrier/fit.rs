@@ -18,7 +18,7 @@ const CONTRARY_SLOPE: f32 = 12.0;
 
 /// The sign that a frame shows of a symbol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shown {
+pub(super) enum ShownSign {
     /// The symbol.
     Symbol,
     /// Its complement.
@@ -67,23 +67,23 @@ impl Fit {
     }
 
     /// The sign that the frame at that time shows.
-    pub fn shown_at(&self, time: f64) -> Shown {
+    pub fn shown_at(&self, time: f64) -> ShownSign {
         let contrast = self.contrast_at(time);
         if contrast.abs() < BLIND {
-            Shown::Nothing
+            ShownSign::Nothing
         } else if contrast < 0.0 {
-            Shown::Complement
+            ShownSign::Complement
         } else {
-            Shown::Symbol
+            ShownSign::Symbol
         }
     }
 
     /// The soft values of a symbol from those of the frame at that time, no surer than the sign.
     pub fn signed(&self, time: f64, seen: &SoftPanel) -> SoftPanel {
         let symbol = match self.shown_at(time) {
-            Shown::Nothing => return SoftPanel::ERASED,
-            Shown::Complement => seen.flipped(u64::MAX),
-            Shown::Symbol => *seen,
+            ShownSign::Nothing => return SoftPanel::ERASED,
+            ShownSign::Complement => seen.flipped(u64::MAX),
+            ShownSign::Symbol => *seen,
         };
         limited_to(&symbol, self.sure)
     }
@@ -211,5 +211,4 @@ pub(super) fn mean_modulation(sightings: &[Sighting]) -> f32 {
     sightings.iter().map(|sighting| sighting.modulation).sum::<f32>() / sightings.len().max(1) as f32
 }
 
-/// All shapes.
 pub(super) const ALL_SHAPES: core::ops::Range<usize> = 0..SHAPES;

@@ -10,7 +10,7 @@ pub(super) struct Sighting {
     pub time: f64,
     /// The share of the light there that the LEDs' bits modulate, at least 0.
     pub modulation: f32,
-    /// An earlier sighting of the same symbol: how many sightings ago, and whether as its complement.
+    /// An earlier sighting of the same symbol: its age in sightings, and whether one shows the complement of the other.
     pub pair: Option<(u8, bool)>,
 }
 

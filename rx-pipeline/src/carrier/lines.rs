@@ -87,14 +87,14 @@ const RIVALS_FRAMES: u32 = 4 * SEARCH_FRAMES;
 /// Frames between updates of a known wave (count).
 const FOLLOW_FRAMES: u32 = 4;
 
-/// The light of a frame.
 #[derive(Clone, Copy, Debug)]
 struct FrameLight {
     number: u64,
     /// The time of the frame (frame periods).
     time: f64,
-    /// The line of the panel's middle. `growth` is the increase of an LED's line from column to column and from row to row.
+    /// The line of the panel's middle.
     middle: f32,
+    /// The increase of an LED's line from column to column, and from row to row.
     growth: [f32; 2],
     /// The brightness of each LED above the mean, in `unit`s.
     light: [i8; LEDS],
@@ -126,8 +126,9 @@ impl FrameLight {
 /// A carrier as a function of time and line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wave {
-    /// Cycles a frame period; `slope` is cycles a line.
+    /// Cycles a frame period.
     frequency: f64,
+    /// Cycles a line.
     slope: f32,
     /// The phase at `time` and `line` (cycles).
     phase: f32,
@@ -135,8 +136,9 @@ pub(super) struct Wave {
     line: f32,
     /// The number of its shape.
     shape: usize,
-    /// The light of an LED of full contrast, and the variance of the residual.
+    /// The light of an LED of full contrast.
     amplitude: f32,
+    /// The variance of the residual.
     variance: f32,
     /// The share of the variation that the wave explains.
     explained: f32,
@@ -179,14 +181,15 @@ pub(super) struct Lines {
     pause: u32,
     /// The time of the first frame since the wave may have begun, ended or changed (frame periods).
     since: Option<f64>,
-    /// The mean unevenness of light among the LEDs of a frame (squared relative deviation), now and at the last failed search.
+    /// The mean unevenness of light among the LEDs of a frame (squared relative deviation).
     uneven: f32,
+    /// The same at the last failed search.
     uneven_before: f32,
 }
 
 /// The state of knowledge after a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Known {
+pub(super) enum WaveState {
     /// No wave.
     Nothing,
     /// Several waves are possible and should be tried on the readings.
@@ -226,7 +229,7 @@ impl Lines {
     }
 
     /// Adds the light of a frame.
-    pub fn push(&mut self, number: u64, time: f64, lights: &[f32; LEDS], corners: &Corners) -> Known {
+    pub fn push(&mut self, number: u64, time: f64, lights: &[f32; LEDS], corners: &Corners) -> WaveState {
         let [a, b, c, d] = corners.points().map(|[_, y]| y);
         let most = lights.iter().fold(f32::MIN_POSITIVE, |most, light| most.max(light.abs()));
         if !most.is_finite() {
@@ -270,13 +273,13 @@ impl Lines {
         }
         let found = self.search();
         self.wait = match found {
-            Known::Nothing => {
+            WaveState::Nothing => {
                 self.uneven_before = self.uneven;
                 let pause = self.pause;
                 self.pause = (2 * pause).min(SEARCH_FRAMES_MAX);
                 pause
             }
-            Known::Rivals => RIVALS_FRAMES,
+            WaveState::Rivals => RIVALS_FRAMES,
             _ => SEARCH_FRAMES,
         };
         found
@@ -299,10 +302,10 @@ impl Lines {
     }
 
     /// Searches the frames since a change for a wave. Forgets the frames before if it finds one, or if it finds none for long.
-    fn search_since(&mut self, since: f64) -> Known {
+    fn search_since(&mut self, since: f64) -> WaveState {
         if self.wave.is_some_and(|wave| !self.is_contradicted(&wave)) {
             self.since = None;
-            return Known::Before;
+            return WaveState::Before;
         }
         let count = self.latest(FRAMES).take_while(|seen| seen.time >= since).count();
         let is_long = count >= COARSE_FRAMES || self.last(0).time - since > COARSE_PERIODS;
@@ -311,13 +314,13 @@ impl Lines {
         }
         let (len, wave) = (core::mem::replace(&mut self.len, count), self.wave.take());
         let found = self.search();
-        if found == Known::Nothing && !is_long {
+        if found == WaveState::Nothing && !is_long {
             (self.len, self.wave) = (len, wave);
             self.learn_means();
             return self.known();
         }
         (self.since, self.uneven_before) = (None, self.uneven);
-        if found == Known::Rivals {
+        if found == WaveState::Rivals {
             self.wait = RIVALS_FRAMES;
         }
         found
@@ -362,8 +365,12 @@ impl Lines {
         }
     }
 
-    fn known(&self) -> Known {
-        if self.wave.is_some() { Known::Before } else { Known::Nothing }
+    fn known(&self) -> WaveState {
+        if self.wave.is_some() {
+            WaveState::Before
+        } else {
+            WaveState::Nothing
+        }
     }
 
     /// The frame `back` frames before the last.
@@ -432,10 +439,9 @@ impl Lines {
         (squares.sum::<f32>() / (LEDS * self.len.min(count)) as f32).max(f32::MIN_POSITIVE)
     }
 
-    /// Searches for a wave.
     #[cold]
     #[inline(never)]
-    fn search(&mut self) -> Known {
+    fn search(&mut self) -> WaveState {
         self.rivals.clear();
         self.learn_means();
         let now = self.last(0).time;
@@ -444,7 +450,7 @@ impl Lines {
             .take_while(|seen| now - seen.time < COARSE_PERIODS)
             .count();
         if count < FRAMES_MIN {
-            return Known::Nothing;
+            return WaveState::Nothing;
         }
         let (last, first) = (*self.last(0), *self.last(count - 1));
         // The time of a frame: half a cycle more per frame leaves the phase there unchanged.
@@ -510,18 +516,18 @@ impl Lines {
         }
         waves.sort_unstable_by(|a, b| b.1.total_cmp(&a.1));
         let Some((best, score)) = waves.first().copied() else {
-            return Known::Nothing;
+            return WaveState::Nothing;
         };
         if 2.0 * best.slope * height < AT_ONCE {
-            return Known::Nothing;
+            return WaveState::Nothing;
         }
         let margin = waves.get(1).map_or(score, |(_, other)| score - other).min(score);
         if margin > CLEARLY {
             self.wave = Some(Wave { sure: margin, ..best });
-            return Known::Now;
+            return WaveState::Now;
         }
         self.rivals.extend(waves.iter().take(RIVALS).map(|(wave, _)| *wave));
-        Known::Rivals
+        WaveState::Rivals
     }
 
     /// The strongest wave of the squares in all frames near a candidate, with the frequency of the squares and the slope of the carrier.

@@ -19,8 +19,9 @@ const SIGHTINGS: u8 = 3;
 pub(super) struct Rows {
     /// A bit for each row.
     inverted: u8,
-    /// The time of the last sync panel that showed them (frame periods); `sightings` counts these panels.
+    /// The time of the last sync panel that showed them (frame periods).
     time: f64,
+    /// The number of these panels.
     sightings: u8,
     /// Whether a later frame showed no sync panel.
     is_over: bool,
@@ -102,7 +103,7 @@ mod tests {
         }
     }
 
-    /// A sync panel with some inverted rows, in whose last row LEDs are altered by `other`.
+    /// A sync panel with some inverted rows; `other` alters LEDs of its last row.
     fn sync_panel(inverted: u8, other: u64) -> SoftPanel {
         let bits = SYNC_SEEN[0].bits() ^ leds_of(inverted) ^ other << (SIDE * (SIDE - 1));
         SoftPanel::certain(PanelFrame::from_bits(bits), 40)

@@ -6,20 +6,20 @@ use link::orientation::Orientation;
 use link::panel::SIDE;
 use link::panel::{LEDS, PanelFrame, SoftPanel};
 
-/// LEDs are lit if their mean is at least this part of all light there (share),
+/// LEDs are lit if their mean is at least this part of all light there (share).
 #[cfg(feature = "carrier")]
 const EVEN_MEAN: f32 = 0.1;
-/// and alike if their deviations from it are smaller (share of their mean, root mean square).
+/// LEDs are alike if their deviations from their mean are smaller than this (share of the mean, root mean square).
 #[cfg(feature = "carrier")]
 const EVEN: f32 = 0.1;
-/// Minimum probability that the place is the panel's, for a use of its light (probability).
+/// Minimum probability that the place is the panel's, for its light to be used (probability).
 #[cfg(feature = "carrier")]
 const SURE_PLACE: f32 = 0.999;
 
 /// The bits of one panel, and how sure they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
-    /// The detector's decision on each LED.
+    /// The detector's decisions on the LEDs.
     pub bits: PanelFrame,
     /// The log-likelihood ratio of each LED, positive for On.
     pub soft: SoftPanel,

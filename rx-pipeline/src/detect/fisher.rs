@@ -13,7 +13,7 @@ const FISHER_CELLS: u64 = 16;
 /// no noise.
 const FISHER_FLOOR: f64 = 1e-6;
 
-/// Which features the discriminant weighs.
+/// The features that the discriminant weighs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FisherFeatures {
@@ -28,11 +28,11 @@ pub enum FisherFeatures {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum FisherScaling {
-    /// Minus the mean and divided by the standard deviation in the panel: training at one distance, contrast and gain serves at others. It
-    /// needs panels with about as many LEDs On as Off.
+    /// Minus the mean and divided by the standard deviation in the panel: training at one distance, contrast and gain is also valid at
+    /// others. It needs panels with about as many LEDs On as Off.
     #[default]
     ByPanel,
-    /// None: for the conditions of the training alone, which include the level of an On LED.
+    /// No scaling: valid only under the conditions of the training, including the level of an On LED.
     None,
 }
 

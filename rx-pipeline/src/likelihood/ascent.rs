@@ -263,7 +263,7 @@ impl<const PIXELS: usize> Ascent<'_, PIXELS> {
         (misfits.sum::<f32>() / LEDS as f32).max(1.0)
     }
 
-    /// The slope of half the sum of squares with an LED's light, downwards, and its curvature; saturated pixels apart.
+    /// The downward slope of half the sum of squares with an LED's light, and its curvature, without saturated pixels.
     fn slope(&self, led: usize) -> [f32; 2] {
         let [x, y] = self.spots.first(led);
         let across = self.spots.across(led);

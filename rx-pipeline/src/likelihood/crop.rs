@@ -16,7 +16,7 @@ const PITCH_MAX_PX: f32 = 8.0;
 /// Pixels are binned until the standard deviation of spots is at most this (px), because larger pixels are as accurate. Wider: slower, and
 /// spots are truncated too early.
 const SIGMA_MAX_PX: f32 = 2.4;
-/// But not so far that the pitch falls below this (px).
+/// Binning stops before the pitch falls below this (px).
 const WIDE_PITCH_MIN_PX: f32 = 2.6;
 
 /// The prior knowledge of a panel's image.

@@ -18,7 +18,7 @@ use crate::frame::Frame;
 use crate::spots::RootMetric;
 use link::camera::{Camera, Encoding};
 
-/// The exponents to try. More: a curve is learnt later, and close ones are hard to distinguish and change few bits.
+/// The exponents to try. More: a curve is learnt later, and neighbouring curves are hard to distinguish and change few bits.
 const GAMMAS: [f32; 5] = [1.0, 1.4, 1.8, 2.2, 2.6];
 /// Fits of the levels under another curve (count). Fewer: faster, and other curves look worse than they are.
 const FITS: usize = 2;
@@ -122,7 +122,7 @@ impl CurveEvidence {
         open.filter(|_| self.frames < most_frames)
     }
 
-    /// Adds a frame's gain under another curve, and changes to that if it is significantly better; returns whether it does.
+    /// Adds a frame's gain under another curve. Changes to that curve if it is significantly better, and returns whether it did.
     pub fn update(&mut self, now: Encoding, tried: usize, gain: &Gain, most_frames: u32) -> bool {
         self.frames += 1;
         self.others[tried].add(gain);

@@ -40,7 +40,6 @@ impl Experience {
         }
     }
 
-    /// Forgets the levels.
     pub(super) fn forget_levels(&mut self) {
         self.levels = LevelPrior::NONE;
     }

@@ -51,7 +51,7 @@ impl<const PIXELS: usize> Model<PIXELS> {
         flip_cost
     }
 
-    /// The cost of flips, reduced if errors of the model remain in the LEDs' images beside noise.
+    /// The cost of flips, reduced if errors of the model remain in the LEDs' images besides noise.
     pub fn tempered(&mut self, estimate: &mut Estimate, flip_cost: [f32; LEDS]) -> [f32; LEDS] {
         if self.least_cost(&flip_cost) > BEYOND_DOUBT {
             return flip_cost;

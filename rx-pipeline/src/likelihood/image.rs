@@ -107,7 +107,7 @@ impl<const PIXELS: usize> Image<PIXELS> {
         true
     }
 
-    /// Subtracts how much a shade in the frame is above its mean. White pixels stay lower bounds, and so does what becomes as bright.
+    /// Subtracts the excess of a shade in the frame over its mean. White pixels stay lower bounds, and so do pixels that become as bright.
     #[cfg(feature = "surroundings")]
     pub fn remove(&mut self, shade: &Shade, crop: &Crop) {
         let (mean, bin) = (shade.mean(), crop.scale.bin as f32);

@@ -29,7 +29,7 @@ const LEAST_SPREAD: [f32; 6] = [0.004, 0.008, 0.008, 0.004, 0.1, 0.1];
 const FIRST_SPREAD: [f32; 6] = [0.1, 0.3, 0.3, 0.1, 0.2, 0.2];
 /// Maximum deviation of well-known levels (share of the contrast). If they are well known, panels are read whose LEDs are all alike.
 const SURE: f32 = 0.1;
-/// The offset of further starting points of a search beside the usual levels, if these are not well known (standard deviations).
+/// The offset of further starting points of a search besides the usual levels, if these are not well known (standard deviations).
 const SPREAD: f32 = 1.2;
 /// Addition to a variance of 1: the resolution of f32.
 const RIDGE: f32 = 1e-4;

@@ -1,4 +1,4 @@
-//! The levels of a panel's image: its parameters beside the bits.
+//! The levels of a panel's image: its parameters besides the bits.
 
 use link::panel::LEDS;
 use nalgebra::{SMatrix, SVector};

@@ -17,7 +17,7 @@ use link::panel::{LEDS, SIDE};
 pub const LINE_DELAY_MAX: f32 = 2.0;
 /// Initial differences of α between a panel's middle and its ends, if nothing is known. More: slower.
 const SPREADS: [f32; 5] = [0.15, 0.35, 0.8, 1.8, 4.0];
-/// All of these, read from above and from below.
+/// The number of these slopes, read from above and from below.
 const SLOPES: usize = 2 * SPREADS.len();
 /// The standard deviation of a configured delay (share of it).
 const CONFIGURED_DEVIATION: f32 = 0.3;
@@ -27,16 +27,16 @@ const SEEN_UNSURE: f32 = 0.1;
 const KEEP: f32 = 0.9;
 /// Changes that all lines saw at once, until the camera counts as one that exposes all lines at once (frames).
 const AT_ONCE_FRAMES: u32 = 8;
-/// This holds for panels up to this height (multiple of that of the highest one that showed a change).
+/// That verdict holds for panels up to this height (multiple of the height of the highest panel that showed such a change).
 const HIGHER: f32 = 1.5;
 /// Minimum difference of α between a panel's middle and its ends if a change crosses the panel within a row or two of LEDs.
 const STEEP: f32 = 1.5;
-/// Minimum evidence for two symbols in a clean reading (nats): if the lines are unknown, and below, if they are known to be that slow.
-/// Lower: chance agreement looks like a part of the symbol before.
+/// Minimum evidence for two symbols in a clean reading, if the delay of lines is unknown (nats). Lower: chance agreement looks like a part
+/// of the symbol before.
 const SPLIT: f32 = 15.0;
 /// The standard deviation of the slope of a clean edge (share of it).
 const EDGE_UNSURE: f32 = 0.7;
-/// See [`SPLIT`].
+/// The same if lines are known to be that slow (nats).
 const SPLIT_KNOWN: f32 = 4.0;
 
 /// The estimated delay between lines.
@@ -46,8 +46,9 @@ pub(super) struct LineDelay {
     mean: f32,
     /// 1 over the variance of that; 0 if unknown.
     precision: f32,
-    /// Changes that all lines saw at once, while nothing else was known; below, the highest panel that showed one, in lines.
+    /// Changes that all lines saw at once, while nothing else was known.
     at_once: u32,
+    /// The height of the highest panel that showed one, in lines.
     highest_px: f32,
     /// The evidence of the last frame for an edge, read from above and from below, if it was read as one symbol (nats).
     hints: [f32; 2],

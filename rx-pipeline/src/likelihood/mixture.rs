@@ -73,8 +73,9 @@ impl Shares for f32 {
 
 /// Two symbols that share an exposure, and how well they explain it.
 pub(super) struct TwoSymbols<S = f32> {
-    /// Log-likelihood ratios of the symbol that ended, from the frame alone, and of the one that began, in nats.
+    /// Log-likelihood ratios of the symbol that ended, from the frame alone, in nats.
     pub ending: [f32; LEDS],
+    /// Log-likelihood ratios of the symbol that began, in nats.
     pub beginning: [f32; LEDS],
     /// α.
     pub share: S,

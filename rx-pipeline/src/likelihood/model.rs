@@ -25,7 +25,7 @@ const PLAIN: f32 = 1.5;
 /// The offset under the root follows the noise in steps of this (share). Smaller: the frame is loaded more often.
 const OFFSET_STEP: f32 = 0.2;
 
-/// Fitted parameters beside noise: the LEDs, and the levels.
+/// Fitted parameters besides noise: the LEDs, and the levels.
 const FITTED: usize = LEDS + LEVELS;
 
 /// A camera that sees nothing: all zeros.

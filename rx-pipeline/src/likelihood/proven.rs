@@ -25,7 +25,7 @@ const UNSURE_FRAMES: u32 = 3;
 const MEMORY_FRAMES: f32 = 8.0;
 
 /// The estimates of the last sure frame, and the comparison of frames with them.
-pub(super) struct Proven {
+pub(super) struct ProvenEstimates {
     /// The estimates at the last sure frame.
     experience: Experience,
     /// The recent confidence of frames that teach (probability that a bit is right).
@@ -36,7 +36,7 @@ pub(super) struct Proven {
     unsure: u32,
 }
 
-impl Proven {
+impl ProvenEstimates {
     /// No frames yet; all zeros.
     pub const NONE: Self = Self {
         experience: Experience::NONE,

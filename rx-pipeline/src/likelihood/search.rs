@@ -13,7 +13,7 @@ use link::panel::LEDS;
 
 /// The assumed variance of root light in a first frame.
 const FIRST_NOISE: f32 = 1e-3;
-/// Blurs to try first beside the configured one (px), in rising order. More: slower.
+/// Blurs to try first besides the configured one (px), in rising order. More: slower.
 const FIRST_BLURS_PX: [f32; 5] = [0.7, 1.1, 1.7, 2.5, 3.6];
 /// The widest spots whose neighbours can be separated (variance over the squared pitch).
 const VARIANCE_PITCH: f32 = 0.5;

@@ -2,8 +2,8 @@
 //!
 //! Around the current bits, flips δ = 0 or 1 of the 64 LEDs cost ½·δᵀHδ − gᵀδ. With H = RᵀR and R triangular the cost is a sum over rows,
 //! each of which depends only on its own LED and later ones. So the decoder decides on the LEDs from the last to the first, and keeps the
-//! cheapest sets of decisions at each step. The undecided LEDs count as continuous, with the mean and variance of a fair bit, which adds
-//! the same to the cost of all sets.
+//! cheapest sets of decisions at each step. The undecided LEDs count as continuous, with the mean and variance of a fair bit; this adds the
+//! same to the cost of all sets.
 
 use super::flips::{FlipGains, FlipSet};
 use link::panel::LEDS;

@@ -227,7 +227,7 @@ fn a_dim_row_and_unequal_leds_are_read_once_they_are_known() {
     assert_eq!((after, detector.learnt().unwrap().broken), (0, 0));
 }
 
-/// A short message that repeats leaves many an LED in one state: a count of frames alone would see it as broken.
+/// A short message that repeats leaves many LEDs in one state: a count of frames alone would see it as broken.
 #[test]
 fn leds_that_a_short_message_never_changes_are_not_broken() {
     let mut detector = detector();
@@ -476,10 +476,10 @@ properties! {
     }
 }
 
-/// A panel in other light is not a mixture, though On LEDs that are darker than before look as if they had been On for a part of the
+/// A panel in other light is not a mixture, although On LEDs that are darker than before look as if they had been On for a part of the
 /// exposure.
 ///
-/// Of 10 000 panels 4 are read as a mixture all the same, all of them dimmed to less than a quarter. If lines may be exposed one after
+/// Of 10 000 panels, 4 are nevertheless read as a mixture, all of them dimmed to less than a quarter. If lines may be exposed one after
 /// another, a panel's end that seems to show the symbol before has so few LEDs that chance agreement suffices. At that rate the bounds fail
 /// in one case of a hundred. `VOCC_TEST_CASES=all cargo test -p vocc-rx-pipeline --lib in_other_light -- --nocapture` recounts.
 #[test]

@@ -1,6 +1,6 @@
-//! Two brightnesses, or any? A Bayesian comparison of the two models.
+//! Bayesian comparison of two models: spots of two brightnesses, and spots of any brightness.
 //!
-//! Overlapping spots can imitate anything smooth, as the dots of a halftone do. A panel therefore has to be likelier than spots of any
+//! Overlapping spots can imitate anything smooth, like the dots of a halftone. A panel therefore has to be likelier than spots of any
 //! brightness in the same places, whose brightnesses are normal with the same mean μ and variance A. A panel's brightnesses are normal
 //! around those of its bits, with a far smaller variance V, because LEDs are not quite equal. If spots overlap, V is 0, because it could
 //! imitate anything smooth, too. With d the panel's brightnesses less μ, h the spots' correlation with the residual, G their overlaps and n

@@ -2,7 +2,7 @@
 
 use super::pose_candidates::{Ground, View};
 use super::survey::noise;
-use super::verification::Verified;
+use super::verification::VerifiedLattice;
 use super::{Attempt, LocateError, Location, Locator, LocatorMemory};
 use crate::coarse::Grid;
 use crate::corners::Corners;
@@ -65,7 +65,7 @@ impl Locator {
     ) -> Result<Location, LocateError> {
         let noise_grey = noise(frame);
         let mut attempt = Attempt::single(self, &mut memory.residuals);
-        let mut best: Option<Verified> = None;
+        let mut best: Option<VerifiedLattice> = None;
         for ground in GROUNDS {
             let view = View {
                 ground,

@@ -12,7 +12,7 @@ use link::panel::LEDS;
 
 /// The shortest step between LEDs (samples). Shorter: slower, and more repeating textures are tried.
 const SHORTEST: i32 = 2;
-/// The longest (samples). Longer: as above.
+/// The longest step between LEDs (samples). Longer: slower, and more repeating textures are tried.
 const LONGEST: i32 = 12;
 /// The greatest slope of rows against their search direction, and of columns (tangent); less than the half angle between two directions
 /// would leave gaps. More: slower, and diagonals look like rows.

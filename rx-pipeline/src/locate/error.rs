@@ -75,7 +75,7 @@ pub enum LocateError {
         signal_to_noise: f32,
     },
     /// The pattern continues beyond 8×8.
-    #[error("the grid goes on: {lit_around} places around the 8×8 lattice are lit like LEDs")]
+    #[error("the grid continues beyond 8×8: {lit_around} places around the 8×8 lattice are lit like LEDs")]
     GoesOn {
         /// Places that are lit.
         lit_around: u32,

@@ -1,5 +1,5 @@
 //! Pose candidates. In the patch around a blob, reduced until single LEDs merge, the evidence is a smooth hill, which a few steps climb
-//! from anywhere nearby. The same at the frame's own resolution then determines the lines.
+//! from anywhere nearby. A second climb at the frame's own resolution then determines the lines.
 
 use super::blob::Blob;
 use super::constellation;
@@ -63,8 +63,8 @@ const NEAR_STEP: f32 = 0.6;
 /// √λ of the evidence: the assumed faintness of LEDs relative to the noise (share of a spot's energy). Higher: overlapping spots share less
 /// of each other's light.
 const RIDGE: f32 = 0.1;
-/// The part of a patch that counts as noise beside the camera's, because spots of equal width on an even ground do not explain it (share of
-/// the patch's contrast). Higher: hills are flatter, and the best pose is less certain.
+/// The part of a patch that counts as noise besides the camera's, because spots of equal width on an even ground do not explain it (share
+/// of the patch's contrast). Higher: hills are flatter, and the best pose is less certain.
 const MISMATCH: f32 = 0.1;
 /// Sizes of the seeds (logarithm of the ratio to the blob's). More, here and in the next two: slower, and fewer hills are missed.
 const SCALES: [f32; 3] = [-0.15, 0.0, 0.15];
@@ -72,7 +72,7 @@ const SCALES: [f32; 3] = [-0.15, 0.0, 0.15];
 const ROLLS_RAD: [f32; 11] = [-0.21, -0.07, 0.07, 0.21, -0.35, 0.35, -0.49, 0.49, -0.63, 0.63, 0.78];
 /// Centres of the seeds along either axis (pitches).
 const SHIFTS: [f32; 3] = [-0.6, 0.0, 0.6];
-/// The seeds are narrower than high by this (logarithm of the ratio): halfway to a panel seen from 30° aside.
+/// The seeds are narrower than high by this (logarithm of the ratio): halfway to a panel seen from 30° to the side.
 const FORESHORTENING: f32 = 0.06;
 /// A climb's first step (pitches) and most rounds (count), from a seed. Longer steps leave the hill; shorter ones and fewer rounds do not
 /// reach its top.
@@ -250,14 +250,14 @@ impl View<'_, '_> {
     }
 
     /// The pose near `start`, if it explains enough for a verification.
-    pub fn promising(&self, start: &Lattice, widths_px: &[f32], scope: Scope) -> Option<Sharpened> {
+    pub fn promising(&self, start: &Lattice, widths_px: &[f32], scope: Scope) -> Option<SharpPose> {
         let pose = self.sharpened(start, widths_px, self.least_share())?;
         (scope == Scope::Change || pose.is_of_two_brightnesses()).then_some(pose)
     }
 
     /// The pose near `start` at the frame's own resolution, and its spots, with one of these standard deviations; `None` if they explain a
     /// smaller share of the light.
-    pub fn sharpened(&self, start: &Lattice, widths_px: &[f32], least_share: f32) -> Option<Sharpened> {
+    pub fn sharpened(&self, start: &Lattice, widths_px: &[f32], least_share: f32) -> Option<SharpPose> {
         let [across, down] = start.pitch();
         let blob = Blob {
             centre: start.centre,
@@ -299,7 +299,7 @@ impl View<'_, '_> {
             Some(other) if other > value => leaning,
             _ => pose.lattice(),
         };
-        Some(Sharpened {
+        Some(SharpPose {
             brightness: evidence.brightness(&lattice)?,
             lattice: patch.to_frame_lattice(&lattice),
             spot_sigma_px: sigma * step,
@@ -338,7 +338,7 @@ pub(super) struct Trial {
 }
 
 /// A pose at the frame's own resolution.
-pub(super) struct Sharpened {
+pub(super) struct SharpPose {
     pub lattice: Lattice,
     /// The brightness of its LEDs.
     pub brightness: [f32; LEDS],
@@ -346,7 +346,7 @@ pub(super) struct Sharpened {
     pub spot_sigma_px: f32,
 }
 
-impl Sharpened {
+impl SharpPose {
     /// Whether its LEDs have two brightnesses rather than any. True for overlapping spots, whose brightnesses are not meaningful.
     pub fn is_of_two_brightnesses(&self) -> bool {
         let [across, down] = self.lattice.pitch();
@@ -427,7 +427,7 @@ pub(super) fn two_states(brightness: &[f32; LEDS]) -> [i8; LEDS] {
     brightness.map(|b| i8::from(b > middle))
 }
 
-/// The states of LEDs by change: 1 or −1 if it exceeds half of the average change among those that changed, else 0.
+/// The states of LEDs by change: 1 or −1 if it exceeds half of the average change among those that changed, otherwise 0.
 pub(super) fn three_states(change: &[f32; LEDS]) -> [i8; LEDS] {
     let mut level = change.iter().fold(0.0f32, |most, c| most.max(c.abs()));
     for _ in 0..ROUNDS {
@@ -473,7 +473,7 @@ mod tests {
         let sharpened = |spread: f32, spot_sigma_px: f32| {
             let even = |led: usize, salt: u64| (split_mix64(salt << 32 | led as u64) >> 40) as f32 / (1 << 24) as f32 - 0.5;
             let on = |led: usize| if even(led, 1) > 0.0 { 1.0 } else { 0.0 };
-            Sharpened {
+            SharpPose {
                 lattice: Lattice::turned([50.0; 2], 6.0, 6.0, 0.1),
                 brightness: core::array::from_fn(|led| on(led) + spread * even(led, 2)),
                 spot_sigma_px,

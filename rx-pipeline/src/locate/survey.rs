@@ -44,7 +44,7 @@ pub(super) struct Peak {
 pub(super) struct Survey<const N: usize> {
     /// Busy places, busiest first.
     pub busy: Vec<Peak, N>,
-    /// Places with small bright spots, the most and brightest first, and every fourth of them a busy one, because large LEDs are no small
+    /// Places with small bright spots, the most and brightest first, and every fourth of them a busy one, because large LEDs are not small
     /// spots; empty without tiles for them.
     pub spotted: Vec<Peak, N>,
     /// Changed places, most changed first; empty without an earlier frame.

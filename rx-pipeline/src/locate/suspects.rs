@@ -5,10 +5,9 @@ use heapless::Vec;
 
 /// Age of an earlier sighting that confirms a faint panel, at most (searches). More: faint panels are found sooner.
 const LOOKS_BACK: usize = 3;
-/// The number of remembered searches, and below, how many of them must have shown a lattice that is a misfit, or faint while the camera
-/// moves (count). More of the first: such panels are found sooner; of the second: more surely.
+/// The number of remembered searches (count). More: panels that are misfits, or faint while the camera moves, are found sooner.
 const REMEMBERED: usize = 8;
-/// See [`REMEMBERED`].
+/// Searches that must have shown such a lattice (count). More: such panels are found more surely.
 const SIGHTINGS: usize = 2;
 
 /// Suspects retried in a frame, at most (count). More: slower, and panels among much motion are found sooner.

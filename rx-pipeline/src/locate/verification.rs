@@ -7,7 +7,7 @@ mod lines;
 mod settling;
 
 use super::bimodality;
-use super::pose_candidates::{self, Ground, Scope, Sharpened, View};
+use super::pose_candidates::{self, Ground, Scope, SharpPose, View};
 use super::{LocateError, Location, Locator};
 use crate::corners::Corners;
 use crate::fit::Fit;
@@ -24,7 +24,8 @@ const WIDE: f32 = 1.8;
 const NARROW: f32 = 0.6;
 /// Rounding, and similar noise of any camera (variance, grey²). Higher: noiseless frames are judged more mildly.
 const ROUNDING: f32 = 0.1;
-/// The least pitch at which the ground is visible between spots (standard deviations of a spot): amid four, 0.4 of one remains there.
+/// The least pitch at which the ground is visible between spots (standard deviations of a spot): in the middle of four spots, 0.4 of one
+/// remains.
 const GROUND_BETWEEN: f32 = 3.0;
 /// Places next to the lattice that look like LEDs, at most (count; in the change between two frames, and in a single frame): more belong to
 /// a pattern that continues.
@@ -34,14 +35,14 @@ const LIT_AROUND: [u32; 2] = [2, 3];
 const APART: [f32; 2] = [2.6, 2.2];
 /// The residual up to which no other pose is tried, relative to noise (amplitude ratio). Higher: faster, and the second best pose may stay.
 const BEYOND_DOUBT: f32 = 1.25;
-/// The misfit up to which no other pose need be tried (ratio of variances). Panels off by a line have some 0.5. Higher: faster, and panels
-/// may be off by a line.
+/// The misfit up to which no other pose is tried (ratio of variances). Panels off by a line have about 0.5. Higher: faster, and panels may
+/// be off by a line.
 const CLEAR: f32 = 0.1;
 /// The least noise around the panel (share of the variance of the whole frame's).
 const LEAST_NOISE_AROUND: f32 = 0.3;
 
 /// A lattice that was verified as a panel.
-pub(super) struct Verified {
+pub(super) struct VerifiedLattice {
     pub corners: Corners,
     pub spots: LatticeModel,
     pub residual_grey: f32,
@@ -52,7 +53,7 @@ pub(super) struct Verified {
     pub is_amid_clutter: bool,
 }
 
-impl Verified {
+impl VerifiedLattice {
     /// Whether the residual is within the allowed one.
     pub fn fits(&self) -> bool {
         self.misfit <= 1.0
@@ -101,12 +102,12 @@ pub(super) fn verify<const N: usize>(
     view: &View<'_, '_>,
     locator: &Locator,
     scope: Scope,
-    Sharpened {
+    SharpPose {
         lattice,
         brightness,
         spot_sigma_px,
-    }: &Sharpened,
-) -> Result<Verified, LocateError> {
+    }: &SharpPose,
+) -> Result<VerifiedLattice, LocateError> {
     let Locator { metric, settings, .. } = locator;
     let state = match scope {
         Scope::Change => pose_candidates::three_states(brightness),
@@ -180,7 +181,7 @@ pub(super) fn verify<const N: usize>(
             return Err(LocateError::Indistinct { log_odds });
         }
     }
-    Ok(Verified {
+    Ok(VerifiedLattice {
         corners: Corners::new(fitted.spots.lattice.corners())?,
         residual_grey: fitted.residual_grey(),
         noise_grey: libm::sqrtf(noise),

@@ -19,8 +19,9 @@ pub(super) struct Sums {
     pub pixels: f64,
     /// Squared residuals of the surroundings relative to noise, and their number of pixels.
     pub around: [f64; 2],
-    /// Squared pull on LEDs along x and y, and below, its expectation by noise.
+    /// Squared pull on LEDs along x and y.
     pub pull: f64,
+    /// Its expectation by noise.
     pub hold: f64,
 }
 
@@ -42,7 +43,7 @@ pub(super) struct Appearance {
 }
 
 impl Appearance {
-    /// The initial appearance, of which only the blur is known.
+    /// The initial appearance: only the blur is known.
     pub(super) const fn of_blur(sigma: f64) -> Self {
         Self {
             sigma,
@@ -77,7 +78,6 @@ impl Appearance {
         libm::sqrt(self.spread[0]) / contrast.max(f64::MIN_POSITIVE)
     }
 
-    /// Sets the prior spread.
     pub(super) fn set_prior_spread(&mut self) {
         self.spread = [self.square_of_contrast(USUAL_SPREAD); 2];
     }

@@ -1,6 +1,5 @@
 //! The moments of a pixel's light if sensors clip at white.
 
-/// Clipped light.
 pub(super) struct ClippedLight {
     pub mean: f64,
     pub variance: f64,

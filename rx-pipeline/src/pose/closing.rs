@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, SVector, Vector3, Vector6};
 
-use super::{Known, Pose};
+use super::{Estimate, Pose};
 
 /// The random walk of the velocity in a second, in m/s along each axis (standard deviation): traffic that brakes and pulls away.
 const WANDER_M_S: f64 = 1.0;
@@ -38,7 +38,7 @@ const CLEARLY: f64 = 2.0;
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Closing {
-    last: Option<(f64, Estimate)>,
+    last: Option<(f64, Motion)>,
     /// Whether two poses or more have determined the velocity.
     is_known: bool,
 }
@@ -62,7 +62,7 @@ impl Closing {
             follows.then(|| estimate.after(elapsed_s))?.corrected(&place, &spread)
         });
         self.is_known = next.is_some();
-        let estimate = next.unwrap_or_else(|| Estimate::of_place(&place, &spread));
+        let estimate = next.unwrap_or_else(|| Motion::of_place(&place, &spread));
         self.last = Some((time_s, estimate));
     }
 
@@ -72,12 +72,12 @@ impl Closing {
     }
 
     /// The decrease of the range, in m/s: negative for a panel that moves away. `None` before its second pose.
-    pub fn speed_m_s(&self) -> Option<Known> {
+    pub fn speed_m_s(&self) -> Option<Estimate> {
         self.propagated(|place, velocity| -place.dot(&velocity) / place.norm())
     }
 
     /// The time until the range is 0 at that speed, in seconds; `None` for a panel that does not clearly approach.
-    pub fn time_to_collision_s(&self) -> Option<Known> {
+    pub fn time_to_collision_s(&self) -> Option<Estimate> {
         let speed = self.speed_m_s()?;
         if speed.value < CLEARLY * speed.sigma || speed.value <= 0.0 {
             return None;
@@ -86,9 +86,9 @@ impl Closing {
     }
 
     /// A function of position and velocity, with its standard deviation by numerical derivatives.
-    fn propagated(&self, number: impl Fn(Vector3<f64>, Vector3<f64>) -> f64) -> Option<Known> {
+    fn propagated(&self, number: impl Fn(Vector3<f64>, Vector3<f64>) -> f64) -> Option<Estimate> {
         const STEP: f64 = 1e-5;
-        let (_, Estimate { state, covariance }) = self.last.as_ref().filter(|_| self.is_known)?;
+        let (_, Motion { state, covariance }) = self.last.as_ref().filter(|_| self.is_known)?;
         let of = |state: &Vector6<f64>| number(state.fixed_rows::<3>(0).into_owned(), state.fixed_rows::<3>(3).into_owned());
         let slopes = SVector::<f64, 6>::from_fn(|i, _| {
             let moved = |by: f64| {
@@ -99,7 +99,7 @@ impl Closing {
             (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
         });
         let variance = slopes.dot(&(covariance * slopes));
-        let known = Known {
+        let known = Estimate {
             value: of(state),
             sigma: libm::sqrt(variance.max(0.0)),
         };
@@ -109,12 +109,12 @@ impl Closing {
 
 /// Place (m) and velocity (m/s) along each axis, and their covariance.
 #[derive(Clone, Debug)]
-struct Estimate {
+struct Motion {
     state: Vector6<f64>,
     covariance: Matrix6<f64>,
 }
 
-impl Estimate {
+impl Motion {
     /// A position, with the prior velocity.
     fn of_place(place: &Vector3<f64>, spread: &Matrix3<f64>) -> Self {
         let mut state = Vector6::zeros();

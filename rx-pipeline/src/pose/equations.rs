@@ -20,8 +20,9 @@ const LEVELS: usize = 0;
 const GROUND: usize = LEVELS + 2;
 const BLUR: usize = GROUND + 3;
 const IMAGE: usize = BLUR + 1;
-/// The number of shared parameters, and of all.
+/// The number of shared parameters.
 pub(super) const SHARED_COUNT: usize = IMAGE + PLANE;
+/// The number of all parameters.
 const UNKNOWNS: usize = SHARED + SHARED_COUNT;
 
 type Shared = SVector<f64, SHARED_COUNT>;
@@ -49,8 +50,9 @@ struct Run {
     slopes: [Shared; RUN],
     /// Light of LEDs.
     lit: [f64; RUN],
-    /// Curvature and slope of the log-likelihood by the light; 0 for a pixel that is not in use.
+    /// Curvature of the log-likelihood by the light; 0 for a pixel that is not in use.
     curved: [f64; RUN],
+    /// Slope of the log-likelihood by the light; 0 for a pixel that is not in use.
     pull: [f64; RUN],
 }
 

@@ -171,7 +171,7 @@ impl<const N: usize> ImageFit<N> {
         Err(PoseError::NotSettled { rounds: MOST_ROUNDS })
     }
 
-    /// The limit of the pixels in use, outside the cells: all if the surroundings are plain, else only those that no light from there
+    /// The limit of the pixels in use, outside the cells: all if the surroundings are plain, otherwise only those that no light from there
     /// reaches.
     fn rim(&self, look: &Appearance, sums: &Sums, corners: &Corners) -> f64 {
         let [misfit, count] = sums.around;

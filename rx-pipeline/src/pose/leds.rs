@@ -60,7 +60,7 @@ impl Leds {
             if !(x > -1.0 && y > -1.0 && x < width && y < height) {
                 return Err(PoseError::OutsideFrame);
             }
-            // A small disc's light distribution shows by its variance alone, beside that of the blur.
+            // A small disc's light distribution shows only in its variance, added to that of the blur.
             let resolved = ellipse.area() / (4.0 * core::f64::consts::PI * sigma * sigma);
             self.uneven = self.uneven.max(UNEVEN * resolved.min(1.0));
             self.patches[led].draw(&ellipse, sigma, &self.gauss);

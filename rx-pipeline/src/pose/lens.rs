@@ -110,7 +110,7 @@ impl Lens {
         ]
     }
 
-    /// The direction (x, y, 1) of a pixel; `None` if the lens model is not invertible there, as beyond its fold.
+    /// The direction (x, y, 1) of a pixel; `None` if the lens model is not invertible there, for example beyond its fold.
     pub fn ray(&self, pixel: [f64; 2]) -> Option<[f64; 2]> {
         const STEPS: usize = 30;
         const EXACT: f64 = 1e-13;
@@ -130,7 +130,7 @@ impl Lens {
             };
             let ([a, c], [b, d]) = (slope(STEP, 0.0), slope(0.0, STEP));
             let determinant = a * d - b * c;
-            // Where the image folds over, a pixel has no unique direction.
+            // If the image folds over, a pixel has no unique direction.
             if determinant.is_nan() || determinant <= 0.0 {
                 return None;
             }

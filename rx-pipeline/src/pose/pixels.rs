@@ -14,8 +14,9 @@ const COARSE_PITCH_PX: f64 = 6.0;
 const FINE_BLUR_PX: f64 = 2.0;
 /// Room around the panel's outer LEDs, in pitches.
 const RIM: f64 = 1.5;
-/// The middle of the panel, and half the side of its outer cells, in pitches.
+/// The middle of the panel, in pitches.
 const MIDDLE: f64 = 3.5;
+/// Half the side of the panel's outer cells, in pitches.
 const HALF: f64 = 4.0;
 /// The grey level of a saturated pixel.
 const WHITE: u8 = u8::MAX;

@@ -4,11 +4,11 @@ use nalgebra::{Matrix2, Matrix3, SMatrix, SVector, Vector3};
 
 use super::plane::{Matrix8, PlaneImage, Vector8};
 
-/// A pose in numbers of which the image of a plane is nearly a linear function.
+/// A pose in parameters in which the image of a plane is nearly linear.
 ///
 /// The panel's normal leans from the line of sight by an angle θ towards a direction d across that line. `lean` is 2·sin(θ/2)·d, so that
-/// equal areas of it are equal parts of all directions (Lambert 1772). The image of a panel that leans by −d is nearly the same, the more
-/// so the farther it is: the two-fold ambiguity (Schweighofer & Pinz 2006; Collins & Bartoli 2014).
+/// equal areas of it are equal parts of all directions (Lambert 1772). The image of a panel that leans by −d is nearly the same, and more
+/// nearly the farther it is: the two-fold ambiguity (Schweighofer & Pinz 2006; Collins & Bartoli 2014).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct View {
     /// The direction (x, y, 1) of the panel's middle.

@@ -13,7 +13,7 @@ use super::planar::{EDGE_ON, Matrix4, View, rotation_by, rotation_vector};
 use super::plane::{Matrix8, Vector8};
 use super::{PlaneFit, Pose, PoseError, Solution};
 
-/// The most nodes of a grid from its middle along one side, and below, of one side.
+/// The most nodes of a grid from its middle along one side.
 const HALF: usize = 16;
 const SIDE: usize = 2 * HALF + 1;
 /// Nodes across a grid that spans both solutions, from its middle.

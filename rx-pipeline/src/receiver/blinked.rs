@@ -1,8 +1,8 @@
 //! Decides whether something that was found by its blinking is a panel.
 //!
 //! Lamps of a sign that all switch together, a lit window or a moving edge can look like 64 LEDs for a moment. A panel differs: it shows
-//! one symbol after another, each with about half of the LEDs On and each with others, and frames of the link. It has to do so all the
-//! time: after a knock, LEDs of a panel that is now elsewhere may lie where others were.
+//! one symbol after another, each with a different half of its LEDs On, and they form frames of the link. It must keep doing so: after a
+//! knock, LEDs of a panel that is now elsewhere may lie where others were.
 
 use crate::corners::Corners;
 use link::framing::Event;
@@ -34,7 +34,7 @@ pub fn proof_frames(symbols_per_frame: f32) -> u64 {
 
 /// The symbols of a place since it was found.
 #[derive(Clone, Copy)]
-pub struct Blinked {
+pub struct BlinkHistory {
     /// The frame in which it was found, or last proved to be a panel.
     since: u64,
     /// The last frame that was judged.
@@ -61,7 +61,7 @@ pub enum Verdict {
     Other,
 }
 
-impl Blinked {
+impl BlinkHistory {
     /// The state of a place that was found in that frame.
     pub fn new(found: u64) -> Self {
         Self {
@@ -90,7 +90,7 @@ impl Blinked {
     }
 
     /// Adds an event of its symbols. A header that was read (not only expected), a beacon or a size is a proof: none of 10⁸ random readings
-    /// passed as a header. The end of a segment is none, because a segment that a lost panel began ends by itself.
+    /// passed as a header. The end of a segment is not a proof, because a segment that a lost panel began ends by itself.
     pub fn add_event(&mut self, event: &Event<'_>) {
         self.is_proved |= matches!(
             event,
@@ -192,7 +192,7 @@ mod tests {
 
     /// The judgement of a place at the end of its proof; `bits` gives the bits of each frame.
     fn judged(mut bits: impl FnMut(u64) -> u64) -> Verdict {
-        let mut blinked = Blinked::new(7);
+        let mut blinked = BlinkHistory::new(7);
         for number in 7..7 + PROOF_FRAMES {
             assert_ne!(blinked.verdict(number, PROOF_FRAMES), Verdict::Other);
             blinked.see(bits(number));
@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn what_the_link_says_is_proof_enough() {
-        let mut blinked = Blinked::new(0);
+        let mut blinked = BlinkHistory::new(0);
         blinked.add_event(&Event::Nothing);
         for number in 0..PROOF_FRAMES {
             assert_eq!(blinked.verdict(number, PROOF_FRAMES), Verdict::Unsure);
@@ -258,7 +258,7 @@ mod tests {
 
     #[test]
     fn what_was_a_panel_has_to_prove_it_again() {
-        let mut blinked = Blinked::new(0);
+        let mut blinked = BlinkHistory::new(0);
         blinked.add_event(&Event::Beacon { inverted: false });
         for number in 20..20 + PROOF_FRAMES {
             assert_eq!(blinked.verdict(number, PROOF_FRAMES), Verdict::Panel);
@@ -269,7 +269,7 @@ mod tests {
 
     #[test]
     fn frames_that_nobody_saw_say_nothing() {
-        let mut blinked = Blinked::new(7);
+        let mut blinked = BlinkHistory::new(7);
         assert_eq!(blinked.verdict(8, PROOF_FRAMES), Verdict::Unsure);
         assert_eq!(blinked.verdict(1000, PROOF_FRAMES), Verdict::Unsure);
     }

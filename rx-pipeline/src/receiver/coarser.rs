@@ -2,7 +2,8 @@
 //!
 //! All LEDs of a carrier glow. In an exposure that sees little of their bits, an LED stands out only against the gaps. A lattice that lies
 //! at an angle to the panel's, or has a fraction of its pitch, is then read as a panel whose On LEDs form a lattice themselves. In a
-//! message they never do. At a third of the pitch an LED may lie between two places, in its row, in its column or in both, and lights both.
+//! message they never do. At a third of the pitch an LED may lie between two places, in its row, in its column or in both, and light both
+//! places.
 
 use crate::frame::Frame;
 use crate::lattice::{Lattice, MIDDLE};

@@ -20,7 +20,6 @@ const LEVEL_SIDE: usize = 4;
 /// Number of levels besides the frame itself.
 const LEVELS: usize = 2;
 
-/// A query to the levels.
 pub(super) struct LevelQuery<'a, const PIXELS: usize> {
     pub effort: Effort,
     pub locator: &'a Locator,
@@ -114,7 +113,7 @@ impl Levels {
     }
 
     /// The panel on one level, the coarsest first. If time counts, one level in turn is searched as a whole. The others are searched for
-    /// changes, because new symbols may fall on the turns of the same level always.
+    /// changes, because new symbols may always fall on the turns of the same level.
     pub fn find<const PIXELS: usize>(
         &mut self,
         buffer: &[u8],
@@ -124,7 +123,7 @@ impl Levels {
         (0..LEVELS).rev().find_map(|level| {
             let (turn, number) = match query.effort {
                 Effort::Share(number) => (number % LEVELS as u64, number),
-                // Two frames of four are nobody's turn.
+                // In two frames of four, no level has its turn.
                 Effort::Spare(number) => (number % (2 * LEVELS as u64), number),
                 other => return self.find_on(level, other, buffer, query, profile),
             };

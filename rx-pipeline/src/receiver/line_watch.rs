@@ -2,7 +2,7 @@
 //! other side does not.
 //!
 //! A fit to a single frame cannot show this if the other seven lines fit. Successive symbols can: each changes the outer lines of a panel,
-//! and nothing else beside it changes with each of them.
+//! and nothing else next to it changes with each of them.
 
 use crate::frame::Frame;
 use crate::lattice::{Lattice, MIDDLE};
@@ -11,7 +11,7 @@ use link::panel::{LEDS, PanelFrame, SIDE};
 /// The steps in columns and rows to the places beside each side of a panel.
 const STEPS: [[i32; 2]; 4] = [[0, -1], [1, 0], [0, 1], [-1, 0]];
 /// Bits of the four outer lines that differ from one symbol to the next, at least (count): half of them do in a message, 16, or 12 if one
-/// line is none of the panel's.
+/// line is not the panel's.
 const SYMBOL: u32 = 6;
 /// Minimum number of successive symbols that change the places beside a panel to prove that its LEDs are there (count). Lower: moved
 /// sooner, and sometimes by a lamp.
@@ -104,7 +104,7 @@ impl Side {
         self.last = now;
     }
 
-    /// Whether these may be the panel's LEDs. Where all are lit, it is the background.
+    /// Whether these may be the panel's LEDs. If all are lit, they are background.
     fn is_doubtful(&self) -> bool {
         let Lines { own, beside } = self.last;
         let is_lit = own == 0 && (DOUBTED..SIDE as u32).contains(&beside.count_ones());
@@ -163,7 +163,7 @@ fn lit_beside(frame: &Frame<'_>, lattice: &Lattice, step: [i32; 2], threshold: f
     lit
 }
 
-/// The grey level halfway between LEDs that are Off and On; none if either are few or not darker.
+/// The grey level halfway between Off and On LEDs; none if either are too few, or if Off LEDs are not darker.
 fn threshold(frame: &Frame<'_>, lattice: &Lattice, bits: u64) -> Option<f32> {
     if !(LEAST_LEDS..=LEDS as u32 - LEAST_LEDS).contains(&bits.count_ones()) {
         return None;

@@ -3,7 +3,7 @@
 use super::reader::MaximumLikelihood;
 use super::reader::Tools;
 use super::settings::ReceiverSettings;
-use crate::camera::Learnt;
+use crate::camera::CameraEstimate;
 use crate::cells::CellMap;
 use crate::detect::Method;
 use crate::spots::Residuals;
@@ -39,7 +39,7 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
     };
 
     /// The learnt camera and panel.
-    pub fn learnt(&self) -> Option<Learnt> {
+    pub fn learnt(&self) -> Option<CameraEstimate> {
         self.likelihood.learnt()
     }
 
@@ -57,7 +57,7 @@ impl<const PIXELS: usize> PanelMemory<PIXELS> {
         let _ = has_carrier;
     }
 
-    /// The tools with which the panel is read in a frame, `before` which that symbol was shown.
+    /// The tools for reading the panel in a frame; `before` holds the soft values of the symbol before.
     pub fn tools<'a>(&'a mut self, residuals: &'a mut Residuals<PIXELS>, tiles: &'a mut Tiles, before: SoftPanel) -> Tools<'a, PIXELS> {
         Tools {
             map: &mut self.map,

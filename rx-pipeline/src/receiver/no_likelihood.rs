@@ -1,6 +1,6 @@
 //! Placeholder of maximum likelihood in programs that leave it out; it takes no memory.
 
-use crate::camera::Learnt;
+use crate::camera::CameraEstimate;
 use crate::corners::Corners;
 use crate::detect::{DetectError, Detection};
 use crate::frame::Frame;
@@ -31,7 +31,7 @@ impl<const PIXELS: usize> MaximumLikelihood<PIXELS> {
 
     pub fn set_experience(&mut self, _: NoExperience) {}
 
-    pub fn learnt(&self) -> Option<Learnt> {
+    pub fn learnt(&self) -> Option<CameraEstimate> {
         None
     }
 

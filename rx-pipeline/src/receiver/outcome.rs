@@ -12,14 +12,14 @@ use link::orientation::Orientation;
 
 /// The reading of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
+pub struct FrameReading {
     /// The panel's corners.
     pub corners: Corners,
     /// Its bits, hard and soft, with their certainty.
     pub detection: Detection,
 }
 
-impl Reading {
+impl FrameReading {
     /// The reading in the panel's own rows and columns, if this one is in those of a picture with that orientation. The reading of a
     /// mirrored picture stays unchanged, because corners run clockwise.
     pub fn upright(&self, orientation: Orientation) -> Self {
@@ -92,9 +92,9 @@ pub enum LossKind {
     Saturated,
     /// The frame and the cells do not match.
     NoFeatures,
-    /// The bright areas are no grid of LEDs.
+    /// The bright areas are not a grid of LEDs.
     NoGrid,
-    /// The grid has no shape of a panel.
+    /// The grid does not have the shape of a panel.
     NoPanel,
     /// The grid continues beyond 8×8.
     GoesOn,
@@ -138,7 +138,7 @@ impl Loss {
 pub struct Outcome<'a> {
     /// The reading, or why there is none, in rows and columns of the picture. The panel was rotated by less than half a right angle when it
     /// was found.
-    pub reading: Result<Reading, Loss>,
+    pub reading: Result<FrameReading, Loss>,
     /// The number of the symbol that the frame shows, if it was read; in a frame of two symbols, that of the later one.
     pub symbol: Option<u32>,
     /// The panel's orientation in the picture according to earlier symbols, known from the first message header on.

@@ -1,6 +1,6 @@
 //! Decides whether a followed place is a panel, and which areas the search skips.
 
-use super::blinked::{Area, Blinked, SkippedPlaces, Verdict, proof_frames};
+use super::blinked::{Area, BlinkHistory, SkippedPlaces, Verdict, proof_frames};
 use crate::corners::Corners;
 use link::framing::Event;
 
@@ -15,7 +15,7 @@ pub struct Proof {
 
 /// A followed place.
 struct Place {
-    blinked: Blinked,
+    blinked: BlinkHistory,
     /// Its last corners.
     corners: Corners,
     verdict: Verdict,
@@ -34,7 +34,7 @@ impl Proof {
     /// Starts to follow a place in frame `number`.
     pub(crate) fn found(&mut self, corners: Corners, number: u64) {
         self.place = Some(Place {
-            blinked: Blinked::new(number),
+            blinked: BlinkHistory::new(number),
             corners,
             verdict: Verdict::Unsure,
         });

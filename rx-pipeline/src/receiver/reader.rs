@@ -6,7 +6,7 @@ use super::coarser::Coarser;
 use super::line_watch::LineWatch;
 #[cfg(not(feature = "maximum-likelihood"))]
 pub(crate) use super::no_likelihood::{MaximumLikelihood, NoExperience as Experience};
-use super::outcome::{Loss, Reading};
+use super::outcome::{FrameReading, Loss};
 #[cfg(feature = "carrier")]
 use super::recent_levels::RecentLevels;
 use super::view::View;
@@ -43,7 +43,7 @@ const CLEARLY: f32 = 0.05;
 const LINE_ROOM: f32 = 1.5;
 /// Maximum number of lines by which a panel that has jumped is moved (count). More: slower if cameras shake.
 const LINES_MOVED: usize = 3;
-/// It is also accepted if it leaves less than this share of the expected place's residual (share).
+/// Another place is also accepted if it leaves less than this share of the expected place's residual (share).
 const CLEARLY_LEFT: f32 = 0.6;
 
 /// The bits at a place that the surroundings give are unsure if their confidence is below the usual one by this (probability that one is
@@ -69,9 +69,9 @@ const STEADY_FRAMES: u64 = 8;
 const TOO_FINE_FRAMES: u8 = 4;
 
 /// A track corrected by a frame.
-struct Followed {
+struct CorrectedTrack {
     track: Track,
-    reading: Reading,
+    reading: FrameReading,
     /// The share of the light there that the panel explains.
     explained: f32,
     /// Whether the configured method has read the frame, not only the fast detector.
@@ -80,7 +80,7 @@ struct Followed {
 
 /// The attempt that explains clearly more light; the first if neither does. If the first attempt has no reading, edges and walls explain as
 /// much as a panel, and only bits as random as a message's distinguish a panel from them.
-fn better(here: Result<Followed, Loss>, elsewhere: Result<Followed, Loss>) -> Result<Followed, Loss> {
+fn better(here: Result<CorrectedTrack, Loss>, elsewhere: Result<CorrectedTrack, Loss>) -> Result<CorrectedTrack, Loss> {
     match (here, elsewhere) {
         (Ok(here), Ok(elsewhere))
             if elsewhere.explained > here.explained + CLEARLY || 1.0 - elsewhere.explained < CLEARLY_LEFT * (1.0 - here.explained) =>
@@ -93,7 +93,7 @@ fn better(here: Result<Followed, Loss>, elsewhere: Result<Followed, Loss>) -> Re
 }
 
 /// The confidence of a reading, if there is one: the probability that a bit is right.
-fn confidence(followed: &Result<(Track, Reading), Loss>) -> f32 {
+fn confidence(followed: &Result<(Track, FrameReading), Loss>) -> f32 {
     followed.as_ref().map_or(0.0, |(_, reading)| reading.detection.confidence)
 }
 
@@ -112,7 +112,6 @@ pub(crate) struct Tools<'a, const N: usize> {
 struct Input<'a, 'f, 't, const N: usize> {
     number: u64,
     frame: &'a Frame<'f>,
-    /// The expected lattice.
     expected: Lattice,
     /// Whether the picture gave this place, not only the earlier motion.
     is_placed: bool,
@@ -239,7 +238,7 @@ impl Reader {
         tools: &mut Tools<'_, N>,
         canvas: &mut [u8],
         profile: &mut impl Profile,
-    ) -> Option<Result<Reading, Loss>> {
+    ) -> Option<Result<FrameReading, Loss>> {
         let track = self.track?;
         if (frame.width(), frame.height()) != self.frame_size || !track.reaches(number) {
             self.track = None;
@@ -312,17 +311,17 @@ impl Reader {
     }
 
     /// The reading at the expected place, if its bits are surer than those read `elsewhere`: a shadow that passes moves the surroundings,
-    /// too. `learnt` is what was learnt before.
+    /// too. `learnt` holds the earlier estimates.
     #[cold]
     fn surer<const N: usize>(
         &mut self,
-        elsewhere: Result<(Track, Reading), Loss>,
+        elsewhere: Result<(Track, FrameReading), Loss>,
         learnt: Experience,
         track: &Track,
         input: &mut Input<'_, '_, '_, N>,
         canvas: &mut [u8],
         profile: &mut impl Profile,
-    ) -> Result<(Track, Reading), Loss> {
+    ) -> Result<(Track, FrameReading), Loss> {
         let (view, learnt_there) = (self.view, input.tools.likelihood.experience());
         let in_same_pixels = |view_here: View| view_here.grid.side == view.grid.side;
         let view_here = view.of(&input.expected, self.settings.max_pitch_px, self.frame_size, N);
@@ -414,7 +413,7 @@ impl Reader {
         input: &mut Input<'_, '_, '_, N>,
         canvas: &mut [u8],
         profile: &mut impl Profile,
-    ) -> Result<(Track, Reading), Loss> {
+    ) -> Result<(Track, FrameReading), Loss> {
         let (is_placed, place) = (place.is_some(), place.unwrap_or(&input.expected));
         let before = self.view.grid;
         let out_of_frame = Loss::from(TrackError::OutOfFrame);
@@ -429,7 +428,7 @@ impl Reader {
             locator: input.locator,
             tools: input.tools,
         };
-        let Followed {
+        let CorrectedTrack {
             track: corrected,
             reading,
             explained,
@@ -438,7 +437,7 @@ impl Reader {
         let spots = corrected.spots();
         let reading = if is_read_well {
             let corners = Corners::new(spots.lattice.corners()).map_err(TrackError::from)?;
-            Reading { corners, ..reading }
+            FrameReading { corners, ..reading }
         } else {
             self.read_well(&drawn, spots, reading, input.tools, profile)?
         };
@@ -478,11 +477,11 @@ impl Reader {
     }
 
     /// Converts a reading in the view to the frame.
-    fn in_frame(&mut self, reading: Reading) -> Result<Reading, Loss> {
+    fn in_frame(&mut self, reading: FrameReading) -> Result<FrameReading, Loss> {
         let corners = self.view.grid.corners_to_frame(&reading.corners);
         let corners = corners.map_err(TrackError::from)?;
         self.seen = Some(corners);
-        Ok(Reading { corners, ..reading })
+        Ok(FrameReading { corners, ..reading })
     }
 
     /// Reads the panel at its expected place, or at the likeliest one, and corrects the track by the frame.
@@ -491,7 +490,7 @@ impl Reader {
         track: &Track,
         input: &mut Input<'_, '_, '_, N>,
         profile: &mut impl Profile,
-    ) -> Result<Followed, Loss> {
+    ) -> Result<CorrectedTrack, Loss> {
         let expected = input.expected;
         let is_read_well = self.reads_well_at_once(track);
         let here = self.attempt(track, expected, Gate::SURE, is_read_well, input, profile);
@@ -535,16 +534,16 @@ impl Reader {
         }
     }
 
-    /// The attempt at the expected place of a panel that has been on course: by the fast detector, and, if its bits do not fit, by the
-    /// configured method, which knows each LED's usual light. The fast detector compares the LEDs of one frame only: if light behind one of
-    /// them outshines the others, it reads all others as Off.
+    /// The attempt at the expected place of a panel that has been on course: by the fast detector and, if its bits do not fit, by the
+    /// configured method, which knows each LED's usual light. The fast detector compares only the LEDs of one frame: if light behind one
+    /// LED outshines the others, it reads them all as Off.
     fn attempt_still<const N: usize>(
         &mut self,
         track: &Track,
         is_read_well: bool,
         input: &mut Input<'_, '_, '_, N>,
         profile: &mut impl Profile,
-    ) -> Result<Followed, Loss> {
+    ) -> Result<CorrectedTrack, Loss> {
         let expected = input.expected;
         let here = self.attempt(track, expected, Gate::STILL, is_read_well, input, profile);
         let is_read_again = cfg!(feature = "surroundings") && !is_read_well && self.method == Method::MaximumLikelihood;
@@ -571,10 +570,10 @@ impl Reader {
     fn on_its_line<const N: usize>(
         &mut self,
         track: &Track,
-        attempt: Result<Followed, Loss>,
+        attempt: Result<CorrectedTrack, Loss>,
         input: &mut Input<'_, '_, '_, N>,
         profile: &mut impl Profile,
-    ) -> Result<Followed, Loss> {
+    ) -> Result<CorrectedTrack, Loss> {
         let mut found = attempt?;
         for _ in 0..LINES_MOVED {
             let observation = observation(input.frame, input.locator);
@@ -628,7 +627,7 @@ impl Reader {
         tools: &mut Tools<'_, N>,
         canvas: &mut [u8],
         profile: &mut impl Profile,
-    ) -> Option<Reading> {
+    ) -> Option<FrameReading> {
         let (track, place) = (self.track?, Lattice::through(&self.corners()?));
         if place.is_close_to(&location.spots.lattice) {
             self.track = Some(track.trusted());
@@ -639,7 +638,7 @@ impl Reader {
         let found = self.begin(number, frame, location, tools, canvas, profile);
         let lies_between_lines = track.explains_little() && place.is_beside(&location.spots.lattice, WIDTH);
         let least = track.trust().min(if lies_between_lines { SURE } else { 1.0 });
-        let is_surer = |reading: &Reading| reading.detection.confidence > least;
+        let is_surer = |reading: &FrameReading| reading.detection.confidence > least;
         let found = found.ok().filter(is_surer);
         if found.is_none() {
             self.go_back(before, tools);
@@ -673,7 +672,7 @@ impl Reader {
         tools: &mut Tools<'_, N>,
         canvas: &mut [u8],
         profile: &mut impl Profile,
-    ) -> Result<Reading, Loss> {
+    ) -> Result<FrameReading, Loss> {
         self.watch((frame.width(), frame.height()));
         self.forget_places();
         *tools.surroundings = Surroundings::UNKNOWN;
@@ -700,18 +699,18 @@ impl Reader {
         self.in_frame(reading)
     }
 
-    /// The bits of a reading in the view, read again without the shadows across the panel, if that makes them surer than the bits were before
-    /// any doubt in their place. Their confidence stays what it is, because at a wrong place, too, bits become surer without shadows.
+    /// The bits of a reading in the view, read again without the shadows across the panel, if that makes them surer than the bits were
+    /// before any doubt in their place. Their confidence does not change, because bits become surer without shadows at a wrong place, too.
     #[cfg(all(feature = "maximum-likelihood", feature = "surroundings"))]
     fn without_shadows<const N: usize>(
         &self,
         frame: &Frame<'_>,
-        reading: Reading,
+        reading: FrameReading,
         undoubted: f32,
         tools: &mut Tools<'_, N>,
         canvas: &mut [u8],
         profile: &mut impl Profile,
-    ) -> Reading {
+    ) -> FrameReading {
         if self.method != Method::MaximumLikelihood || undoubted > SURE_IN_SHADOWS {
             return reading;
         }
@@ -728,7 +727,7 @@ impl Reader {
             likelihood.detect_without(shade, before, &drawn, &reading.corners, spots.sigma).ok()
         });
         match again.filter(|again| again.confidence > undoubted) {
-            Some(again) => Reading {
+            Some(again) => FrameReading {
                 detection: reading.detection.with_bits_of(&again),
                 ..reading
             },
@@ -753,7 +752,7 @@ impl Reader {
         is_read_well: bool,
         input: &mut Input<'_, '_, '_, N>,
         profile: &mut impl Profile,
-    ) -> Result<Followed, Loss> {
+    ) -> Result<CorrectedTrack, Loss> {
         let mut reading = self
             .read(input.frame, &lattice, input.tools.map, profile)
             .map_err(|loss| match loss {
@@ -778,7 +777,7 @@ impl Reader {
             )
         });
         let (track, explained) = corrected?;
-        Ok(Followed {
+        Ok(CorrectedTrack {
             track,
             reading,
             explained,
@@ -793,7 +792,7 @@ impl Reader {
         lattice: &Lattice,
         map: &mut CellMap<N>,
         profile: &mut impl Profile,
-    ) -> Result<Reading, Loss> {
+    ) -> Result<FrameReading, Loss> {
         let corners = Corners::new(lattice.corners()).map_err(TrackError::from)?;
         if !self.cells.is_some_and(|built| are_close(&built, &corners)) {
             profile.timed(Stage::Cells, || self.build(corners, map))?;
@@ -805,7 +804,7 @@ impl Reader {
             Method::MaximumLikelihood => Detector::default(),
         };
         let detection: Detection = profile.timed(Stage::Detect, || detector.detect(&features))?;
-        Ok(Reading { corners, detection })
+        Ok(FrameReading { corners, detection })
     }
 
     /// Whether the LEDs overlap so much that only maximum likelihood gives bits that can correct the track.
@@ -832,10 +831,10 @@ impl Reader {
         &self,
         frame: &Frame<'_>,
         spots: &LatticeModel,
-        fast: Reading,
+        fast: FrameReading,
         tools: &mut Tools<'_, N>,
         profile: &mut impl Profile,
-    ) -> Result<Reading, Loss> {
+    ) -> Result<FrameReading, Loss> {
         if self.method != Method::MaximumLikelihood {
             return Ok(fast);
         }
@@ -844,7 +843,7 @@ impl Reader {
             let Tools { likelihood, before, .. } = &mut *tools;
             likelihood.detect_after(before, frame, &corners, Some(spots.sigma))
         })?;
-        Ok(Reading { corners, detection })
+        Ok(FrameReading { corners, detection })
     }
 
     /// Reads at a given place from now on.
@@ -932,13 +931,13 @@ mod tests {
 
     #[test]
     fn where_nothing_was_read_only_bits_like_a_messages_tell_a_panel_from_an_edge() {
-        let followed = |bits: u64, explained: f32| -> Result<Followed, Loss> {
+        let followed = |bits: u64, explained: f32| -> Result<CorrectedTrack, Loss> {
             let corners = Scene::PLAIN.corners();
             let spots = spots_on(Lattice::through(&corners), 1.5);
             let detection = Detection::new(PanelFrame::from_bits(bits), [20.0; LEDS]);
-            Ok(Followed {
+            Ok(CorrectedTrack {
                 track: Track::new(spots, 0, (96, 96)),
-                reading: Reading { corners, detection },
+                reading: FrameReading { corners, detection },
                 explained,
                 is_read_well: false,
             })

@@ -1,10 +1,10 @@
 //! Decodes a panel's readings into messages: each reading gets its sign from the carrier and then enters the decoder.
 
-use super::outcome::{Loss, Outcome, Reading};
+use super::outcome::{FrameReading, Loss, Outcome};
 use crate::carrier::Carrier;
 use crate::detect::DetectError;
 use crate::profile::{Profile, Stage};
-use crate::symbols::{Decoded, MessageDecoder, SymbolClock};
+use crate::symbols::{DecodedSymbol, MessageDecoder, SymbolClock};
 use link::framing::Event;
 use link::panel::SoftPanel;
 
@@ -66,7 +66,7 @@ impl SignedDecoder {
     }
 
     /// The outcome of a frame: its reading enters the decoder.
-    pub fn outcome<'a>(&'a mut self, number: u64, reading: Result<Reading, Loss>, profile: &mut impl Profile) -> Outcome<'a> {
+    pub fn outcome<'a>(&'a mut self, number: u64, reading: Result<FrameReading, Loss>, profile: &mut impl Profile) -> Outcome<'a> {
         // No symbol of a message leaves all LEDs Off.
         let reading = reading.and_then(|reading| match reading.detection.bits.count_on() {
             0 => Err(DetectError::Covered { percent: 0 }.into()),
@@ -77,7 +77,7 @@ impl SignedDecoder {
             Ok(mut reading) => {
                 let reread = carrier.resolve(number, decoder.time_of(number), &reading.corners, &mut reading.detection);
                 let detection = &reading.detection;
-                let Decoded {
+                let DecodedSymbol {
                     symbol,
                     orientation,
                     event,

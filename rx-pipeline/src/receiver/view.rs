@@ -186,7 +186,7 @@ impl View {
     }
 }
 
-/// How far larger pixels may extend beyond the frame, in its pixels, where they repeat its edge: as far as a panel at the edge needs.
+/// Number of frame pixels by which larger pixels may extend beyond the frame, repeating its edge: as many as a panel at the edge needs.
 fn beyond(side: usize) -> i32 {
     2 * side as i32
 }

@@ -1,8 +1,8 @@
 //! 64 Gaussian spots of few brightnesses on a lattice, fitted to light.
 //!
-//! The model of a frame in linear light is b + Σ (α + β·sₖ)·g(p − pₖ), with sₖ 1 if LED k is On, else 0, or the share of the exposure for
-//! which it was On. For the difference of two frames α = 0 and sₖ = 1, 0 or −1, because static light cancels. Differences of light are
-//! weighed in grey levels.
+//! The model of a frame in linear light is b + Σ (α + β·sₖ)·g(p − pₖ), where sₖ is 1 if LED k is On and 0 if it is Off, or the share of the
+//! exposure for which it was On. For the difference of two frames α = 0 and sₖ = 1, 0 or −1, because static light cancels. Differences of
+//! light are weighed in grey levels.
 //!
 //! The slope of the sum of squares is exact, and so is its curvature within each spot, where dark rims weigh more than bright or saturated
 //! middles. Between neighbours the curvature is that of Gaussians on the plane, scaled to the spots' own. So a step needs one pass over

@@ -10,7 +10,7 @@ use link::panel::{LEDS, SIDE};
 
 /// The greatest change of a near panel's tilt in a step (share of its distance, per LED). Higher: followed sooner, and noise too.
 const TILT_STEP: f32 = 0.01;
-/// The greatest tilt (share of its distance, per LED): a panel of 0.6 m at 1 m, from 40° aside.
+/// The greatest tilt (share of its distance, per LED): a panel of 0.6 m at 1 m, from 40° to the side.
 const TILT_MAX: f32 = 0.05;
 
 impl LatticeModel {

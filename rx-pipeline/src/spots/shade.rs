@@ -8,15 +8,15 @@ use link::panel::{LEDS, SIDE};
 
 /// Whether shadows are taken into account. On microcontrollers this would cost flash and time.
 pub(crate) const MEASURES_SHADE: bool = cfg!(feature = "surroundings");
-/// The least pitch at which the ground is visible between spots (standard deviations of a spot): amid four On LEDs, and beyond the outer
-/// ones, at most 0.2 of one remains there. Lower: the LEDs' own light counts as shade; higher: shadows on blurred panels stay.
+/// The least pitch at which the ground is visible between spots (standard deviations of a spot): in the middle of four On LEDs, and beyond
+/// the outer ones, at most 0.2 of one remains. Lower: the LEDs' own light counts as shade; higher: shadows on blurred panels stay.
 pub(crate) const SHADE_LEAST_PITCH: f32 = 3.6;
 /// The light between LEDs is uneven if it differs from place to place by more (standard deviation, share of the step from Off to On).
 /// Lower: each LED is read with the noise of the ground around it; higher: faint shadows stay.
 const UNEVEN: f32 = 0.04;
 /// Places between LEDs along a side: between neighbours, and one beyond either outer LED.
 const PLACES: usize = SIDE + 1;
-/// The distance of the outer places from the outer LEDs (pitches). Farther: what lies beyond the board counts as its shade.
+/// The distance of the outer places from the outer LEDs (pitches). Farther: light beyond the board counts as its shade.
 const OUTER: f32 = 0.35;
 /// The least variance from place to place (multiple of that of noise and of the LEDs' own light, which differs from one side of a place to
 /// the other). Lower: these count as shade; higher: faint shadows stay.

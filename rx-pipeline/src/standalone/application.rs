@@ -10,7 +10,7 @@ use super::message::{CameraSettings, Counters, Fault, Message, Status, Trouble, 
 use super::numbering::Numbering;
 use super::picture::Picture;
 use super::range::range_pitches;
-use super::service::{Received, Service, State};
+use super::service::{IncomingRequest, Service, State};
 use super::text::{self, PrintedState};
 use super::trust::{Trust, TrustError};
 use super::{Board, Machine};
@@ -22,7 +22,7 @@ use link::framing::Event;
 use link::panel::SIDE;
 use link::signing::Verdict;
 
-/// Time without text after a request, µs: a computer that asks gets answers alone.
+/// Time without text after a request, µs: a computer that sends requests receives only answers.
 pub const QUIET_US: u64 = 5_000_000;
 /// Bytes read from the port between two frames, at most, so that a flood of bytes does not stop the reading of frames.
 const BYTES_AT_ONCE: usize = 512;
@@ -398,7 +398,7 @@ impl<F: Follow> Application<F> {
         }
     }
 
-    fn answer<B: Board>(&mut self, received: &Received, now_us: u64, board: &mut B) {
+    fn answer<B: Board>(&mut self, received: &IncomingRequest, now_us: u64, board: &mut B) {
         let Settings {
             mode,
             symbol_millihertz,

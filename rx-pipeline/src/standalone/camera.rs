@@ -1,4 +1,4 @@
-//! A standalone receiver's camera: what the program must know about it, what it sets, and how the camera fails.
+//! A standalone receiver's camera: its properties, its settings and its faults.
 
 use super::exposure;
 use serde::{Deserialize, Serialize};

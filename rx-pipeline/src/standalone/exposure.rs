@@ -10,7 +10,7 @@ use crate::frame::Frame;
 
 /// The target of a followed panel's brightest pixels, grey levels.
 const BRIGHT: u32 = 200;
-/// The grey level from which on pixels count as white and do not show how much light there is.
+/// The grey level from which on pixels count as white and do not show the amount of light.
 const WHITE: u8 = 250;
 /// The target of a searched frame's mean, grey levels.
 pub(super) const MEAN: u32 = 56;

@@ -66,7 +66,8 @@ pub trait Follow {
     fn expect_another_exposure(&mut self);
 }
 
-/// A [`Receiver`] with a [`BlinkSearch`], which takes little memory. It takes some 40 kB itself, which must not pass through a small stack.
+/// A [`Receiver`] with a [`BlinkSearch`], which takes little memory. The receiver takes about 40 kB, which must not pass through a small
+/// stack.
 pub struct PanelReceiver<const PIXELS: usize, M, B> {
     /// The receiver.
     pub receiver: Receiver<PIXELS, M>,

@@ -17,7 +17,7 @@ pub struct LastMessage {
 }
 
 impl LastMessage {
-    /// Whether there is a message of which no signature has come.
+    /// Whether there is a message without a signature so far.
     pub fn is_unproven(&self) -> bool {
         !self.bytes.is_empty() && self.verdict == Verdict::Unproven
     }

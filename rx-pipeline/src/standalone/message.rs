@@ -71,7 +71,7 @@ pub enum Answer<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 pub enum Refusal {
     /// The request has another version of the frames.
-    #[error("the receiver speaks version {speaks} of the frames: use a program that does, or update it")]
+    #[error("the receiver speaks version {speaks} of the frames: use a program with that version, or update it")]
     Version {
         /// The receiver's version.
         speaks: u8,

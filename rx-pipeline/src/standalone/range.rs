@@ -6,8 +6,8 @@ use crate::corners::Corners;
 /// The distance from the lens to a panel's centre over the panel's pitch.
 ///
 /// A view along the line of sight shortens the panel's plane in one direction at most. So the greatest stretch of a step between LEDs, at
-/// right angles to that line, depends on the distance alone, and not on the panel's rotation. It is exact for a lens without distortion;
-/// errors of the corners carry over.
+/// right angles to that line, depends on the distance alone, and not on the panel's rotation. The result is exact for a lens without
+/// distortion; errors of the corners carry over.
 pub fn range_pitches(corners: &Corners, mode: &CameraMode) -> f32 {
     let focal_length_px = mode.focal_length_px;
     let [centre, along_row, along_column, _] = corners.homography().about_middle();

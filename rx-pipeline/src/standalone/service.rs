@@ -40,12 +40,12 @@ pub struct Service {
 }
 
 /// A request, and the sequence number for its answer.
-pub struct Received {
+pub struct IncomingRequest {
     sequence: u32,
     request: Result<Request, Refusal>,
 }
 
-impl Received {
+impl IncomingRequest {
     /// The symbol rate that it sets.
     pub fn symbol_millihertz(&self) -> Option<u32> {
         match self.request {
@@ -78,7 +78,7 @@ impl Service {
     }
 
     /// Adds a byte; returns the request that it completes.
-    pub fn receive(&mut self, byte: u8, now_us: u64) -> Option<Received> {
+    pub fn receive(&mut self, byte: u8, now_us: u64) -> Option<IncomingRequest> {
         let frame = match self.reader.push(byte)? {
             Ok(frame) => frame,
             Err(_) => {
@@ -93,14 +93,14 @@ impl Service {
         };
         self.requests = self.requests.saturating_add(1);
         self.asked_us = Some(now_us);
-        Some(Received {
+        Some(IncomingRequest {
             sequence: frame.sequence(),
             request,
         })
     }
 
     /// The answer to a request.
-    pub fn answer(&mut self, received: &Received, state: &State<'_>) -> &[u8] {
+    pub fn answer(&mut self, received: &IncomingRequest, state: &State<'_>) -> &[u8] {
         let answer = match received.request {
             Err(refusal) => Answer::Refused(refusal),
             Ok(Request::Hello) => Answer::Hello(Hello {

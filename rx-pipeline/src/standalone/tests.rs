@@ -22,7 +22,7 @@ mod places;
 mod serial;
 mod signed;
 
-/// No simple fraction of the frame rate, so that exposures do not meet changes of symbols again and again.
+/// Not a simple fraction of the frame rate, so that exposures do not repeatedly catch changes of symbols.
 const SYMBOL_MILLIHERTZ: u32 = 20_400;
 
 /// A camera of 324×244 pixels, 29.995 frames a second.
@@ -411,7 +411,7 @@ fn a_computer_is_told_what_it_asks() {
         assert_eq!(answer, no_picture);
     });
     bench.cut_short = 5;
-    // A computer that asks holds text back.
+    // Text is held back while a computer sends requests.
     bench.now_us += 2 * QUIET_US;
     let mut scene = Scene::new(QVGA, SYMBOL_MILLIHERTZ, b"asked for");
     run(&mut application, &mut bench, &mut scene, 400);

@@ -1,6 +1,6 @@
 //! The public keys that a receiver trusts.
 
-use link::framing::Signed;
+use link::framing::SignedPayload;
 use link::signing::{KEY_BYTES, PublicKey, TrustedKey, Verdict, verdict};
 use serde::{Deserialize, Serialize};
 
@@ -84,7 +84,7 @@ impl Trust {
     /// Verifies a message by its signature, if there are keys; a proven one counts as seen from now on.
     // Not inlined, so that it can be timed.
     #[inline(never)]
-    pub fn verdict(&mut self, signed: &Signed<'_>) -> Verdict {
+    pub fn verdict(&mut self, signed: &SignedPayload<'_>) -> Verdict {
         match self.0.as_mut_slice() {
             [] => Verdict::Unchecked {
                 signer: signed.signature.key,

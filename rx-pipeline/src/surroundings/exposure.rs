@@ -5,7 +5,8 @@ use super::places::AROUND;
 
 /// The ranks of the places that are compared, the darkest first (share): brighter ones may be white. Fewer: things that pass weigh more.
 const COMPARED: [f32; 2] = [0.1, 0.5];
-/// A smaller change is none (logarithm of a ratio). Lower: slower if cameras shake, because other ground in sight changes grey levels too.
+/// A smaller change does not count (logarithm of a ratio). Lower: slower if cameras shake, because other ground in sight changes grey
+/// levels too.
 const CHANGED: f32 = 0.1;
 
 /// The factor by which grey levels have changed, if it is not about 1, whether or not the places have moved.

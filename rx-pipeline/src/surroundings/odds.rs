@@ -29,15 +29,15 @@ const STEEPNESS: f32 = 2.0;
 const BEHIND: f32 = 30.0;
 /// Candidates whose surroundings are used, at most (count).
 const CANDIDATES: usize = 48;
-/// Candidates that climb to the likeliest neighbour, at most (count), and below, the steps of a climb (count).
+/// Candidates that climb to the likeliest neighbour, at most (count).
 pub(super) const PEAKS: usize = 6;
-/// See [`PEAKS`].
+/// The steps of a climb (count).
 const CLIMBS: usize = 3;
 /// Candidates this close to a likelier one are left out (tiles).
 const BESIDE: i32 = 1;
-/// The step between tried rotations (rad), and below, their number either way. More: faster rotations are followed, and slower.
+/// The step between tried rotations (rad).
 const TURN_RAD: f32 = 0.03;
-/// See [`TURN_RAD`] (count).
+/// The number of tried rotations either way (count). More: faster rotations are followed, and slower.
 const TURNS: i32 = 4;
 /// The usual deviation of a panel's rotation from the expected one (rad).
 const TURNED_RAD: f32 = 0.04;
@@ -286,8 +286,7 @@ impl Histogram {
     }
 }
 
-/// The maximum of a parabola through three neighbours, the middle of which is the highest: its offset from the middle, and its height
-/// above.
+/// The maximum of a parabola through three neighbours, with the middle one the highest: its offset from the middle, and its height above.
 fn peak(before: f32, here: f32, after: f32) -> [f32; 2] {
     let (slope, curvature) = (0.5 * (after - before), before - 2.0 * here + after);
     if curvature < 0.0 {

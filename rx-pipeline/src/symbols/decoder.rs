@@ -32,7 +32,7 @@ pub struct MessageDecoder {
 
 /// The result of a reading.
 #[derive(Debug)]
-pub struct Decoded<'a> {
+pub struct DecodedSymbol<'a> {
     /// The number of the symbol in the frame; of the one that begins, if it shows two.
     pub symbol: Option<u32>,
     /// The orientation of the readings, by the symbols before: from the first header on.
@@ -50,7 +50,7 @@ impl MessageDecoder {
         Ok(Self::of(SymbolClock::new(symbols_per_frame)?))
     }
 
-    /// Restarts in place: a decoder takes some 37 kB, which must not pass through a small stack.
+    /// Restarts in place: a decoder takes about 37 kB, which must not pass through a small stack.
     pub(crate) fn restart(&mut self, clock: SymbolClock) {
         self.clock = clock;
         self.deframer = Deframer::new();
@@ -77,12 +77,12 @@ impl MessageDecoder {
     }
 
     /// Adds the reading of a frame, and both its symbols if the exposure caught two.
-    pub fn push(&mut self, frame: u64, reading: &SoftPanel, mixture: Option<&Mixture>) -> Decoded<'_> {
+    pub fn push(&mut self, frame: u64, reading: &SoftPanel, mixture: Option<&Mixture>) -> DecodedSymbol<'_> {
         let ended = match mixture {
             Some(mixture) => self.clock.push_mixed(frame, reading, mixture),
             None => self.clock.push(frame, reading),
         };
-        Decoded {
+        DecodedSymbol {
             symbol: self.clock.current(),
             orientation: self.deframer.orientation(),
             event: deframe(&mut self.deframer, ended),

@@ -172,7 +172,7 @@ fn shoulder(level: f64) -> f64 {
     }
 }
 
-/// The level of the gamma curve that [`shoulder`] makes that of.
+/// The inverse of [`shoulder`]: the level of the gamma curve.
 fn before_shoulder(level: f64) -> f64 {
     let room = WHITE_GREY - KNEE_GREY;
     if level > KNEE_GREY {

@@ -1,4 +1,4 @@
-//! Encodes whole rows of f32 linear values, by whichever curve a camera has.
+//! Encodes whole rows of f32 linear values, by the curve of any camera.
 
 use super::curve::Curve;
 use super::grey::{BRIGHTEST, DARKEST, GammaEncoder, rounded, visible};

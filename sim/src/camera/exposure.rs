@@ -29,7 +29,7 @@ pub struct Exposure {
 pub struct LedLight {
     /// Ambient light reflected by the LED.
     pub off: f64,
-    /// The same plus the LED's own light.
+    /// Reflected ambient light plus the LED's own light.
     pub on: f64,
 }
 

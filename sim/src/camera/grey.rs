@@ -38,8 +38,9 @@ pub struct GammaEncoder {
 
 /// Adding this rounds a number below 2²² to an integer, which is then in the last bits.
 const ROUNDING: f32 = 12_582_912.0;
-/// Darker values are black at any γ up to 4, to within [`super::encoder::CURVE_ERROR_GREY`]; brighter ones white.
+/// Darker values are black at any γ up to 4, to within [`super::encoder::CURVE_ERROR_GREY`].
 pub(super) const DARKEST: f32 = 1e-24;
+/// Brighter values are white.
 pub(super) const BRIGHTEST: f32 = 1e3;
 
 /// The linear value clamped to [`DARKEST`] to [`BRIGHTEST`]; the darkest for NaN.

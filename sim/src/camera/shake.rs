@@ -1,8 +1,8 @@
 //! The camera's vibration: small rotations about its own axes, which depend on the time in a run and not on the order of its frames.
 //!
 //! About each axis the angle is a sum of [`SINES`] sines of one amplitude, with random phases; their frequencies are random, one in each of
-//! as many parts of the band that are equal in octaves. So it is smooth, stationary, nearly normal (its kurtosis is 3 − 1.5/[`SINES`]), has
-//! the same power in each octave of the band and none outside, and never exceeds √(2·[`SINES`]) times its rms.
+//! [`SINES`] parts of the band, which are equal in octaves. So it is smooth, stationary, nearly normal (its kurtosis is 3 − 1.5/[`SINES`]),
+//! has the same power in each octave of the band and none outside, and never exceeds √(2·[`SINES`]) times its rms.
 
 use std::array;
 use std::f64::consts::TAU;

@@ -1,9 +1,8 @@
 //! A disc's image as a few chords.
 //!
-//! Light at pixel (x, y) of an ellipse of luminance 1 is ∫ β(x − u)·[ς(y − v₋(u)) − ς(y − v₊(u))] du over its width:
-//! the inner integral is closed. With u = A·cos φ the integrand is smooth and periodic in φ, so equal steps of φ converge
-//! faster than any power of their number (Gauss–Chebyshev quadrature of the second kind). Each node is a chord of the
-//! ellipse, and the image is a sum of separable terms.
+//! Light at pixel (x, y) of an ellipse of luminance 1 is ∫ β(x − u)·[ς(y − v₋(u)) − ς(y − v₊(u))] du over its width: the inner integral has
+//! a closed form. With u = A·cos φ the integrand is smooth and periodic in φ, so equal steps of φ converge faster than any power of their
+//! number (Gauss–Chebyshev quadrature of the second kind). Each node is a chord of the ellipse, and the image is a sum of separable terms.
 
 use glam::{DMat2, DVec2};
 
@@ -56,7 +55,7 @@ impl Chords {
     }
 
     /// The fewest chords that keep every pixel's error below `tolerance` of the luminance, under a blur of `sigma_px`. `None` without a
-    /// blur, or with one so small that too many would be needed: then the [`Outline`] itself is drawn.
+    /// blur, or if it is so small that too many chords would be needed: then the [`Outline`] itself is drawn.
     pub fn within(outline: &Outline, sigma_px: f64, tolerance: f64) -> Option<Self> {
         match outline {
             Outline::Ellipse(shape) => Self::of_ellipse(*shape, sigma_px, tolerance),

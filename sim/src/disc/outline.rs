@@ -26,7 +26,7 @@ pub enum Outline {
 const REACH_SIGMA: f64 = 16.0;
 /// The longest panel of bell times step, as a part of a Gaussian's own: 1.5 σ integrate to 1e-13 of an LED and 1e-9 of a tail.
 const PART_OF_PANEL: f64 = 0.3;
-/// A smaller blur moves light by less than 1e-9 px, and counts as none.
+/// A smaller blur moves light by less than 1e-9 px, and counts as no blur.
 const SHARPEST_PX: f64 = 1e-10;
 
 /// A round blur, and the tolerance of its integration.

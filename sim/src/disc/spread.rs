@@ -27,7 +27,7 @@ pub enum Shape {
 pub struct Spread {
     /// The columns.
     pub columns: Vec<Column>,
-    /// The same as points with weights.
+    /// The spread as points with weights.
     pub points: Vec<(DVec2, f64)>,
     /// Its reach along x or y, in px.
     pub reach_px: f64,

@@ -74,7 +74,7 @@ fn faults_of(panel: &Panel, index: usize) -> [Fault; LEDS] {
         _ => Fault::Dimmed(1.0),
     });
     let dead = choose(&panel.dead_leds, order.iter());
-    // From the other end, so that no LED is both.
+    // From the other end, so that no LED is both dead and stuck.
     let stuck = choose(&panel.stuck_leds, order.iter().rev());
     dead.into_iter().for_each(|led| faults[led] = Fault::Dimmed(0.0));
     stuck.into_iter().for_each(|led| faults[led] = Fault::Stuck);

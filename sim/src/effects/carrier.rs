@@ -20,7 +20,7 @@ impl Effect for Carrier {
         }
     }
 
-    /// The whole range with a carrier, else 0.
+    /// The whole range with a carrier; otherwise 0.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         if view.waveform.is_still() { 0.0 } else { range.range_grey() }
     }

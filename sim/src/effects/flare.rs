@@ -90,8 +90,8 @@ impl LampLight {
         }
     }
 
-    /// A bound of it at any pixel: glare falls with the distance, so that it is greatest at the sensor's pixel next to the lamp, and no
-    /// disc is brighter than in its middle.
+    /// A bound of the lamp's light at any pixel: glare falls with the distance, so that it is greatest at the sensor's pixel next to the
+    /// lamp, and a disc is brightest in its middle.
     fn greatest(&self, view: &View) -> f64 {
         let [width, height] = [view.scene.camera.width_px, view.scene.camera.height_px].map(|pixels| (pixels - 1) as f64);
         let nearest = |place: DVec2| place.clamp(DVec2::ZERO, DVec2::new(width, height));
@@ -100,7 +100,7 @@ impl LampLight {
         veil + seen.map(|disc| disc.value).sum::<f64>()
     }
 
-    /// Calls `add` with each part of it in the row of `length` pixels from (`x`, `y`) on, and the pixel's number in the row.
+    /// Calls `add` with each part of the light in the row of `length` pixels from (`x`, `y`) on, and the pixel's number in the row.
     fn for_each(&self, x: usize, y: usize, length: usize, mut add: impl FnMut(usize, f64)) {
         let place = |i: usize| DVec2::new((x + i) as f64, y as f64);
         for i in 0..length {
@@ -117,8 +117,8 @@ impl LampLight {
 
 /// Veiling glare.
 ///
-/// A point's would be infinite on a pixel at its place. That of a lamp is seen as if from its radius a before the image, at the distance
-/// q = √(r² + a²): exp(−(q − a)/k)/(2π·k·q), whose integral over the plane is 1, too.
+/// The glare of a point would be infinite at its own pixel. That of a lamp of radius a is computed as if seen from a before the image, at
+/// the distance q = √(r² + a²): exp(−(q − a)/k)/(2π·k·q), whose integral over the plane is also 1.
 struct Veil {
     lamp: DVec2,
     softness_px: f64,
@@ -153,7 +153,7 @@ struct Disc {
 }
 
 impl Disc {
-    /// A disc of that `light` in all. It is at least as large as the half of its rim.
+    /// A disc with `light` in all, at least as large as half of its rim.
     fn new(centre: DVec2, radius_px: f64, rim_px: f64, light: f64) -> Self {
         let radius_px = radius_px.max(rim_px / 2.0);
         // The integral of the rim's slope over the plane adds π·rim²/12.

@@ -1,4 +1,4 @@
-//! Pixels that read a bright level in any light.
+//! Pixels that show a bright level in any light.
 
 use super::{About, Effect};
 use crate::air::Air;

@@ -18,7 +18,7 @@ impl Effect for SensorNoise {
         }
     }
 
-    /// The 1 − 10⁻⁹ quantile of the change, at the level where it is greatest.
+    /// The 1 − 10⁻⁹ quantile of the change, at the level at which it is greatest.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         let noise = Noise::new(&view.scene, &view.exposure, range.curve);
         let [darkest, brightest] = [range.floor, range.peak + range.lamp].map(|linear| range.curve.unrounded(linear));

@@ -17,7 +17,7 @@ impl Effect for SymbolChange {
         }
     }
 
-    /// The whole range if some frame's exposure can hold a change, else 0.
+    /// The whole range if some frame's exposure can hold a change; otherwise 0.
     fn bound_grey(&self, view: &View, range: &LinearRange) -> f64 {
         if straddles(view) { range.range_grey() } else { 0.0 }
     }

@@ -9,7 +9,7 @@ pub struct Layout {
     first_scan: usize,
     /// The position after the end marker.
     end: Option<usize>,
-    /// Whether its kind allows missing tables, and they are missing.
+    /// Whether its tables are missing, and its kind allows that.
     lacks_tables: bool,
 }
 
@@ -22,7 +22,7 @@ const SCAN: u8 = 0xda;
 const BARE: [u8; 2] = [0xd8, 0x01];
 /// Bytes after a scan's data; more than a decoder reads ahead.
 const TAIL: usize = 64;
-/// Bytes of one value at the end that data may have (count). More could fill a block of the picture, some 24 bytes.
+/// Equal bytes that data may end in (count). More could fill a block of the picture, about 24 bytes.
 const FILLER_MAX: usize = 16;
 
 impl Layout {

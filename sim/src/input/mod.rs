@@ -84,7 +84,7 @@ pub fn picture(path: &Path) -> Result<Picture, PictureError> {
     picture_of(&read(path, PICTURE_MAX)?)
 }
 
-/// The same from the bytes of such a file.
+/// As [`picture`], from the bytes of such a file.
 ///
 /// # Errors
 /// See [`PictureError`].

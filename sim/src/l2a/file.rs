@@ -12,8 +12,8 @@
 //!
 //! is a whole table. `carrier_cycles = 16` notes that it is made for symbols of 16 cycles of a carrier; without it, a table is made for
 //! still panels. A transmitter's table has no such note. A table made by a search also records its origin (`search`, `scene`, `entries`,
-//! `cells`, or `reach` or `regret` with their entries and points), which readers of the ratios ignore. A ratio not yet found is `nan`: such
-//! a table cannot be used.
+//! `cells`, or `reach` or `regret` with their entries and points), which readers of the ratios ignore. A ratio that was not found yet is
+//! `nan`, and the table cannot be used.
 
 use std::path::Path;
 
@@ -163,7 +163,7 @@ fn this_format() -> u32 {
 }
 
 impl RatioFile {
-    /// Ratios not yet found, for still panels.
+    /// A table without ratios yet, for still panels.
     pub fn empty(illuminance_lx: Vec<f64>, interval: Vec<f64>) -> Self {
         Self {
             format: FORMAT,
@@ -177,12 +177,12 @@ impl RatioFile {
     /// The ratios of a file.
     ///
     /// # Errors
-    /// See [`Fault`]: the fault, its place, and the way out.
+    /// [`FileError`] gives the fault, its place, and the remedy.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         read_with(path, Self::from_toml)
     }
 
-    /// The same for a text.
+    /// The ratios of a file's text.
     ///
     /// # Errors
     /// If it is not TOML with the keys of a table, or has another version.

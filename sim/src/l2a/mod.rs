@@ -88,8 +88,8 @@ pub fn table_of(scene: &Scene) -> Result<L2aTable, L2aError> {
 /// The waveform that the shipped table is made for.
 pub const SHIPPED_FOR: Waveform = Waveform::STILL;
 
-/// The waveform that the table of the scene's transmitter is made for: still panels, if `link.table` does not note another. `None` if
-/// `link.l2a` is a number.
+/// The waveform that the table of the scene's transmitter is made for: still panels unless `link.table` notes another. `None` if `link.l2a`
+/// is a number.
 ///
 /// # Errors
 /// As [`read_table`].

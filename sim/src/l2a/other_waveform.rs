@@ -4,7 +4,7 @@ use std::fmt;
 
 use link::waveform::Waveform;
 
-/// A warning: with a carrier Off LEDs glow, too, so that its best ratios are others than those of still panels.
+/// A warning: with a carrier, Off LEDs glow too, so that its best ratios differ from those of still panels.
 ///
 /// ```
 /// use link::waveform::Waveform;

@@ -94,7 +94,7 @@ impl Renderer {
         Self::planned(view, plan, level)
     }
 
-    /// The same renderer with one more or one less effect than planned.
+    /// The same renderer with one effect added to the plan or left out of it.
     pub fn toggled(&self, effect: &str) -> Self {
         let mut toggled = Self::planned(self.view.clone(), self.plan.toggled(effect), self.level);
         if toggled.formation.noise == self.formation.noise {
@@ -208,7 +208,7 @@ impl Renderer {
         }
     }
 
-    /// The LEDs of panel `index` if each On one has `luminance_cd_m2` of its own light, beyond the scene's limits if need be.
+    /// The LEDs of panel `index` if each On one has `luminance_cd_m2` of its own light, even beyond the scene's limits.
     pub fn lit(&self, index: usize, luminance_cd_m2: f64) -> LedLight {
         let scene = &self.view.scene;
         let panel = &self.view.panels[index].panel;

@@ -21,7 +21,7 @@ impl Renderer {
         self.process(canvas.region().width, grey);
     }
 
-    /// The same for a canvas in double precision, by the exact formula.
+    /// As [`Self::read_out`], for a canvas in double precision, by the exact formula.
     pub fn read_out_exact(&self, seed: u64, frame: u64, canvas: &Canvas<f64>, grey: &mut [u8]) {
         if self.formation.noise.is_none() {
             for (grey, &linear) in grey.iter_mut().zip(canvas.values()) {

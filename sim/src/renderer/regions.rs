@@ -93,7 +93,7 @@ impl Renderer {
         corners.map(|[x, y]| [x - region.x as f64, y - region.y as f64])
     }
 
-    /// The same in single precision.
+    /// As [`corner_leds_in`](Self::corner_leds_in), as corners in single precision.
     ///
     /// # Errors
     /// If they are not the corners of a panel.

@@ -15,7 +15,7 @@ impl Renderer {
         shown
     }
 
-    /// The same, into the memory of the frame before.
+    /// As [`Self::shown`], into the memory of the frame before.
     pub fn show(&self, seed: u64, frame: u64, bits: Option<PanelFrame>, shown: &mut Vec<PanelExposure>) {
         let mut random = stream(seed, frame, Purpose::Bits);
         let of_panel = |panel| {
@@ -37,7 +37,7 @@ impl Renderer {
         PanelFrame::from_bits(on.fold(0, |bits, led| bits | 1 << led))
     }
 
-    /// The bits that the exposure shows of panel `index`: as [`Self::truth`], but of the complement where the contrast is below 0.
+    /// The bits that the exposure shows of panel `index`: as [`Self::truth`], but complemented for LEDs whose contrast is below 0.
     pub fn seen(&self, index: usize, moment: &Moment, shown: &PanelExposure) -> PanelFrame {
         let truth = self.truth(index, moment, shown);
         if self.formation.waveform.is_still() {

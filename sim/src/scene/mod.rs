@@ -53,7 +53,7 @@ pub struct Scene {
     pub atmosphere: Atmosphere,
     /// Brightness, symbols and clocks.
     pub link: Link,
-    /// Which effects are simulated.
+    /// The simulated effects.
     pub effects: EffectSettings,
 }
 
@@ -63,14 +63,14 @@ impl Scene {
         self.panels.get(index).and_then(|panel| panel.pose.as_ref()).unwrap_or(&self.pose)
     }
 
-    /// The same, mutable.
+    /// As [`Self::pose_of`], mutable.
     pub fn pose_of_mut(&mut self, index: usize) -> &mut Pose {
         let own = self.panels.get_mut(index);
         own.and_then(|panel| panel.pose.as_mut()).unwrap_or(&mut self.pose)
     }
 
-    /// The scene at frame `frame` of a film: with its panels where their velocities have taken them, and the exposure's offset where its
-    /// swing has. `None` if all frames of the film have the same.
+    /// The scene at frame `frame` of a film, with panels moved by their velocities and the exposure's offset by its swing. `None` if all
+    /// frames of the film have the same scene.
     ///
     /// ```
     /// use sim::scene::Scene;

@@ -5,8 +5,8 @@ use glam::DVec2;
 /// An axis-aligned rectangle: its lowest corner and its highest one.
 pub type Box2 = [DVec2; 2];
 
-/// Reports each pair of boxes that overlap by more than an edge. The sweep from left to right takes the time of sorting plus that of the
-/// pairs that overlap along x.
+/// Reports each pair of boxes that share more than an edge. The sweep from left to right takes the time of sorting plus that of the pairs
+/// that overlap along x.
 pub(crate) fn for_each_meeting(boxes: &[Box2], mut met: impl FnMut(usize, usize)) {
     let mut rightwards: Vec<usize> = (0..boxes.len()).collect();
     rightwards.sort_by(|&a, &b| boxes[a][0].x.total_cmp(&boxes[b][0].x));

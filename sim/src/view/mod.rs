@@ -56,7 +56,7 @@ impl View {
         Self::with_reflectances(scene, None)
     }
 
-    /// The same with a range of the first panel's reflectance: the linear range then holds for all of them.
+    /// As [`View::new`], with a range of the first panel's reflectance: the linear range then holds for all of them.
     ///
     /// # Errors
     /// As [`View::new`].
@@ -64,7 +64,7 @@ impl View {
         Self::with_photograph(scene, reflectances, Photograph::of(scene)?)
     }
 
-    /// The same with a picture in memory in place of the scene's background.
+    /// As [`View::new`], with a picture in memory in place of the scene's background.
     ///
     /// # Errors
     /// As [`View::new`], and if the picture has no pixels or is black.

@@ -83,7 +83,7 @@ fn check_place(scene: &Scene, index: usize, panel: &PanelView) -> Result<(), Vie
         let radius = panel.projection.pixel(panel.projection.led_m(at.0, at.1));
         let radius = (radius - DVec2::from_array(camera.principal_px())).length();
         let radius = radius / camera.focal_px();
-        // Where ρ·(1 + k₁·ρ²) no longer rises, the formula folds the image over, which no lens does.
+        // Beyond the radius at which ρ·(1 + k₁·ρ²) stops rising, the formula folds the image over, which no lens does.
         if 1.0 + 3.0 * k1 * radius * radius <= 0.0 {
             return Err(ViewError::Folded {
                 panel: index,

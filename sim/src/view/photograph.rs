@@ -12,7 +12,7 @@ use crate::camera::curve::Curve;
 use crate::input;
 use crate::scene::Scene;
 
-/// A photograph scaled to the sensor, its mean linear value 1. Copies share it.
+/// A photograph scaled to the sensor, its mean linear value 1. Copies share its memory.
 #[derive(Clone, Debug)]
 pub struct Photograph {
     relative: Arc<[f32]>,

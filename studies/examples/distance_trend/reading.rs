@@ -16,7 +16,7 @@ pub enum Disc {
 pub enum Order {
     /// Light is blurred, encoded by gamma, clipped at 255 (section 4.2).
     BlurGammaClip,
-    /// Light is clipped where 255 is, blurred, encoded.
+    /// Light is clipped at the level of grey 255, blurred, encoded.
     ClipBlurGamma,
     /// Grey is blurred, then clipped (Eq. 14 of greyscales, section 3.3.3 b).
     GammaBlurClip,

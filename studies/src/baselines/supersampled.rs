@@ -11,7 +11,7 @@ pub fn render(panel: &Panel, sigma_px: f64, gamma: f64, side: usize, finer: usiz
     encode(&linear(panel, sigma_px, side, finer), gamma)
 }
 
-/// The same in linear values.
+/// As [`render`], in linear values.
 pub fn linear(panel: &Panel, sigma_px: f64, side: usize, finer: usize) -> Vec<f64> {
     let sharp = cells(panel, side, finer);
     let blurred = blur(&sharp, side * finer, sigma_px * finer as f64);

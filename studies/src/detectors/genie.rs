@@ -3,16 +3,17 @@
 //! The genie knows the true position, blur, levels and noise of the panel: the renderer itself supplies each LED's image, and the sensor's
 //! noise model the probability of each grey level. It searches for the bits of greatest likelihood from several starts, among them the true
 //! bits, by flipping single LEDs and pairs of them. If it errs, other bits explain the frame better than the true ones, and no receiver
-//! could know.
+//! could detect the error.
 //!
 //! # The bound
 //!
 //! All panels are equally probable, so the likeliest is right more often than any other choice: no receiver is expected to read fewer
 //! *panels* wrongly. A wrong panel has at least one wrong bit, so no bit error rate is expected below a 64th of that share. The genie's own
-//! *bit* errors are no bound, because it does not decide bit by bit: if it errs, others may err in fewer bits. In few frames, chance
+//! *bit* errors are not a bound, because it does not decide bit by bit: if it errs, others may err in fewer bits. In few frames, chance
 //! decides which of two counts is larger: the bound applies to the expectation.
 //!
-//! It is not quite the maximum over all 2⁶⁴ panels: one far from all starts would be missed, so the genie's errors are at most too few.
+//! It is not quite the maximum over all 2⁶⁴ panels: one far from all starts would be missed, so the count of the genie's errors can only be
+//! too low.
 
 use link::panel::{LEDS, PanelFrame};
 

@@ -1,8 +1,8 @@
 //! The modulation of a panel's light and its visibility, by IEEE Std 1789-2015, IEEE Std 802.15.7, IEC TR 61547-1 and CIE TN 006:2016.
 //!
-//! The symbols are the firmware's own ([`panels`]). A message that is shown again and again has a period of two repeats, the second of
-//! which is the complement of the first, and so has an idle transmitter's beacon. So the light is periodic, and its spectrum is exactly
-//! that of one period: lines at multiples of the symbol rate over the panels of two repeats, and nothing below the first of them.
+//! The symbols are the firmware's own ([`panels`]). A repeated message has a period of two repeats, because the second is the complement of
+//! the first; an idle transmitter's beacon has the same. So the light is periodic, and its spectrum is exactly that of one period: lines at
+//! multiples of the symbol rate over the panels of two repeats, and nothing below the first of them.
 //!
 //! # Modulation at a frequency
 //!
@@ -121,8 +121,8 @@ impl Flicker {
     }
 }
 
-/// The greatest modulation of any LED and of all together relative to the limit of [`Practice::LowRisk`], at `rate_hz` symbols a second.
-/// Up to 1, the practice is met at every frequency. `None` on a stop.
+/// The greatest modulation of any LED, and of all together, relative to the limit of [`Practice::LowRisk`], at `rate_hz` symbols a second.
+/// Up to 1, the light meets the practice at every frequency. `None` on a stop.
 ///
 /// ```
 /// use link::waveform::Waveform;

@@ -5,7 +5,7 @@ use super::Light;
 /// The highest line in use, in cycles a symbol. A higher line has at most 2/(8·π), 8 %, of the mean light, because symbols are held and
 /// light is never negative.
 pub const HIGHEST_CYCLES: f64 = 8.0;
-/// The same with a carrier, in cycles of it: above all limited frequencies.
+/// The highest line in use with a carrier, in cycles of it: above all limited frequencies.
 pub const HIGHEST_CARRIERS: f64 = 16.0;
 /// The ratio of the end to the middle of a third of an octave.
 const TO_BAND_END: f64 = 1.122_462_048_309_373;
@@ -27,7 +27,7 @@ pub struct Line {
 pub struct Spectrum {
     /// Symbols of a period.
     period: usize,
-    /// The modulation at 1, 2, 3 … cycles a period, %; 0 where the light has no line.
+    /// The modulation at 1, 2, 3 … cycles a period, %; 0 if the light has no line there.
     percents: Vec<f64>,
 }
 

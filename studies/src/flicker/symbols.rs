@@ -26,7 +26,7 @@ pub fn panels(message: Option<&[u8]>) -> Result<Vec<PanelFrame>, FramingError> {
     Ok((0..period).map(|_| schedule.next_panel()).collect())
 }
 
-/// The same in Manchester code: each panel is followed by its complement. Each LED is On in one of the two, at half of the data rate.
+/// Panels in Manchester code: each one is followed by its complement. Each LED is On in one of the two, at half of the data rate.
 ///
 /// ```
 /// use link::panel::PanelFrame;

@@ -7,7 +7,7 @@ use super::Spectrum;
 /// The range of the flicker fusion frequency ("Most humans are unable to perceive flicker in light above 60-90 Hz", Lehman et al.,
 /// Proposing measures of flicker in the low frequencies for lighting applications, 2011).
 const FUSION_HZ: [f64; 2] = [60.0, 90.0];
-/// The threshold at the frequency of greatest sensitivity, some 10 Hz (De Lange, J. Opt. Soc. Am. 48, 777, 1958), %.
+/// The threshold at the frequency of greatest sensitivity, about 10 Hz (De Lange, J. Opt. Soc. Am. 48, 777, 1958), %.
 const NOTICED_PERCENT: f64 = 1.0;
 /// The general limit below 90 Hz (IEEE Std 1789-2015, recommended practice 3), %.
 const STRONG_PERCENT: f64 = 5.0;

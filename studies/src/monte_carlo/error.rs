@@ -59,8 +59,8 @@ pub enum EvaluateError {
 }
 
 impl EvaluateError {
-    /// Whether the scene's image is unreadable: too small, too large, beside the sensor, or uniform. Other values of the scene's keys may
-    /// be readable.
+    /// Whether the scene's image is unreadable: too small, too large, off the sensor, or uniform. Other values of the scene's keys may be
+    /// readable.
     pub fn is_of_what_is_seen(&self) -> bool {
         use ViewError::{Behind, Folded, OffSensor, TooSmall};
         match self {

@@ -32,7 +32,7 @@ use crate::stop::Stop;
 pub const REFLECTANCES: [f64; 2] = [0.3, 0.5];
 /// Training frames of a detector.
 const TRAINING_FRAMES: u64 = 500;
-/// Frames before the first one that maximum likelihood learns from, as a receiver does that follows a panel.
+/// Frames before the first one from which maximum likelihood learns, like a receiver that follows a panel.
 const EXPERIENCE_FRAMES: u64 = 256;
 /// XOR mask from the seed of an evaluation to that of its training frames.
 const TRAINING_SEED: u64 = 0x6c65_6172_6e69_6e67;
@@ -153,8 +153,8 @@ impl Evaluator {
         Self::begun(scene, settings, None, None)
     }
 
-    /// The same for a receiver that follows the panel, with the estimates from a similar panel, and the carrier if there is one. Erased
-    /// bits count as right.
+    /// As [`Self::new`], for a receiver that follows the panel, with the estimates from a similar panel, and the carrier if there is one.
+    /// Erased bits count as right.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -165,7 +165,7 @@ impl Evaluator {
         Self::begun(scene, settings, experience, None)
     }
 
-    /// The same with the decision and the estimates of another evaluator with those settings, for a similar panel.
+    /// An evaluation of `scene` with the settings, the decision and the estimates of another evaluator, which was made for a similar panel.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -220,7 +220,7 @@ impl Evaluator {
         self.region
     }
 
-    /// The receiver's method, trained if need be; `None` for a genie.
+    /// The receiver's method, trained if necessary; `None` for a genie.
     pub fn method(&self) -> Option<Method> {
         match self.rule {
             DecisionRule::Receiver(method) => Some(method),

@@ -1,4 +1,4 @@
-//! The frames of an evaluation with the truth about them, for detectors that are not ours.
+//! The frames of an evaluation with the truth about them, for other detectors.
 //!
 //! ```
 //! use sim::scene::Scene;
@@ -101,7 +101,7 @@ impl FrameSource {
     /// Draws frame `frame` into `image`, row by row.
     ///
     /// # Errors
-    /// When it cannot be measured.
+    /// If it cannot be measured.
     pub fn draw(&self, frame: u64, image: &mut [u8]) -> Result<LabelledFrame, EvaluateError> {
         let mut room = self.room();
         let drawn = self.draw_in(&mut room, frame, image);
@@ -112,7 +112,7 @@ impl FrameSource {
     /// Draws frames from `first` on into `images`, one picture after another until they are full, on all threads.
     ///
     /// # Errors
-    /// [`EvaluateError::Stopped`] as soon as `stop` is asked, and when a frame cannot be measured.
+    /// [`EvaluateError::Stopped`] as soon as `stop` is set, and an error if a frame cannot be measured.
     pub fn draw_many(&self, first: u64, images: &mut [u8], stop: Stop) -> Result<Vec<LabelledFrame>, EvaluateError> {
         let pieces = (first..).step_by(PIECE).zip(images.chunks_mut(PIECE * self.pixels()));
         let pieces = map(pieces, |(first, images)| self.draw_piece(first, images, stop));
@@ -179,7 +179,7 @@ impl Tally {
     /// Counts the next frame, which was read as `read`. Variances are of frames with features.
     ///
     /// # Errors
-    /// When there are more frames than can be counted.
+    /// If there are more frames than can be counted.
     pub fn push(&mut self, frame: &LabelledFrame, read: PanelFrame) -> Result<(), AccumulatorError> {
         self.part.push(frame.features.as_deref(), frame.bits, read, frame.across);
         if self.part.errors.frames() == CHUNK {

@@ -27,9 +27,9 @@ pub struct Peak {
 pub enum Window {
     /// All points.
     All,
-    /// Points near the highest: two on either side, and for error rates all about it with less than 1.5 times its odds, so that the
-    /// valley's unequal walls do not bias the fit. With too few errors for a visible floor, all with less than four times its odds, and one
-    /// more on either side, because only the walls then show its middle.
+    /// Points near the highest: two on either side and, for error rates, all its neighbours with less than 1.5 times its odds of an error,
+    /// so that the valley's unequal walls do not bias the fit. If errors are too few for a visible floor: all with less than four times its
+    /// odds, and one more on either side, because only the walls then show the middle.
     NearHighest,
 }
 

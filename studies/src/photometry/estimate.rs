@@ -52,7 +52,7 @@ impl Estimate {
         }
     }
 
-    /// The same, multiplied by a factor.
+    /// The estimate, multiplied by a factor.
     pub fn times(self, factor: f64) -> Self {
         Self {
             value: self.value * factor,

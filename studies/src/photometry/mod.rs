@@ -9,7 +9,7 @@
 //! ```
 //!
 //! which gives the reflectance R and the full luminance over the ambient illuminance, L/E. For L itself you need a lux meter for E, or the
-//! transmitter's own sensor: then its error is in E and in L alike, and the ratio of LED to ambient light is right all the same. The panel
+//! transmitter's own sensor: then its error is in E and in L alike, and the ratio of LED to ambient light is nevertheless right. The panel
 //! shows messages or beacons; On and Off are distinguished in each picture.
 //!
 //! Some light of On LEDs is scattered onto Off ones in the lens: `off` is the intercept of the straight line through off over On − Off. If
@@ -17,17 +17,17 @@
 //! card's place, which makes E the illuminance of the panel.
 //!
 //! **Intervals** are Student's over pictures, which covers all that differs between pictures (noise, the ripple of the dimming, the On
-//! LEDs), widened by the greatest common effect of rounding to whole grey levels. They are valid if the encoding is the camera's own. It
-//! must decode an On LED near white and a card near black: if the true light is its power 1 + ε, light over duty is off by ε·z, and so is
-//! the luminance; the reflectance is off by ε·ln off, with
+//! LEDs), widened by the greatest common effect of rounding to whole grey levels. They are valid if the encoding is the camera's own. The
+//! encoding must decode an On LED near white and a card near black: if the true light is its power 1 + ε, light over duty is off by ε·z,
+//! and so is the luminance; the reflectance is off by ε·ln off, with
 //!
 //! ```text
 //! z = (on·ln on − off·ln off) / (on − off)      on, off in units of the card's light
 //! ```
 //!
 //! ε is the slope of ln(light over duty) over z. A second, wider interval ([`Estimate::doubted_95`]) adds the greatest |ε| that the
-//! pictures allow with 95 %, and spans the results with the other [`USUAL`] encodings, as far as the pictures allow those: sRGB and a power
-//! differ most near black, where a dark card is and duties give no information. If light over duty is significantly nonlinear, pictures are
+//! pictures allow with 95 %, and spans the results with those other [`USUAL`] encodings that the pictures allow: sRGB and a power differ
+//! most near black, where a dark card lies and duties give no information. If light over duty is significantly nonlinear, the pictures are
 //! refused. No interval covers a card that is turned towards other light than the panel, or whose reflectance is not the given one.
 //!
 //! **The shortest clean pulse** lies between the longest pulse whose light is certainly off the line by more than [`CLEAN`] and the
@@ -72,7 +72,7 @@ pub struct Shot {
 
 /// A panel's calibration from pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Calibrated {
+pub struct PanelCalibration {
     /// The reflectance of the LEDs' surface.
     pub reflectance: Estimate,
     /// The full luminance of an On LED over the ambient illuminance, cd/m² per lx.
@@ -126,7 +126,7 @@ pub enum PhotometryError {
 ///
 /// # Errors
 /// [`PhotometryError`] if they give no calibration, or none with certainty.
-pub fn calibrate(shots: &[Shot], card_reflectance: f64, period_ns: f64) -> Result<Calibrated, PhotometryError> {
+pub fn calibrate(shots: &[Shot], card_reflectance: f64, period_ns: f64) -> Result<PanelCalibration, PhotometryError> {
     let longest = shots.iter().map(|shot| shot.duty).fold(0.0, f64::max);
     let line: Vec<&Shot> = shots.iter().filter(|shot| shot.duty >= LINE_FROM * longest).collect();
     let duties = distinct(line.iter().map(|shot| shot.duty)).len();
@@ -152,7 +152,7 @@ pub fn calibrate(shots: &[Shot], card_reflectance: f64, period_ns: f64) -> Resul
     let off = Line::through(&off.collect::<Vec<_>>()).at_zero;
     let rounding = most(shots.iter().map(|shot| shot.reading.off_rounding));
     let off = off.widened(rounding).doubted(bend.most() * off.value.ln().abs());
-    Ok(Calibrated {
+    Ok(PanelCalibration {
         reflectance: off.times(card_reflectance),
         full_cd_m2_per_lx: line.full.times(card_reflectance / std::f64::consts::PI),
         shortest_pulse_ns: clean * period_ns,
@@ -169,14 +169,14 @@ pub fn calibrate_in_doubt(
     others: &[Vec<Shot>],
     card_reflectance: f64,
     period_ns: f64,
-) -> Result<Calibrated, PhotometryError> {
+) -> Result<PanelCalibration, PhotometryError> {
     let found = calibrate(told, card_reflectance, period_ns)?;
     let others = others.iter();
     let others = others.filter_map(|shots| calibrate(shots, card_reflectance, period_ns).ok());
-    Ok(others.fold(found, Calibrated::or))
+    Ok(others.fold(found, PanelCalibration::or))
 }
 
-impl Calibrated {
+impl PanelCalibration {
     /// The union with another calibration.
     fn or(self, other: Self) -> Self {
         Self {

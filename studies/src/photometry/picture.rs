@@ -11,8 +11,9 @@ const FREE_OF_BLUR: f64 = 4.0;
 /// The greatest relative error of the light by the remaining blur, and by curves when rounded levels are decoded: the first is less than
 /// 1e-4, the second 0.11/grey² for a gamma of 2.2.
 const REST: f64 = 3e-4;
-/// The grey level from which on light is clipped, and below, the level up to which it is lost in black.
+/// The grey level from which on light is clipped.
 const CLIPPED: u8 = 253;
+/// The grey level up to which light is lost in black.
 const DARK_GREY: f64 = 5.0;
 /// The allowed part of clipped pixels, at white or at black.
 const CLIPPED_SHARE: f64 = 0.01;
@@ -78,7 +79,7 @@ pub struct CardReading {
     pub own_noise: f64,
     /// The greatest relative error of `off` by rounding to grey levels and by the remaining blur.
     pub off_rounding: f64,
-    /// The same for `own`.
+    /// The greatest relative error of `own` by the same causes.
     pub own_rounding: f64,
 }
 

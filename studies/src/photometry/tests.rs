@@ -111,13 +111,13 @@ fn shots(bench: &Renderer, view: &CameraSetup, pictures: &[(f64, Vec<u8>)]) -> V
     pictures.iter().filter_map(shot).collect()
 }
 
-fn calibrated(bench: &Renderer, view: &CameraSetup, seed: u64) -> Result<Calibrated, PhotometryError> {
+fn calibrated(bench: &Renderer, view: &CameraSetup, seed: u64) -> Result<PanelCalibration, PhotometryError> {
     let pictures = pictures(bench, seed, &PULSES_NS);
     calibrate(&shots(bench, view, &pictures), CARD, PERIOD_NS)
 }
 
 /// The same with doubt about the encoding.
-fn doubted(bench: &Renderer, view: &CameraSetup, seed: u64) -> Result<Calibrated, PhotometryError> {
+fn doubted(bench: &Renderer, view: &CameraSetup, seed: u64) -> Result<PanelCalibration, PhotometryError> {
     let pictures = pictures(bench, seed, &PULSES_NS);
     let by = |encoding: Encoding| shots(bench, &CameraSetup { encoding, ..*view }, &pictures);
     let others = USUAL.iter().filter(|&&usual| usual != view.encoding);
@@ -130,7 +130,7 @@ fn series<T: Send>(run: impl Fn(u64) -> T + Sync) -> Vec<T> {
     map(0..u64::from(cases(40, 100)), run)
 }
 
-fn luminances(runs: &[Calibrated]) -> Vec<Estimate> {
+fn luminances(runs: &[PanelCalibration]) -> Vec<Estimate> {
     runs.iter().map(|run| run.full_cd_m2_per_lx).collect()
 }
 
@@ -187,12 +187,12 @@ fn held(runs: &[Estimate], truth: f64, interval: fn(&Estimate) -> [f64; 2]) -> [
 }
 
 /// The pulses' limit is where all runs place it, nine in ten of them this closely.
-fn is_clean_from(runs: &[Calibrated], closely: f64) {
+fn is_clean_from(runs: &[PanelCalibration], closely: f64) {
     for run in runs {
         let between = run.unclean_pulse_ns..=run.shortest_pulse_ns;
         assert!(between.contains(&TRULY_CLEAN_NS), "{run:?}");
     }
-    let is_close = |run: &&Calibrated| run.shortest_pulse_ns < closely * SHORTEST_NS;
+    let is_close = |run: &&PanelCalibration| run.shortest_pulse_ns < closely * SHORTEST_NS;
     let close = runs.iter().filter(is_close).count();
     println!(
         "measured: shortest pulse below {closely} times the driver's in {close} of {} runs",
@@ -230,7 +230,7 @@ fn a_camera_that_is_not_as_was_told_is_refused_or_doubted_enough() {
     let is_bent = |run: &&_| matches!(run, Err(PhotometryError::Bent { .. }));
     let (count, refused) = (runs.len(), runs.iter().filter(is_bent).count());
     println!("measured: {refused} of {count} cameras whose gamma is 2 to 2.4, not 2.2, are refused");
-    let runs: Vec<Calibrated> = runs.into_iter().flatten().collect();
+    let runs: Vec<PanelCalibration> = runs.into_iter().flatten().collect();
     assert_eq!(runs.len() + refused, count);
     assert!(5 * runs.len().min(refused) >= count, "{refused}");
     is_honest_in_doubt("luminance, camera mistaken", &luminances(&runs), TRUE_FULL, 0.15);

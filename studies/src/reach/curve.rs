@@ -7,11 +7,11 @@ use crate::interpolation::interpolated;
 use crate::monte_carlo::Evaluation;
 use crate::optimum::{Parabola, Sample, of_resamples, percentiles};
 
-/// The loss of reach that counts as none (share).
+/// The greatest loss of reach that does not count as a loss (share).
 pub const NOTHING: f64 = 0.01;
 /// If the ratios without a loss span this factor, the ratio hardly matters.
 pub const FLAT: f64 = 2.0;
-/// The distance below the highest point of other fitted points, as a share of the reach.
+/// Points this far below the highest one are fitted too (share of the reach).
 const NEAR: f64 = 0.02;
 
 /// The choice among ratios without a loss.
@@ -229,7 +229,7 @@ impl Counts {
             return from;
         };
         let [near, far] = [&self.near, far].map(|batches| odds(batches));
-        // If the two are in the wrong order by chance, the crossing is between them all the same.
+        // If the two are in the wrong order by chance, the crossing is still between them.
         let share = if near > far {
             ((near - asked) / (near - far)).clamp(-2.0, 3.0)
         } else {

@@ -26,7 +26,7 @@ const SURE: Llr = 8;
 pub struct Demand {
     /// Bytes of the message, 1 to 1024.
     pub message_bytes: usize,
-    /// The time for it, s, from any moment of its repeats on.
+    /// The time limit, s, from any moment of the message's repeats.
     pub within_s: f64,
     /// The share of messages that arrive by then, 0.5 to 0.99.
     pub probability: f64,
@@ -112,8 +112,8 @@ impl Demand {
         self.raw_error_rate_of(symbol_rate_hz, 0.0, seed)
     }
 
-    /// The same for a panel with a carrier, of whose symbols a share of [`BLIND_CONTRAST`] is erased: wrong bits among all, of which erased
-    /// ones are none.
+    /// As [`raw_error_rate`](Self::raw_error_rate), for a panel with a carrier: a share of [`BLIND_CONTRAST`] of its symbols is erased. The
+    /// result is the share of wrong bits among all; erased bits are not wrong.
     ///
     /// # Errors
     /// As [`raw_error_rate`](Self::raw_error_rate).

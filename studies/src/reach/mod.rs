@@ -7,7 +7,7 @@
 //! 1. [`Demand::raw_error_rate`]: the share of bits that may be wrong, by the real framing and codes.
 //! 2. For each of [`RATIOS`] ratios, and some between them near the best: the distance from which on too many bits are wrong, first with
 //!    few frames, then with many at the two distances next to it, 4.4 % apart. Between these the log-odds of an error are interpolated.
-//!    Half octaves from 5 m on, or from where the panel is 110 px wide, show that nothing is lost nearer by.
+//!    Half octaves from 5 m on, or from where the panel is 110 px wide, show that nothing is lost at nearer distances.
 //! 3. The [`Curve`] of the reach over the ratio: a parabola through its top gives the best ratio, straight lines those that lose no more
 //!    than 1 % of its reach ([`NOTHING`]). A [`Choice`] selects one of these.
 //!
@@ -175,7 +175,7 @@ pub fn reach(scene: &Scene, search: &ReachSearch) -> Result<Reach, ReachError> {
     reach_from(scene, search, &[], |_| {})
 }
 
-/// The same, continued from the crossings that an earlier run of the same search reported, in any order.
+/// As [`reach`], continued from the crossings that an earlier run of the same search reported, in any order.
 ///
 /// # Errors
 /// As [`reach`].

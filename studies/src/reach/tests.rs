@@ -8,8 +8,9 @@ use crate::optimum::Sample;
 
 /// The tolerable share of wrong bits.
 const RATE: f64 = 0.08;
-/// The ratio of greatest synthetic reach, and that reach, m.
+/// The ratio of greatest synthetic reach.
 const BEST: f64 = 1.7;
+/// That reach, m.
 const FARTHEST_M: f64 = 90.0;
 
 /// A synthetic reach, m: a parabola of logarithms.

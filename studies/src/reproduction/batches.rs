@@ -28,7 +28,7 @@ impl Batches {
         Self::measure_on(scene, frames, seed, stop, &mut Pieces::default(), |_| {})
     }
 
-    /// The same, continued from finished batches, to which it adds; calls `tell` with them now and then.
+    /// As [`Batches::measure`], continued from finished batches, to which it adds; calls `tell` with them from time to time.
     ///
     /// # Errors
     /// As [`Batches::measure`]; finished batches are in `pieces`.

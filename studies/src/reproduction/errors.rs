@@ -113,7 +113,7 @@ impl<B: Fn(f64) -> f64 + Sync> Set<'_, B> {
 
     /// Counts bit errors: in as many frames as in `settings`, rounded up to whole rounds, or until there are `enough`.
     ///
-    /// It continues from finished rounds, to which it adds; calls `tell` with them now and then.
+    /// It continues from finished rounds, to which it adds; calls `tell` with them from time to time.
     ///
     /// # Errors
     /// If the scene cannot be seen or measured, the detector cannot be trained, or [`Settings::stop`] ended it.

@@ -1,4 +1,4 @@
-//! The interpretations of the paper where it contradicts itself or is silent, each a few scene keys.
+//! The interpretations of the paper's contradictions and gaps, each as a few scene keys.
 
 /// One interpretation: its differences from the scene `paper`.
 #[derive(Clone, Copy, Debug)]
@@ -11,7 +11,7 @@ pub struct Interpretation {
     pub overrides: &'static [&'static str],
 }
 
-/// The other interpretations in the report, beside the unchanged scene.
+/// The other interpretations in the report, besides the unchanged scene.
 pub const INTERPRETATIONS: [Interpretation; 9] = [
     Interpretation {
         name: "eq10",

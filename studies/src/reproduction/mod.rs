@@ -9,9 +9,8 @@
 //! | 21: the best L2A over interval and distance | [`BestRatio`], by [`crate::optimum`] |
 //! | 22: bit error rates with the best L2A and with a random one | [`Task::Errors`] |
 //!
-//! [`judge`] compares each claim with its number and interval. [`INTERPRETATIONS`] lists the interpretations of the paper where it
-//! contradicts itself. The paper also draws the ambient light at random; exposure and dimming follow it, so that its frames do not depend
-//! on it.
+//! [`judge`] compares each claim with its number and interval. [`INTERPRETATIONS`] lists the interpretations of its contradictions and
+//! gaps. The paper also draws the ambient light at random; exposure and dimming follow it, so that its frames do not depend on it.
 //!
 //! ```
 //! use studies::reproduction::{Extent, Findings, Study, Task, judge};

@@ -20,7 +20,8 @@ pub struct BestRatio {
     pub at_border: bool,
 }
 
-/// Finds it, continuing from finished pieces of the search's rounds, to which it adds; calls `tell` with them now and then.
+/// Finds the best ratio, continuing from finished pieces of the search's rounds, to which it adds; calls `tell` with them from time to
+/// time.
 ///
 /// # Errors
 /// If the scene cannot be evaluated, or the search was stopped.

@@ -136,7 +136,7 @@ impl Study {
         self.perform_on(task, known, &mut Pieces::default(), |_| {})
     }
 
-    /// The same, continued from the finished pieces of the task, to which it adds; calls `tell` with them now and then.
+    /// As [`Study::perform`], continued from the finished pieces of the task, to which it adds; calls `tell` with them from time to time.
     ///
     /// # Errors
     /// As [`Study::perform`].

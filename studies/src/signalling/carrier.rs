@@ -1,11 +1,11 @@
 //! Searches for a carrier without visible flicker that a camera can read.
 //!
 //! At f Hz, an exposure of T holds φ = f·T cycles. Whole cycles show nothing, so that the contrast is at most d/φ with the distance d of φ
-//! from the nearest whole number. It is that on a share 1 − 2·d of all phases, and falls linearly to 0 on the others: the mean of |c| is
-//! (d/φ)·(1 − d). Up to half a cycle the contrast is 1 on some phases.
+//! from the nearest whole number. It reaches that on a share 1 − 2·d of all phases, and falls linearly to 0 on the others: the mean of |c|
+//! is (d/φ)·(1 − d). Up to half a cycle the contrast is 1 on some phases.
 //!
 //! If the frame rate of a camera, or half of it, nearly divides f, the phase creeps and stays where there is no contrast. A carrier
-//! therefore keeps apart from the multiples of half the usual frame rates, and of this camera's.
+//! therefore keeps away from the multiples of half the usual frame rates, and of this camera's.
 
 use link::framing::MESSAGE_MAX;
 use link::panel::PanelFrame;
@@ -24,9 +24,9 @@ pub const USUAL_FRAMES_HZ: [f64; 6] = [25.0, 30.0, 50.0, 60.0, 100.0, 120.0];
 const APART_HZ: f64 = 2.0;
 /// The least distance from multiples of half of this camera's frame rate, as a share of it.
 const APART_OF_FRAMES: f64 = 0.05;
-/// The least greatest contrast: with less, receivers are not tested.
+/// The least greatest contrast: receivers were not tested with less.
 const CONTRAST_MIN: f64 = 0.2;
-/// Symbol rates down to this share of the requested one are looked at, in steps of 0.1 Hz.
+/// Symbol rates down to this share of the requested one are tried, in steps of 0.1 Hz.
 const SLOWEST: f64 = 0.95;
 /// The most cycles between the first and the last line of a panel with which the receiver was tested.
 const CYCLES_BETWEEN_LINES: f64 = 6.4;
@@ -78,7 +78,7 @@ pub enum NoCarrier {
         /// The frequency of the slowest carrier of low risk, Hz.
         carrier_hz: f64,
     },
-    /// No carrier is apart from the multiples of frame rates.
+    /// No carrier keeps away from the multiples of frame rates.
     #[error(
         "at about {rate} symbols a second, which {frames_hz} frames a second allow, every carrier is near a multiple of half a frame rate: \
          choose another camera.frame_rate_hz"
@@ -103,7 +103,7 @@ pub enum NoCarrier {
     /// Messages do not arrive.
     #[error("{}", not_delivered(.best, *.exposure_s))]
     NotDelivered {
-        /// The carrier of the most messages.
+        /// The carrier that delivered the most messages.
         best: Box<CarrierAdvice>,
         /// The exposure, s.
         exposure_s: f64,
@@ -193,8 +193,8 @@ fn apart_hz(carrier_hz: f64, frames_hz: f64) -> f64 {
     (carrier_hz / frames_hz - (2.0 * carrier_hz / frames_hz).round() / 2.0).abs() * frames_hz
 }
 
-/// The usual frame rates, in Hz, of whose multiples of a half a carrier is one, or nearly: such cameras see its phase change so slowly that
-/// they may have no contrast for seconds.
+/// The usual frame rates, in Hz, for which the carrier is nearly a multiple of half the frame rate: such cameras see its phase change so
+/// slowly that they may have no contrast for seconds.
 ///
 /// ```
 /// use studies::signalling::parked_at;
@@ -207,13 +207,13 @@ pub fn parked_at(carrier_hz: f64) -> impl Iterator<Item = f64> {
 }
 
 impl Camera {
-    /// Whether a carrier keeps apart from the multiples of half the frame rates.
+    /// Whether a carrier keeps away from the multiples of half the frame rates.
     fn is_apart(self, carrier_hz: f64) -> bool {
         let own_hz = APART_HZ.max(APART_OF_FRAMES * self.frames_hz);
         parked_at(carrier_hz).next().is_none() && apart_hz(carrier_hz, self.frames_hz) >= own_hz
     }
 
-    /// The carriers that are apart from frame rates, each number of cycles at the fastest possible symbol rate, the slowest carrier first.
+    /// The carriers that keep away from frame rates, each number of cycles at the fastest possible symbol rate, the slowest carrier first.
     fn carriers(self, rate: SymbolRate) -> impl Iterator<Item = Carrier> {
         // A slower square wave is not of low risk, whatever it carries.
         let slowest_hz = Practice::LowRisk.lowest_hz(100.0);
@@ -256,7 +256,8 @@ impl Camera {
     }
 }
 
-/// The carrier of the most messages, of equals the first; if too few arrive, why it is not recommended. `None` if none was tried.
+/// The carrier that delivered the most messages, the first of equals; if too few arrived, why it is not recommended. `None` if none was
+/// tried.
 pub(super) fn best(trials: Vec<CarrierAdvice>, exposure_s: f64) -> Option<Result<CarrierAdvice, NoCarrier>> {
     let best = trials.into_iter().reduce(|best, other| {
         let is_better = other.trial.delivered > best.trial.delivered;

@@ -27,7 +27,7 @@ pub struct DimmingBeat {
 }
 
 impl DimmingBeat {
-    /// Whether that is more than 1/20.
+    /// Whether the deviation is more than 1/20.
     pub fn is_seen(&self) -> bool {
         self.stray > SEEN
     }

@@ -2,9 +2,9 @@
 //!
 //! A camera of `f` frames a second that exposes for `E`, and whose sensor takes `R` to read the panel's lines, sees a whole exposure of
 //! each symbol, on every row and at any phase, if a symbol lasts at least 1/f + E + R ([`SymbolRate::for_camera`]). Faster symbols share
-//! exposures. The receiver reads those as far as it can; the benefit is not computed but tried: messages are sent over the rendered road
-//! ([`Trial`]) at several rates, at phases that cover a symbol evenly, and then under each code at the best rate. [`Search::carrier`]
-//! tries the carriers without visible flicker that the camera sees best, with a receiver that also has to find the panel.
+//! exposures. The receiver reads those as far as it can. The benefit is measured, not computed: messages are sent over the rendered road
+//! ([`Trial`]) at several rates, at phases that cover a symbol evenly, and then under each code at the best rate. [`Search::carrier`] tries
+//! the carriers without visible flicker that the camera sees best, with a receiver that also has to find the panel.
 //!
 //! ```no_run
 //! use sim::scene::Scene;
@@ -275,7 +275,7 @@ impl Search {
     }
 }
 
-/// The trial of the highest net rate; of equals, the first.
+/// The trial of the highest net rate, the first of equals.
 fn best(trials: &[TrialOutcome]) -> usize {
     let net = |at: usize| trials[at].net_bit_s();
     (0..trials.len()).fold(0, |best, at| if net(at) > net(best) { at } else { best })

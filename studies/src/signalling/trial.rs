@@ -5,7 +5,7 @@ use link::framing::{Framer, FramingError};
 use link::scramble::split_mix64;
 use link::waveform::Waveform;
 use sim::accuracy::Level;
-use sim::road::{LinkSettings, Received, Road, RoadError};
+use sim::road::{LinkSettings, ReceivedMessage, Road, RoadError};
 use sim::scene::Scene;
 use sim::view::ViewError;
 use thiserror::Error;
@@ -53,7 +53,7 @@ pub struct Trial {
 #[derive(Clone, Debug)]
 pub struct Run {
     /// The message, if it arrived.
-    pub received: Option<Received>,
+    pub received: Option<ReceivedMessage>,
     /// Frames until the message was whole or given up.
     pub frames: u64,
     /// Wrong bits of the frames.
@@ -64,16 +64,16 @@ pub struct Run {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TrialError {
-    /// The scene, the transmitter or the receiver.
+    /// The scene, the transmitter or the receiver is unusable.
     #[error(transparent)]
     Road(#[from] RoadError),
-    /// The scene's camera does not see it.
+    /// The scene's camera does not see the panel.
     #[error(transparent)]
     View(#[from] ViewError),
-    /// The message.
+    /// The message is invalid.
     #[error(transparent)]
     Framing(#[from] FramingError),
-    /// The receiver's detector.
+    /// The receiver's detector cannot be used.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
     /// The work was stopped.
@@ -125,7 +125,7 @@ impl Trial {
         };
         let mut road = Road::new(&scene, &settings)?;
         let mut errors = FrameErrors::default();
-        let arrived = |received: &Received| received.message == settings.message;
+        let arrived = |received: &ReceivedMessage| received.message == settings.message;
         let frames = self.frames(panels, scene.camera.frame_rate_hz);
         for frame in 0..frames {
             if stop.is_asked() {

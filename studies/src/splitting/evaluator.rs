@@ -27,7 +27,8 @@ impl SplittingEvaluator {
         Self::with_levels(scene, settings, None)
     }
 
-    /// The same with earlier levels for this scene and these settings, because choosing them takes as long as a swarm.
+    /// As [`SplittingEvaluator::new`], with earlier levels for this scene and these settings, because choosing them takes as long as a
+    /// swarm.
     ///
     /// # Errors
     /// As [`SplittingEvaluator::new`].

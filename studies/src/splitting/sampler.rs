@@ -157,7 +157,7 @@ impl Sampler {
         Ok(())
     }
 
-    /// The score of the LED: [`MISREAD`] if it is misread, else the higher the nearer it is to that.
+    /// The score of the LED: [`MISREAD`] if it is misread; otherwise higher the nearer it is to that.
     fn score(&self, particle: &Particle, workspace: &mut SplittingWorkspace) -> Result<f32, EvaluateError> {
         let inner = &mut workspace.inner;
         inner.shown.clone_from(&particle.shown);

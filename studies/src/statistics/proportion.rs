@@ -1,14 +1,14 @@
 //! The 95 % interval of an error rate: one rule for all counts, zero included.
 //!
 //! The unit is the random sample: a frame with its share of wrong bits, a film that arrived or not. Bits of a frame share phase,
-//! reflectance and noise level and are wrong together, with an unknown correlation. The upper end adds one unit to the sample, as bad as
-//! the worst of it, and the lower end one more without error; each is the 2.5 % quantile of the rate if the units are weighted at random,
-//! uniformly among all weights that sum to 1 (Gaffke 2005; Learned-Miller & Thomas 2019). The upper end is at least 1 − 0.025^(1/n), some
+//! reflectance and noise level and are wrong together, with an unknown correlation. For the upper end, one unit as bad as the worst is
+//! added to the sample; for the lower end, one without error. Each end is a 2.5 % quantile of the rate if the units are weighted at random,
+//! uniformly among all weights that sum to 1 (Gaffke 2005; Learned-Miller & Thomas 2019). The upper end is at least 1 − 0.025^(1/n), about
 //! 3.7/n, which is that of n units without any error. So
 //!
 //! - more errors never lower an end, and zero is a count like any other;
-//! - for units that are wholly right or wholly wrong it is the interval of Clopper & Pearson 1934;
-//! - few errors have a wide upper end, because many units are needed to exclude that one in a thousand fails wholly.
+//! - for units that are wholly right or wholly wrong, the interval is that of Clopper & Pearson 1934;
+//! - few errors have a wide upper end, because only many units can exclude that one in a thousand fails wholly.
 
 /// The probability outside an interval on either side.
 const TAIL: f64 = 0.025;
@@ -43,7 +43,7 @@ pub fn mean_95(units: &[(f64, f64)]) -> [f64; 2] {
     [1.0 - upper(&turned, 1.0), upper(units, worst).max(none)]
 }
 
-/// The same for a share: `wrong` of `count` units, each wholly right or wrong.
+/// The 95 % interval of a share: `wrong` of `count` units, each wholly right or wrong.
 pub fn share_95(wrong: f64, count: f64) -> [f64; 2] {
     mean_95(&[(0.0, count - wrong), (1.0, wrong)])
 }

@@ -21,7 +21,7 @@ use super::FrameErrors;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SymbolChanges {
-    /// Frames of which it is known whether they are across a change.
+    /// Frames that are known to be across a change or not.
     known: u64,
     across: FrameErrors,
 }
@@ -56,7 +56,7 @@ impl SymbolChanges {
         self.are_within(all.frames()) && all.without(&self.across).is_some()
     }
 
-    /// The frames of one symbol, and those across a change; `None` if it is not known of each, as in files of earlier versions.
+    /// The frames of one symbol, and those across a change; `None` if that is not known for each frame, as in files of earlier versions.
     pub fn apart(&self, all: &FrameErrors) -> Option<[FrameErrors; 2]> {
         let rest = all.without(&self.across)?;
         (self.known == all.frames()).then_some([rest, self.across])

@@ -21,9 +21,9 @@ fn frame_ns(view: &View, detector: DetectorChoice) -> f64 {
 impl Sweep {
     /// The expected cost of a frame of cell `index` on one thread, in ns, with counted errors: see [`frame_ns`].
     ///
-    /// With splitting a frame costs fifty times as much or more, and the more the lower the rate, because there are more levels to climb.
-    /// Their number is known only after they are chosen, which is work in itself. So this is ignored, and shards of cells with very
-    /// different rates are not balanced.
+    /// With splitting a frame costs at least fifty times as much, and more at lower rates, because there are more levels to climb. Their
+    /// number is known only after they are chosen, which is work in itself. So this is ignored, and shards of cells with very different
+    /// rates are not balanced.
     ///
     /// # Errors
     /// If the cell's scene cannot be seen.

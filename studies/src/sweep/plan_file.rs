@@ -168,7 +168,7 @@ impl Sweep {
     /// The sweep in the TOML `text`, called `name` in errors; `overrides` as in [`Scene::load`] apply after the plan's settings.
     ///
     /// # Errors
-    /// The fault, its place, the allowed values and the way out.
+    /// The fault, its place, the allowed values and the remedy.
     pub fn from_toml(name: &str, text: &str, overrides: &[String]) -> Result<PlanFile, PlanError> {
         let name = name.to_string();
         let parse_error = |fault: toml::de::Error| PlanError::Parse {

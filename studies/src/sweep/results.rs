@@ -31,7 +31,7 @@ pub enum ResultsError {
     #[error("these are not whole results of vocc evaluate or vocc sweep ({0}): make them again")]
     Damaged(serde_json::Error),
     /// An invalid sweep.
-    #[error("these are results of no sweep that can be done, the file is damaged: {0}")]
+    #[error("the sweep in this file is invalid: {0}; the file is damaged, run the sweep again")]
     Sweep(Box<SweepError>),
     /// Another format.
     #[error(
@@ -188,7 +188,7 @@ impl Results {
         serde_json::to_string(&written)
     }
 
-    /// The results in a file. The format before this is read too: it has no checksum, but its counts must add up all the same.
+    /// The results in a file. The format before this is read too: it has no checksum, but its counts must also add up.
     ///
     /// # Errors
     /// If it is not such a file, is incomplete, of another version, inconsistent, or was changed after it was written.

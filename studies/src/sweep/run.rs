@@ -32,7 +32,7 @@ pub struct SweepProgress<'a> {
     pub frames: u64,
     /// The current estimate of the total number of frames.
     pub expected: u64,
-    /// The cells finished since the last news.
+    /// The cells finished since the last report.
     pub finished: &'a [usize],
 }
 
@@ -157,7 +157,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// The same, ended early by `stop`: at once, with the finished work.
+    /// The same run, ended early by `stop`: at once, with the finished work.
     pub fn until(self, stop: Stop) -> Self {
         Self { stop, ..self }
     }
@@ -167,8 +167,8 @@ impl<'a> Run<'a> {
         &self.work
     }
 
-    /// Does all work that `results` do not hold yet, and adds it; `progress` is called now and then and may end the run by returning false.
-    /// Returns whether all is done.
+    /// Does all work that `results` do not hold yet, and adds it; `progress` is called from time to time and may end the run by returning
+    /// false. Returns whether all is done.
     ///
     /// # Errors
     /// If a cell cannot be evaluated; finished work is in `results`.
@@ -213,7 +213,7 @@ impl<'a> Run<'a> {
                     }
                 }
             }
-            // The next news end the work, or another batch leaves out the cells that stay empty.
+            // The next progress report ends the work, or the next batch leaves out the cells that stay empty.
             if was_stopped || is_empty || !new.is_empty() && self.sweep.rare_events {
                 continue;
             }

@@ -48,7 +48,7 @@ pub struct Summary {
     pub wvar: Option<f64>,
     /// Their ratio, if defined.
     pub b2w: Option<f64>,
-    /// Why the cell cannot be measured, if so: its numbers are those of no frames.
+    /// Why the cell cannot be measured, if it cannot: its numbers are those of no frames.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_empty: Option<String>,
 }
@@ -154,7 +154,7 @@ impl Summary {
     }
 
     /// Bit error rate, its 95 % interval and the number of errors, of the frames for a comparison of detectors: those of one symbol if that
-    /// is known of each frame, else all.
+    /// is known for each frame, otherwise all.
     pub fn comparable(&self) -> (f64, [f64; 2], u64) {
         match (self.ber_one_symbol, self.ber_one_symbol_95) {
             (Some(rate), Some(interval)) => {
@@ -202,12 +202,12 @@ fn number(value: f64) -> String {
     format!("{value:e}")
 }
 
-/// All digits of a known number, else an empty text.
+/// All digits of a known number, otherwise an empty text.
 fn known(value: Option<f64>) -> String {
     value.map(number).unwrap_or_default()
 }
 
-/// A known count, else an empty text.
+/// A known count, otherwise an empty text.
 fn count(value: Option<u64>) -> String {
     value.map(|count| count.to_string()).unwrap_or_default()
 }

@@ -9,7 +9,7 @@ use super::*;
 use crate::monte_carlo::ChunkProgress;
 use crate::stop::Stop;
 
-/// Cells of which some have enough errors soon and some never.
+/// Cells, some with enough errors soon and some never.
 fn sweep(frames: u64, stop_errors: Option<u64>) -> Sweep {
     let text = format!(
         "frames = {frames}\ndetectors = [\"otsu\", \"kmeans\"]\n[set]\neffects.noise = \"on\"\npose.distance_m = \
@@ -280,7 +280,7 @@ fn parts_of_unequal_cells_take_about_equally_long() {
 
 #[test]
 fn a_cell_that_cannot_be_read_says_why_and_the_others_go_on() {
-    // Readable, less than 1 px, less than 1.5 px from LED to LED, and beside the sensor.
+    // Readable, less than 1 px, less than 1.5 px from LED to LED, and off the sensor.
     let text = "frames = 600\ndetectors = [\"otsu\"]\n[grid]\npose.distance_m = [50, 400, 170]\npose.x_m = [0, 100]";
     let sweep = Sweep::from_toml("a plan", text, &[]).unwrap().sweep;
     let whole = run(&sweep, Shard::WHOLE);

@@ -44,7 +44,7 @@ pub struct Cell {
     /// The ratios that are not significantly worse: the plateau about the best.
     #[serde(serialize_with = "short_pair")]
     pub not_worse: [f64; 2],
-    /// The factors by which the criterion is worse at the two ends of these than at the best (for the bit error rate: its odds).
+    /// The factors by which the criterion (for the bit error rate: its odds) is worse at the two ends of that range than at the best ratio.
     #[serde(default, serialize_with = "short_pair_if_any", skip_serializing_if = "Option::is_none")]
     pub not_worse_loss: Option<[f64; 2]>,
     /// B2W next to the best ratio, if defined.
@@ -64,7 +64,7 @@ pub struct Cell {
     pub ber_one_symbol: Option<f64>,
     /// The number of frames behind these.
     pub frames: u64,
-    /// The factor by which the criterion is worse (for the bit error rate: its odds) at the table's ratio.
+    /// The factor by which the criterion (for the bit error rate: its odds) is worse at the table's ratio than at the best ratio.
     #[serde(serialize_with = "short")]
     pub table_loss: f64,
 }

@@ -1,4 +1,4 @@
-//! Detects a table file that contradicts itself, as after a change by hand.
+//! Detects a table file that contradicts itself, for example after a change by hand.
 
 use toml::Value;
 
@@ -153,7 +153,7 @@ fn check_numbers(key: &'static str, of: &impl AtPlace) -> Result<(), Contradicti
         if is_rate && numbers.iter().any(|&number| number > 1.0) {
             return Err(fault(name, value, "a rate is 0 to 1"));
         }
-        // Reaches in several scenes, and losses of two ratios, are no interval.
+        // Reaches in several scenes, and losses of two ratios, are not an interval.
         if !["reach_m", "not_worse_loss"].contains(&&**name) && !numbers.is_sorted() {
             return Err(fault(name, value, "its lower end must come first"));
         }

@@ -1,6 +1,6 @@
 //! The file of a table found by a search: the ratios ([`sim::l2a::file`]) and their origin.
 //!
-//! Beside the ratios it has the settings of the search (`search`), the scene, the results of each illuminance and interval (`entries`) and
+//! Besides the ratios it has the settings of the search (`search`), the scene, the results of each illuminance and interval (`entries`) and
 //! of each setting (`cells`). A table by reach has `reach`, `reach_entries` and, for each tried ratio, `reach_points` instead; a table of
 //! least regret over several of these has `regret`, `regret_entries` and `regret_points`. The last line of all these is a checksum.
 
@@ -42,7 +42,7 @@ impl TableFile {
         Some(found_to_m(&with_panel(scene, scene.ambient.illuminance_lx, interval)))
     }
 
-    /// The same for each interval of the table.
+    /// The greatest distance at which the panel is found, in metres, for each interval of the table: see [`Self::found_at_m`].
     pub fn found_to_m(&self) -> Option<Vec<f64>> {
         self.ratios.interval.iter().map(|&interval| self.found_at_m(interval)).collect()
     }
@@ -176,7 +176,7 @@ impl TableFile {
     pub fn regret_at(&self, place: [f64; 2]) -> Option<Regret> {
         let range = self.reach.record.as_ref()?.range;
         let best_m = self.reach.entry(place)?.best_reach_m;
-        // A file without a scene does not say how far its panel is found.
+        // A file without a scene does not state the distance at which its panel is found.
         let found_m = self.found_at_m(place[1]).unwrap_or(f64::INFINITY);
         Some(Regret::new(self.curve(place)?, range, best_m, found_m))
     }
@@ -273,12 +273,12 @@ impl TableFile {
     /// The table of a file, and its origin.
     ///
     /// # Errors
-    /// See [`Fault`]: the fault, its place, and the way out.
+    /// [`FileError`] gives the fault, its place, and the remedy.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         read_with(path, Self::from_toml)
     }
 
-    /// The same for a usable file, and the transmitter's table.
+    /// As [`Self::read`], for a usable file, with the transmitter's table.
     ///
     /// # Errors
     /// Also if there is no such table: see [`RatioFile::table`].
@@ -290,7 +290,7 @@ impl TableFile {
         })
     }
 
-    /// The same for a text.
+    /// The table of a file's text, and its origin.
     ///
     /// # Errors
     /// If it is not TOML with the keys of a table, has another version, or was changed after it was written.
@@ -475,7 +475,7 @@ mod tests {
             let edited = text.replacen(from, to, 1);
             let fault = TableFile::from_toml(&edited).unwrap_err();
             assert!(matches!(fault, Fault::Changed { .. }), "{fault}");
-            // As a table of one's own it has no checksum, as those of earlier versions.
+            // Without a checksum it counts as a user's own table, or as one of an earlier version.
             let changed = TableFile::from_toml(&own(&edited)).unwrap();
             let said = changed.check().expect_err(to).to_string();
             words

@@ -78,7 +78,7 @@ impl LeastRegret {
     }
 
     /// The 95 % interval of its ratio, from the uncertainty of the reach at each ratio. Errors of neighbours count as independent, while
-    /// common random numbers make them smaller: the interval is rather too wide.
+    /// common random numbers make them smaller: the interval is therefore too wide, if anything.
     fn l2a_95(scenes: &[TableFile], place: [f64; 2]) -> Option<[f64; 2]> {
         let regrets = regrets_at(scenes, place)?;
         let as_well = map(0..RESAMPLES, |number| {

@@ -11,8 +11,8 @@ use crate::reach::{Choice, Curve};
 /// Half a 95 % interval, in standard deviations.
 const HALF_OF_95: f64 = 1.96;
 
-/// The loss of ratios other than the best at one illuminance and interval. No reach counts beyond the distance at which a panel is found:
-/// a ratio that is read farther serves no driver.
+/// The loss of ratios other than the best at one illuminance and interval. No reach counts beyond the distance at which a panel is found: a
+/// ratio that is readable farther has no benefit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Regret {
     curve: Curve,

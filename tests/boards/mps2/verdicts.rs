@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use link::framing::{MESSAGE_MAX, Signature, Signed};
+use link::framing::{MESSAGE_MAX, Signature, SignedPayload};
 use link::signing::{SecretKey, Verdict};
 use reception::keys::NamedKey;
 use rx_pipeline::standalone::Trust;
@@ -78,7 +78,7 @@ pub fn verdicts_are_those_of_this_computer(images: &Images) {
     let mut trust = Trust::parse(&keys).expect("keys");
     let expected = cases.iter().map(|(message, signature)| {
         let signature = *signature;
-        trust.verdict(&Signed { message, signature })
+        trust.verdict(&SignedPayload { message, signature })
     });
     let verdicts: Vec<Verdict> = reports.iter().map(|report| report.verdict).collect();
     assert_eq!(verdicts, expected.collect::<Vec<_>>());

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use reception::bring_up::{Finding, Reading, align, diagnose};
+use reception::bring_up::{Finding, StepLevels, align, diagnose};
 use serde_json::{Value, json};
 
 use crate::emulator::{Emulator, Fault};
@@ -38,7 +38,7 @@ fn tested(programs: &Programs, folder: &Path, options: &[&str]) -> (Value, Vec<F
     record.extend(&board.real_time(false));
     record.extend(&board.run_ms(1_000));
     let aligned = align(&levels(&record)).expect("the test panels were shown");
-    let reading = Reading::of_levels(&aligned, VISIBLE).expect("64 LEDs");
+    let reading = StepLevels::of_levels(&aligned, VISIBLE).expect("64 LEDs");
     assert!(reading.ramp.is_some(), "the record ends before the ramp");
     (told, diagnose(&reading))
 }

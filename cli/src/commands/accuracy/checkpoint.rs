@@ -32,7 +32,6 @@ pub struct Run {
     version: String,
     /// The amount of work.
     pub scale: Scale,
-    /// The machine.
     pub machine: String,
 }
 

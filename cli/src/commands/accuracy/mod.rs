@@ -14,7 +14,7 @@ use studies::work_precision::{CostUnit, Diagram, Measurable, PARTS, Part, Point,
 
 use crate::checkpoint::{Resumable as _, hold_folder};
 use crate::files;
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict, line};
 use crate::plot;
 use crate::progress::Progress;
@@ -56,7 +56,7 @@ fn part_name(name: &str) -> Result<String, String> {
 }
 
 /// Measures, draws and writes the report.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     ensure!(
         shared.set.is_empty(),
         "vocc accuracy measures fixed scenes: omit --set {}",

@@ -14,7 +14,7 @@ use studies::stop::Stop;
 use super::rate;
 use crate::device::DeviceError;
 use crate::frames::PixelArguments;
-use crate::options::{Connection, Port, Shared, seconds};
+use crate::options::{Connection, Port, SharedOptions, seconds};
 use crate::output::{self, Verdict, line};
 use crate::stop::stop;
 
@@ -81,7 +81,7 @@ impl From<Kit> for bring_up::Kit {
 }
 
 /// Tests a board, or diagnoses it from pictures of the test.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     if let Some(source) = &arguments.frames {
         return pictures::run(source, arguments.kit.into(), arguments.pixels, shared);
     }
@@ -125,7 +125,7 @@ fn test_board(
     symbol_rate_hz: f64,
     arguments: &Arguments,
     port: &Port,
-    shared: &Shared,
+    shared: &SharedOptions,
 ) -> anyhow::Result<Verdict> {
     let stop = stop();
     let sensor = read_sensor(client, symbol_rate_hz, stop).with_context(|| port.name())?;

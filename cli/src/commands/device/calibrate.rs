@@ -11,7 +11,7 @@ use link::serial::Measured;
 use reception::deep::SampleKind;
 use rx_pipeline::corners::Corners;
 use serde_json::json;
-use studies::photometry::{self, Area, Calibrated, CameraSetup, Estimate, PictureError, Shot, USUAL};
+use studies::photometry::{self, Area, CameraSetup, Estimate, PanelCalibration, PictureError, Shot, USUAL};
 use tx_firmware::calibration::{BENCH, Calibration, INTERVAL};
 
 use super::calibration::filled_in;
@@ -21,7 +21,7 @@ use crate::files;
 use crate::frames::PixelArguments;
 use crate::frames::files as pictures;
 use crate::frames::picture::{GreyPicture, PictureReader};
-use crate::options::{Shared, number_in};
+use crate::options::{SharedOptions, number_in};
 use crate::output::{self, Verdict, line};
 
 /// The prefix of the duty in a picture's name.
@@ -52,7 +52,7 @@ pub struct Arguments {
     /// vignetting.
     #[arg(long, value_name = "FILE")]
     sheet: Option<PathBuf>,
-    /// The illuminance of panel and card in lx, from a meter or the transmitter's status. Luminance needs it.
+    /// The illuminance of panel and card in lx, from a meter or the transmitter's status. Needed for the luminance.
     #[arg(long, value_name = "LX", value_parser = within::<10, 20_000_000>)]
     illuminance_lx: Option<f64>,
     /// Write the calibration to this file, for `vocc device calibration`. Values that the pictures do not give are those of the bench
@@ -87,7 +87,7 @@ fn area(text: &str) -> Result<Area, String> {
 }
 
 /// Reads the pictures, and reports the results.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     if let Some(path) = &arguments.out {
         files::check_new(path)?;
     }
@@ -244,7 +244,7 @@ fn duty(path: &Path) -> anyhow::Result<f64> {
 }
 
 /// The values that are written to a transmitter.
-fn measured(found: &Calibrated, interval: f64, illuminance_lx: f64) -> Measured {
+fn measured(found: &PanelCalibration, interval: f64, illuminance_lx: f64) -> Measured {
     Measured {
         luminance_full_cd_m2: U32F32::saturating_from_num(found.full_cd_m2_per_lx.value * illuminance_lx),
         shortest_pulse_ns: found.shortest_pulse_ns.round() as u32,
@@ -254,7 +254,7 @@ fn measured(found: &Calibrated, interval: f64, illuminance_lx: f64) -> Measured 
     }
 }
 
-fn report(arguments: &Arguments, found: &Calibrated, left_out: Vec<serde_json::Value>, shared: &Shared) -> anyhow::Result<()> {
+fn report(arguments: &Arguments, found: &PanelCalibration, left_out: Vec<serde_json::Value>, shared: &SharedOptions) -> anyhow::Result<()> {
     let full = arguments.illuminance_lx;
     let full = full.map(|lux| found.full_cd_m2_per_lx.times(lux));
     if shared.json {

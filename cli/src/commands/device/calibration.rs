@@ -14,7 +14,7 @@ use tx_firmware::calibration::{BENCH, Calibration, INTERVAL, LOW_CURRENT_SHARE, 
 
 use super::limit;
 use crate::files;
-use crate::options::{Port, Shared};
+use crate::options::{Port, SharedOptions};
 use crate::output::{self, Verdict, line};
 
 /// The values in common units; `tx_firmware::calibration` has their ranges.
@@ -43,7 +43,7 @@ const UNMEASURED: Measured = Measured {
 };
 
 /// Prints the values, after writing those of the file if there is one.
-pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(port: &Port, file: Option<&Path>, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let wanted = file.map(read).transpose()?;
     let mut client = port.greet_transmitter()?;
     if let Some((measured, limit)) = wanted {
@@ -71,7 +71,7 @@ pub fn run(port: &Port, file: Option<&Path>, shared: &Shared) -> anyhow::Result<
 }
 
 /// Prints a template, or writes it if the file does not exist.
-pub fn template(file: Option<&Path>, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn template(file: Option<&Path>, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     match file {
         None if shared.json => output::json(&Values::of(&UNMEASURED))?,
         None => output::lines(&filled_in(&UNMEASURED))?,

@@ -1,4 +1,4 @@
-//! `vocc device hello`: which board is there, and whether it runs the program in a file.
+//! `vocc device hello`: the identity of a board, and whether it runs the program in a file.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use serde_json::json;
 use tx_firmware::program::ProgramHash;
 
 use crate::device::{DeviceError, program_file};
-use crate::options::{Connection, Port, Shared};
+use crate::options::{Connection, Port, SharedOptions};
 use crate::output::{self, Verdict, line};
 
 /// Arguments of `vocc device hello`.
@@ -20,13 +20,13 @@ pub struct Arguments {
     /// Compare the board's program with that of an ELF file, such as a released one; exit status 1 if it is another.
     #[arg(long, value_name = "FILE")]
     image: Option<PathBuf>,
-    /// Ask no board: print the hash of the file's program.
+    /// Print the hash of the file's program, without a board.
     #[arg(long, requires = "image", conflicts_with = "port")]
     no_board: bool,
 }
 
 /// Prints a board's identity, the hash of its program and of that in a file.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let file = match &arguments.image {
         Some(path) => {
             let name = path.display().to_string();
@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     }
 }
 
-fn greet(port: &Port, file: Option<(String, ProgramHash)>, shared: &Shared) -> anyhow::Result<Verdict> {
+fn greet(port: &Port, file: Option<(String, ProgramHash)>, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let mut client = port.greet()?;
     let identity = client.identity().clone();
     let found = program_hash(&mut client).with_context(|| port.name())?;

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use crate::device::DeviceError;
 use crate::keys::counter_or_seconds;
-use crate::options::{Connection, Port, Shared};
+use crate::options::{Connection, Port, SharedOptions};
 use crate::output::{self, Verdict, line};
 
 /// Arguments of `vocc device key`.
@@ -32,7 +32,7 @@ pub struct Arguments {
 }
 
 /// Changes the key if requested, and prints the current one.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let key = arguments.key.as_deref().map(OwnKey::read).transpose()?;
     let counter = key.as_ref().map(|_| counter_or_seconds(arguments.counter)).transpose()?;
     let port = &arguments.port;

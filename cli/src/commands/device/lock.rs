@@ -7,7 +7,7 @@ use link::serial::{Answer, Refusal, Request};
 use serde_json::json;
 
 use crate::device::DeviceError;
-use crate::options::{Connection, Port, Shared};
+use crate::options::{Connection, Port, SharedOptions};
 use crate::output::{self, Verdict, line};
 use crate::pin::Pin;
 
@@ -30,7 +30,7 @@ pub struct Unlock {
 }
 
 /// Locks a transmitter, or changes its PIN.
-pub fn lock(arguments: &Lock, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn lock(arguments: &Lock, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let Lock { port, new_pin_file } = arguments;
     if port.takes_standard_input() && new_pin_file.as_deref() == Some(Path::new("-")) {
         bail!("standard input is one PIN, not two: give --pin-file or --new-pin-file a file");
@@ -52,7 +52,7 @@ pub fn lock(arguments: &Lock, shared: &Shared) -> anyhow::Result<Verdict> {
 }
 
 /// Removes the lock, if there is one.
-pub fn unlock(arguments: &Unlock, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn unlock(arguments: &Unlock, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let port = &arguments.port;
     let mut client = port.greet_transmitter()?;
     if ask(&mut client, &Request::ReadLock).with_context(|| port.name())? {
@@ -83,7 +83,7 @@ fn change(client: &mut Connection, request: &Request<'_>, port: &Port) -> anyhow
     }
 }
 
-fn report(port: &Port, is_locked: bool, shared: &Shared) -> anyhow::Result<Verdict> {
+fn report(port: &Port, is_locked: bool, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     if shared.json {
         output::json(&json!({ "port": port.name(), "locked": is_locked }))?;
     } else if is_locked {

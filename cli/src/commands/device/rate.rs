@@ -11,12 +11,12 @@ use studies::signalling::parked_at;
 
 use super::receiver;
 use crate::device::DeviceError;
-use crate::options::{Connection, Port, Shared};
+use crate::options::{Connection, Port, SharedOptions};
 use crate::output::{self, Verdict, line};
 
 /// The rate and the carrier to set, if any.
 #[derive(clap::Args)]
-pub struct Wanted {
+pub struct RateOptions {
     /// Symbols a second to set. Without it, the rate in use is printed. A transmitter accepts 9 to 300 and stores the rate. A
     /// receiver accepts up to its camera's frame rate and forgets the rate at a restart.
     #[arg(value_name = "N", allow_negative_numbers = true)]
@@ -33,7 +33,7 @@ pub struct Wanted {
     carrier_cycles: Option<u32>,
 }
 
-impl Wanted {
+impl RateOptions {
     fn hz(&self) -> anyhow::Result<Option<f64>> {
         if let Some(frames_hz) = self.camera_fps {
             let rate = SymbolRate::for_camera(frames_hz, self.exposure).with_context(|| {
@@ -70,7 +70,7 @@ impl BoardTiming {
 }
 
 /// Changes the rate if requested, and prints the current one.
-pub fn run(port: &Port, wanted: &Wanted, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(port: &Port, wanted: &RateOptions, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let hz = wanted.hz()?;
     let client = port.greet()?;
     let told = if client.identity().is_receiver() {

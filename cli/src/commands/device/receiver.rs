@@ -11,7 +11,7 @@ use rx_pipeline::standalone::{self, CameraSettings, Request, Status};
 use serde_json::{Value, json};
 
 use crate::device::Client;
-use crate::options::{Connection, Port, Shared};
+use crate::options::{Connection, Port, SharedOptions};
 use crate::output::{self, Verdict, line};
 use crate::pictures::write_png;
 
@@ -51,7 +51,7 @@ struct Picture {
 }
 
 /// Prints the receiver's state, its camera's settings, its last message and its reading.
-pub fn status(client: Connection, port: &Port, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn status(client: Connection, port: &Port, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let name = port.name();
     let client = &mut client.receiver().with_context(|| name.clone())?;
     let mut values = as_json(&asked_status(client, &name)?);
@@ -108,7 +108,7 @@ fn set_rate<P: Read + Write>(client: &mut Client<P>, port: &str, wanted: Option<
 }
 
 /// Writes the camera's picture.
-pub fn snapshot(arguments: &Snapshot, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn snapshot(arguments: &Snapshot, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let Snapshot { port, out } = arguments;
     let mut client = port.greet_receiver()?;
     let picture = fetch(&mut client, &port.name())?;

@@ -19,7 +19,7 @@ use studies::reproduction::{Claim, Extent, Findings, INTERPRETATIONS, Interpreta
 use crate::checkpoint::{Periodic, Resumable as _, hold_folder};
 use crate::files;
 use crate::numbers::{number, with_interval};
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict, line};
 use crate::outputs;
 use crate::progress::Progress;
@@ -68,7 +68,7 @@ struct Part {
 }
 
 /// Computes, draws and reports.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let frames = match (arguments.frames, arguments.quick) {
         (None, true) => QUICK_FRAMES,
         (None, false) => FULL_FRAMES,
@@ -124,7 +124,7 @@ fn study(scene: Scene, extent: Extent, frames: u64, seed: u64) -> Study {
 }
 
 /// The scene itself, and under each other reading.
-fn parts(arguments: &Arguments, shared: &Shared, frames: u64) -> anyhow::Result<Vec<Part>> {
+fn parts(arguments: &Arguments, shared: &SharedOptions, frames: u64) -> anyhow::Result<Vec<Part>> {
     let extent = if arguments.quick { Extent::Quick } else { Extent::Figures };
     let scene = shared.scene(&arguments.scene)?;
     let main = Part {
@@ -263,7 +263,7 @@ fn figures(study: &Study, findings: &Findings) -> anyhow::Result<Vec<Figure>> {
 }
 
 /// The command that reproduces this run.
-fn command(arguments: &Arguments, shared: &Shared, frames: u64) -> String {
+fn command(arguments: &Arguments, shared: &SharedOptions, frames: u64) -> String {
     let mut words = vec![format!(
         "vocc figures {} --out DIR --frames {frames} --seed {}",
         arguments.scene.display(),

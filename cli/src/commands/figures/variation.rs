@@ -13,7 +13,7 @@ pub struct Variation {
     pub at: fn(f64) -> OperatingPoint,
     /// The caption of a value.
     pub words: fn(f64) -> String,
-    /// What the paper's text states: the quantity, the variable's value and the words.
+    /// The statements of the paper's text: the quantity, the variable's value and the words.
     pub stated: &'static [(&'static str, f64, &'static str)],
 }
 

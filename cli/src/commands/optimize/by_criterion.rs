@@ -8,7 +8,7 @@ use studies::table::{CriterionSurvey, Rule};
 
 use super::places::search;
 use super::{Arguments, chart};
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::Verdict;
 use crate::stop::stop;
 
@@ -20,7 +20,7 @@ const FRAMES: [u64; 2] = [100_000, 2048];
 const TOLERANCE: [f64; 2] = [0.01, 0.05];
 
 impl Arguments {
-    fn survey(&self, shared: &Shared, scene: &Scene, criterion: Criterion) -> anyhow::Result<CriterionSurvey> {
+    fn survey(&self, shared: &SharedOptions, scene: &Scene, criterion: Criterion) -> anyhow::Result<CriterionSurvey> {
         ensure!(
             !self.reach.is_given(),
             "--message-bytes, --within, --probability, --choose, --min-cd, --max-cd and --lamp are for --criterion reach: give that, or \
@@ -51,7 +51,7 @@ impl Arguments {
 }
 
 /// Searches, prints and writes.
-pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene, criterion: Criterion) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions, scene: &Scene, criterion: Criterion) -> anyhow::Result<Verdict> {
     let survey = arguments.survey(shared, scene, criterion)?;
     search(arguments, &survey, scene, shared.json, |file| chart::draw(file, &survey))
 }

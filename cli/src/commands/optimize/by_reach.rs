@@ -8,7 +8,7 @@ use studies::table::{Bounds, ReachSurvey};
 
 use super::Arguments;
 use super::places::search;
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::Verdict;
 use crate::report;
 use crate::stop::stop;
@@ -37,7 +37,7 @@ pub struct Options {
     /// Minimum mean luminous intensity of the panel straight ahead, cd.
     #[arg(long, value_name = "CD", value_parser = candela, allow_negative_numbers = true)]
     min_cd: Option<f64>,
-    /// Maximum of the same, cd.
+    /// Maximum mean luminous intensity of the panel straight ahead, cd.
     #[arg(long, value_name = "CD", value_parser = candela, allow_negative_numbers = true)]
     max_cd: Option<f64>,
     /// Both limits of a lamp: rear-position, rear-position-variable, stop, stop-variable or daytime-running (UN Regulation No. 148).
@@ -90,7 +90,7 @@ impl Options {
 }
 
 impl Arguments {
-    fn by_reach(&self, shared: &Shared, scene: &Scene) -> anyhow::Result<ReachSurvey> {
+    fn by_reach(&self, shared: &SharedOptions, scene: &Scene) -> anyhow::Result<ReachSurvey> {
         ensure!(
             self.distances.is_none() && self.yaws.is_none() && self.rule.is_none(),
             "--criterion reach takes no --distances, --yaws or --rule, because it searches all distances at the scene's own yaw (--set \
@@ -126,7 +126,7 @@ impl Arguments {
 }
 
 /// Searches, prints and writes.
-pub fn run(arguments: &Arguments, shared: &Shared, scene: &Scene) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions, scene: &Scene) -> anyhow::Result<Verdict> {
     let survey = arguments.by_reach(shared, scene)?;
     search(arguments, &survey, scene, shared.json, report::table::draw)
 }

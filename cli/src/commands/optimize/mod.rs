@@ -18,7 +18,7 @@ use studies::sweep::Shard;
 use studies::table::{Rule, TableFile};
 
 use crate::commands::evaluate::single_precision;
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{Verdict, tell};
 use crate::{files, outputs, results};
 
@@ -194,7 +194,7 @@ pub fn verdict(file: &TableFile) -> Verdict {
 }
 
 /// Searches, prints and writes.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let scene = shared.scene(&arguments.scene)?;
     arguments.check_out(&scene)?;
     let is_still = scene.link.waveform()?.is_still();

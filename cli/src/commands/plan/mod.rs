@@ -1,4 +1,4 @@
-//! `vocc plan`: the effects that a scene requires and their cost; or what a transmitter should show a camera.
+//! `vocc plan`: the effects that a scene requires and their cost; or the advice on a transmitter for a camera.
 
 mod signalling;
 
@@ -11,7 +11,7 @@ use sim::plan::Decision;
 use sim::renderer::Renderer;
 use sim::timing::system_clock;
 
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict};
 
 /// Arguments of `vocc plan`.
@@ -35,7 +35,7 @@ struct Row<'a> {
 }
 
 /// Prints the plan.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let scene = arguments.scene.as_deref();
     if let Some(camera) = arguments.signalling.camera() {
         return arguments.signalling.run(scene, camera, shared);
@@ -61,10 +61,8 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
         "left out in all: at most {:.4} grey levels before rounding",
         renderer.plan().left_out_grey()
     ))?;
-    output::line(
-        "cost: of including the effect, measured now (below 0: without it a frame takes longer);\n\
-         a frame is the panels' part of the picture, drawn and read out as planned",
-    )?;
+    output::line("cost: of including the effect, measured now (below 0: without it a frame takes longer);")?;
+    output::line("a frame is the panels' part of the picture, drawn and read out as planned")?;
     Ok(Verdict::Yes)
 }
 

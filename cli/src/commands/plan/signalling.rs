@@ -1,4 +1,4 @@
-//! `vocc plan --camera`: what a transmitter should show a camera.
+//! `vocc plan --camera`: advice on a transmitter for a camera.
 
 use std::ffi::{OsStr, OsString};
 use std::sync::{Mutex, PoisonError};
@@ -10,7 +10,7 @@ use serde::Serialize;
 use sim::scene::{Camera, Scene};
 use studies::signalling::{Advice, CarrierAdvice, DimmingBeat, NoCarrier, Search, SignallingError, Trial, TrialError, TrialOutcome};
 
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict, line, shell_word};
 use crate::progress::Progress;
 use crate::stop::stop;
@@ -86,7 +86,7 @@ impl Options {
     }
 
     /// Tries the settings and prints the advice.
-    pub fn run(&self, scene: Option<&OsStr>, camera: &OsStr, shared: &Shared) -> anyhow::Result<Verdict> {
+    pub fn run(&self, scene: Option<&OsStr>, camera: &OsStr, shared: &SharedOptions) -> anyhow::Result<Verdict> {
         let name = scene.unwrap_or(SCENE.as_ref());
         let mut scene = Scene::load(name, &[])?;
         let of_camera = Scene::load(camera, &[]).context("--camera names a preset or a scene file with a [camera]")?;
@@ -151,7 +151,7 @@ struct LinkCommand(String);
 
 impl LinkCommand {
     /// The scene of that name, with another camera in place of its `own`.
-    fn new(name: &OsStr, own: &Camera, camera: &Camera, shared: &Shared) -> anyhow::Result<Self> {
+    fn new(name: &OsStr, own: &Camera, camera: &Camera, shared: &SharedOptions) -> anyhow::Result<Self> {
         let [own, camera] = [toml::Table::try_from(own)?, toml::Table::try_from(camera)?];
         let left_out = own.keys().filter(|key| !camera.contains_key(*key));
         let left_out = left_out.map(|key| format!("camera.{key}=none"));

@@ -14,8 +14,9 @@ use crate::frames::stamps::numbered;
 use crate::frames::waiting::{LiveFrame, Moment};
 use crate::stop::stop;
 
-/// Frames that determine the usual frame period, and the maximum bytes held for it.
+/// Frames that determine the usual frame period.
 const FIRST_FRAMES: usize = 16;
+/// Maximum bytes held for it.
 const FIRST_BYTES: usize = 128 << 20;
 /// Containers state the frame rate, or a multiple of it that all times fit. It is the frame rate if the usual step is shorter than this
 /// many periods.

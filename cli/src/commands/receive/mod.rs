@@ -31,7 +31,7 @@ use crate::frames::picture::{GreyPicture, PictureReader};
 use crate::frames::secrets;
 use crate::frames::waiting::Moment;
 use crate::keys::TrustArguments;
-use crate::options::{Shared, number_in};
+use crate::options::{SharedOptions, number_in};
 use crate::output::{self, Hex, Verdict};
 use crate::outputs;
 use crate::pose::PanelArguments;
@@ -41,7 +41,7 @@ use crate::stop::{Input, stop};
 
 use film_clock::FilmClock;
 use session::Session;
-use view::{View, ViewArguments};
+use view::{ViewArguments, ViewPage};
 
 /// Arguments of `vocc receive`.
 #[derive(clap::Args)]
@@ -75,7 +75,7 @@ pub struct Arguments {
     /// single pictures, such as 25 pictures a second in 50i.
     #[arg(long)]
     progressive: bool,
-    /// Frames a second of the camera. Default: those of the film or the y4m stream, else 100. If the folder has a file timestamps.csv
+    /// Frames a second of the camera. Default: those of the film or the y4m stream, otherwise 100. If the folder has a file timestamps.csv
     /// (lines of a frame's name or number, a comma, and its time in seconds), its times are used instead.
     #[arg(long, value_name = "F", value_parser = per_second)]
     fps: Option<f32>,
@@ -215,7 +215,6 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The name.
     fn name(&self) -> String {
         match self {
             Self::Input => Live::Input.name(),
@@ -239,7 +238,7 @@ impl<'a> Source<'a> {
 }
 
 /// Reads all frames and prints the messages; exit status 1 if there was none.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let view = arguments.view.open(&arguments.sources)?;
     let answer = receive(arguments, shared, view.as_ref());
     if let Some(view) = view {
@@ -248,7 +247,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
     answer
 }
 
-fn receive(arguments: &Arguments, shared: &Shared, view: Option<&View>) -> anyhow::Result<Verdict> {
+fn receive(arguments: &Arguments, shared: &SharedOptions, view: Option<&ViewPage>) -> anyhow::Result<Verdict> {
     let source = Source::of(arguments)?;
     applies::check(arguments, &source)?;
     let read = source.files();

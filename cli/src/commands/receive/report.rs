@@ -8,9 +8,9 @@ use link::signing::Verdict as Proof;
 use reception::panel_pose::PanelPose;
 use reception::signers::{Delivery, Signers};
 use reception::{Message, PanelEvent, PanelReport, Reception, learnt};
-use rx_pipeline::camera::Learnt;
+use rx_pipeline::camera::CameraEstimate;
 use rx_pipeline::frame::Frame;
-use rx_pipeline::receiver::Reading;
+use rx_pipeline::receiver::FrameReading;
 
 use super::Arguments;
 use super::latency::Latency;
@@ -152,7 +152,7 @@ impl<'a> Report<'a> {
         self.done();
     }
 
-    /// Finishes the outputs; without a message, reports why and what would help.
+    /// Finishes the outputs; without a message, reports the reason and a remedy.
     pub fn end(mut self, advice: &[String]) -> anyhow::Result<Verdict> {
         // An error in one output must not lose the other.
         let recorded = self.recording.as_mut().map_or(Ok(()), |recording| {
@@ -190,7 +190,7 @@ impl<'a> Report<'a> {
     }
 
     /// Reports a panel's camera estimates from all frames; in JSON the panel's last object.
-    pub fn learnt(&mut self, panel: usize, learnt: &Learnt) -> anyhow::Result<()> {
+    pub fn learnt(&mut self, panel: usize, learnt: &CameraEstimate) -> anyhow::Result<()> {
         if self.as_json {
             return output::json(&serde_json::json!({ "panel": panel, "camera": learnt::as_json(learnt) }));
         }
@@ -269,7 +269,14 @@ impl<'a> Report<'a> {
         Ok(())
     }
 
-    fn bits(&self, number: u64, of_panel: &str, reading: &Reading, report: &PanelReport, panel_pose: &PanelPose) -> anyhow::Result<()> {
+    fn bits(
+        &self,
+        number: u64,
+        of_panel: &str,
+        reading: &FrameReading,
+        report: &PanelReport,
+        panel_pose: &PanelPose,
+    ) -> anyhow::Result<()> {
         let (bits, [x, y]) = (reading.detection.bits, reading.corners.centre_px());
         self.print(
             &format!(
@@ -449,8 +456,8 @@ impl<'a> Report<'a> {
     }
 }
 
-/// What a panel shows in a frame, as `--bits` prints it in JSON.
-pub fn reading_json(number: u64, report: &PanelReport, reading: &Reading, panel_pose: &PanelPose) -> serde_json::Value {
+/// A panel's reading in a frame, as `--bits` prints it in JSON.
+pub fn reading_json(number: u64, report: &PanelReport, reading: &FrameReading, panel_pose: &PanelPose) -> serde_json::Value {
     let (turned_deg, is_mirrored) = turned(report.orientation);
     serde_json::json!({
         "frame": number, "panel": report.panel, "bits": reading.detection.bits.to_string(), "symbol": report.symbol,

@@ -14,7 +14,7 @@ use super::view::{Details, Feed};
 use super::watch::Watch;
 use crate::camera::CameraHints;
 use crate::frames::waiting::Moment;
-use crate::options::{self, Shared};
+use crate::options::{self, SharedOptions};
 use crate::output::Verdict;
 use crate::recording::Recording;
 
@@ -36,7 +36,7 @@ impl<'a> Session<'a> {
     pub fn new(
         arguments: &'a Arguments,
         hints: CameraHints,
-        shared: &Shared,
+        shared: &SharedOptions,
         total: Option<u64>,
         is_live: bool,
         view: Option<Feed>,

@@ -7,8 +7,9 @@ use crate::plot::{Axis, Chart, Drawing, Entry, Line, Mark, Page, Point, Series, 
 
 /// Size of one chart in pixels: width, height.
 const SIZE_PX: (i32, i32) = (560, 420);
-/// Maximum number of charts, and of curves in each; the table has all cells.
+/// Maximum number of charts; the table has all cells.
 const MOST_CHARTS: usize = 4;
+/// Maximum number of curves in a chart.
 const MOST_CURVES: usize = 7;
 /// Minimum rate drawn.
 const LEAST: f64 = 1e-12;

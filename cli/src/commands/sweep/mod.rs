@@ -12,7 +12,7 @@ use anyhow::{Context, bail, ensure};
 use sim::input;
 use studies::sweep::{EXAMPLE, PlanFile, Results, Run, Shard, Sweep};
 
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict};
 use crate::outputs;
 use crate::report::sweep::Report;
@@ -64,7 +64,7 @@ pub struct Arguments {
 }
 
 /// Runs the requested action.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     if let Some(folder) = &arguments.status {
         return status::run(folder, shared.json);
     }
@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
 }
 
 /// Reads the plan from a file; the command line takes precedence.
-fn read(path: &Path, shared: &Shared) -> anyhow::Result<PlanFile> {
+fn read(path: &Path, shared: &SharedOptions) -> anyhow::Result<PlanFile> {
     let text = input::read_text(path, input::TABLE_MAX).with_context(|| format!("cannot read the plan {}", path.display()))?;
     let mut plan = Sweep::from_toml(&path.display().to_string(), &text, &shared.set)?;
     let (asked, planned) = (shared.seed, plan.sweep.seed);

@@ -107,10 +107,10 @@ pub fn run(options: &Options, path: &Path, plan: PlanFile) -> anyhow::Result<Ver
         let sum = submit(&[&after, "--kill-on-invalid-dep=yes"], &merge)?;
         line(&format!("array job {tasks}, merge job {sum}"))?;
     } else {
+        line(&format!("jobs=$(sbatch --parsable {})", quoted(&array)?))?;
         line(&format!(
-            "jobs=$(sbatch --parsable {array})\nsbatch --dependency=afterok:$jobs --kill-on-invalid-dep=yes {merge}",
-            array = quoted(&array)?,
-            merge = quoted(&merge)?
+            "sbatch --dependency=afterok:$jobs --kill-on-invalid-dep=yes {}",
+            quoted(&merge)?
         ))?;
     }
     Ok(Verdict::Yes)

@@ -17,8 +17,9 @@ struct Difference {
     /// As looked up by a transmitter.
     old_l2a: f64,
     new_l2a: f64,
-    /// The reach of each, m, if a table has it; at most the distance at which the panel is found.
+    /// The old ratio's reach, m, if a table has it; at most the distance at which the panel is found.
     old_reach_m: Option<f64>,
+    /// The new ratio's reach, m, likewise.
     new_reach_m: Option<f64>,
 }
 

@@ -17,7 +17,7 @@ use studies::table::TableFile;
 
 use self::regret::Regret;
 use self::transfer::Transfer;
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict, json, line, tell};
 use crate::{outputs, plot, report};
 
@@ -105,7 +105,7 @@ struct CarriedTable {
 }
 
 /// Runs the requested action.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     match &arguments.action {
         Action::Show {
             file: Some(path),

@@ -15,7 +15,7 @@ use super::checked;
 use crate::commands::device::rate;
 use crate::device::table::{pull, push};
 use crate::files;
-use crate::options::{Connection, Port, Shared};
+use crate::options::{Connection, Port, SharedOptions};
 use crate::output::{self, Verdict, line};
 use crate::progress::Progress;
 
@@ -30,7 +30,7 @@ pub struct Transfer {
 
 impl Transfer {
     /// Writes the table, which the transmitter stores and uses.
-    pub fn push(&self, shared: &Shared) -> anyhow::Result<Verdict> {
+    pub fn push(&self, shared: &SharedOptions) -> anyhow::Result<Verdict> {
         let (table, made_for) = self.table(checked)?;
         let mut client = self.port.greet_transmitter()?;
         let mut progress = Progress::new(table.image().len() as u64, "bytes");
@@ -44,7 +44,7 @@ impl Transfer {
     }
 
     /// Reads the transmitter's current table.
-    pub fn pull(&self, shared: &Shared) -> anyhow::Result<Verdict> {
+    pub fn pull(&self, shared: &SharedOptions) -> anyhow::Result<Verdict> {
         if let Some(path) = &self.file {
             ensure!(
                 !path.is_file() || is_pulled(path),
@@ -70,7 +70,7 @@ impl Transfer {
     }
 
     /// Checks that the transmitter uses this table.
-    pub fn verify(&self, shared: &Shared) -> anyhow::Result<Verdict> {
+    pub fn verify(&self, shared: &SharedOptions) -> anyhow::Result<Verdict> {
         let (wanted, made_for) = self.table(|path| Ok(TableFile::read_with_table(path)?))?;
         let mut client = self.port.greet_transmitter()?;
         let found = pull(&mut client).with_context(|| self.port.name())?;
@@ -119,7 +119,7 @@ impl Transfer {
         }
     }
 
-    fn report(&self, table: &L2aTable, shared: &Shared, what: &str) -> anyhow::Result<Verdict> {
+    fn report(&self, table: &L2aTable, shared: &SharedOptions, what: &str) -> anyhow::Result<Verdict> {
         let (rows, columns) = (table.illuminances_lx().len(), table.intervals().len());
         if shared.json {
             output::json(&json!({
@@ -139,7 +139,7 @@ impl Transfer {
     }
 }
 
-/// Warnings if the transmitter's illuminance or LED interval is outside the table, of which it then uses the nearest entry.
+/// Warnings if the transmitter's illuminance or LED interval is outside the table: it then uses the nearest entry.
 fn outside(table: &L2aTable, client: &mut Connection) -> Vec<String> {
     let light = client.ask(&Request::Status, |answer| match answer {
         Answer::Status(status) => Some(status.illuminance_lx.map(|lux| lux.to_num())),

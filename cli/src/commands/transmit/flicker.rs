@@ -10,7 +10,7 @@ use studies::flicker::{Flicker, Measures, Practice, Spectrum, Visibility, manche
 
 use super::chart;
 use crate::numbers::digits;
-use crate::options::{Shared, number_in};
+use crate::options::{SharedOptions, number_in};
 use crate::output::{self, Verdict, line};
 use crate::{outputs, plot};
 
@@ -143,7 +143,7 @@ pub fn run(
     carrier_cycles: Option<u32>,
     message: Option<&[u8]>,
     file: Option<PathBuf>,
-    shared: &Shared,
+    shared: &SharedOptions,
 ) -> anyhow::Result<Verdict> {
     let stem = options.plot.as_deref();
     outputs::check(stem.map(plot::files_of).into_iter().flatten(), file)?;

@@ -64,8 +64,9 @@ mod tests {
         Idle,
         /// It sends bits, the next ones first; then it listens for an acknowledgement, and sends the byte after it if there is one.
         Sends(Vec<bool>),
-        /// It acknowledges a byte that it received, and waits for the next one, of which this many bits are missing.
+        /// It acknowledges a byte that it received.
         Acknowledges,
+        /// It waits for this many bits of a byte.
         Receives(u32),
         /// It is broken.
         Shorted,

@@ -37,8 +37,8 @@ impl embedded_hal::i2c::Error for BusError {
 
 /// A bus for blocking drivers. It is used at the lowest priority level, so everything else continues while it waits.
 ///
-/// Each transfer frees the bus and sets the controller up anew, because a chip may hold the data line at any time: a reset or a disturbance
-/// may have taken a clock from it while it was being read.
+/// Each transfer frees the bus and sets the controller up again, because a chip may hold the data line at any time: a reset or a
+/// disturbance may have taken a clock from it while it was being read.
 pub struct Bus<I> {
     controller: Peri<'static, I2C0>,
     clock: Peri<'static, PIN_5>,

@@ -83,9 +83,9 @@ impl Head {
     }
 }
 
-impl From<receiver::Reading> for RegionReading {
-    fn from(reading: receiver::Reading) -> Self {
-        let receiver::Reading { corners, detection } = reading;
+impl From<receiver::FrameReading> for RegionReading {
+    fn from(reading: receiver::FrameReading) -> Self {
+        let receiver::FrameReading { corners, detection } = reading;
         let mut soft = [[0; SIDE]; SIDE];
         soft.as_flattened_mut().copy_from_slice(&detection.soft.0);
         Self {

@@ -15,7 +15,7 @@ mod host;
 mod stack;
 
 use cortex_m_semihosting::hio;
-use link::framing::{Signature, Signed};
+use link::framing::{Signature, SignedPayload};
 use rx_pipeline::standalone::Trust;
 
 use cases::{BYTES, Case, Head, Report, START};
@@ -39,7 +39,7 @@ fn judge() -> Option<()> {
     for _ in 0..head.cases {
         let (case, rest) = postcard::take_from_bytes::<Case<'_>>(cases).ok()?;
         cases = rest;
-        let signed = Signed {
+        let signed = SignedPayload {
             message: case.message,
             signature: Signature::from_bytes(case.signature.try_into().ok()?),
         };

@@ -23,7 +23,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 /// The mode that the camera is set to.
 pub const MODE: Mode = if cfg!(feature = "rp2040") { Mode::BINNED } else { Mode::QVGA };
-/// What the receiver must know about it.
+/// The properties of that mode that the receiver must know.
 pub const CAMERA_MODE: CameraMode = MODE.camera_mode();
 const WORDS: usize = CAMERA_MODE.width * CAMERA_MODE.height / 4;
 /// The time limit of a frame.

@@ -48,10 +48,10 @@ use crate::{
     reader::Reader,
 };
 
-/// Symbol rate of a panel in thousandths of a hertz. It is not a simple fraction of the frame rate, so that exposures meet changes of
-/// symbols only now and then.
+/// Symbol rate of a panel in thousandths of a hertz. It is not a simple fraction of the frame rate, so that exposures catch changes of
+/// symbols only occasionally.
 const SYMBOL_MILLIHERTZ: u32 = if cfg!(feature = "rp2040") { 9_000 } else { 20_400 };
-/// The public keys that are trusted: what `vocc keys show` prints, from the environment of the build. Without it there are none.
+/// The trusted public keys, as `vocc keys show` prints them, from the environment of the build; without it there are none.
 const TRUSTED: Option<&str> = option_env!("VOCC_TRUST");
 /// A camera that sends no whole frame for this long is set up again.
 const PATIENCE: Duration = Duration::from_secs(1);

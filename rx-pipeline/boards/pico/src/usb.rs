@@ -62,7 +62,7 @@ async fn speak(mut port: Sender<'static, Driver>) {
     }
 }
 
-/// Writes a packet. If nothing follows a full packet, an empty one tells the computer so.
+/// Writes a packet. If nothing follows a full packet, an empty one marks the end.
 async fn write_packet(port: &mut Sender<'static, Driver>, bytes: &[u8]) -> Result<(), EndpointError> {
     port.write_packet(bytes).await?;
     if bytes.len() == PACKET && OUTGOING.is_empty() {

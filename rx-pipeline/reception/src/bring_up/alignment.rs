@@ -11,15 +11,15 @@ use rx_pipeline::detect::otsu_threshold;
 const RUN_MIN: usize = 3;
 /// Minimum share of the mean change per pair that all pairs have in common.
 const AGREEMENT_MIN: f32 = 0.3;
-/// Minimum change of a pair, relative to the mean pair: a pair of which one panel was not shown has half.
+/// Minimum change of a pair, relative to the mean pair: a pair with a panel that was not shown has half.
 const PAIR_MIN: f32 = 0.7;
 
-/// Maximum error of the end of the steps that dim, in steps.
+/// Maximum error in the end of the steps that dim, in steps.
 const ENDS_OFF_MAX: f32 = 1.5;
 
 /// The pictures of the steps: for each, the mean of the frames that show it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Aligned {
+pub struct StepPictures {
     /// The pictures of the steps that name the LEDs.
     pub codes: Vec<Vec<f32>>,
     /// The pictures of the steps that dim; none if the frames end before.
@@ -34,7 +34,7 @@ struct Run {
 }
 
 /// Finds the steps among `frames`, each of which has the levels of the same pixels; none if the frames do not contain them.
-pub fn align(frames: &[Vec<f32>]) -> Option<Aligned> {
+pub fn align(frames: &[Vec<f32>]) -> Option<StepPictures> {
     let singles = (0..frames.len()).map(|start| Run { start, end: start + 1 }).collect();
     [runs(frames), singles]
         .into_iter()
@@ -44,7 +44,7 @@ pub fn align(frames: &[Vec<f32>]) -> Option<Aligned> {
 }
 
 /// The steps in `runs`, and how well they agree.
-fn best(frames: &[Vec<f32>], runs: &[Run]) -> Option<(f32, Aligned)> {
+fn best(frames: &[Vec<f32>], runs: &[Run]) -> Option<(f32, StepPictures)> {
     let pictures: Vec<Vec<f32>> = runs.iter().map(|run| mean(frames, run.inner())).collect();
     let windows = pictures.windows(CODES).enumerate();
     let (changed, first) = windows
@@ -59,7 +59,7 @@ fn best(frames: &[Vec<f32>], runs: &[Run]) -> Option<(f32, Aligned)> {
     let (begin, end) = (runs[first + 1].start, runs[first + CODES - 1].end);
     let step = (end - begin) as f32 / (2 * PAIRS) as f32;
     let ramp = ramp_runs(&runs[first + CODES..], end, step).map(|run| (run.end <= frames.len()).then(|| mean(frames, run)));
-    let aligned = Aligned {
+    let aligned = StepPictures {
         codes: codes.to_vec(),
         ramp: ramp.into_iter().collect(),
     };

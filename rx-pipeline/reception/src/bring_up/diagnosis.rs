@@ -1,4 +1,4 @@
-//! Levels of LEDs in the test panels → what is wrong.
+//! Diagnoses a panel from the levels of its LEDs in the test panels.
 //!
 //! Each place names the LED whose bits it shows, by the signs of its six differences. The whole panel comes first: its rotation and shift
 //! are those that leave the fewest LEDs at a wrong place. The remaining faults are reported by row, by column and by LED.
@@ -6,7 +6,7 @@
 use link::orientation::Orientation;
 use link::panel::{LEDS, SIDE};
 
-use super::{PAIRS, RAMP_PANEL, Reading};
+use super::{PAIRS, RAMP_PANEL, StepLevels};
 use crate::bring_up::Finding;
 
 /// Minimum difference in each pair, as a share of the LED's greatest, for an LED that follows all pairs.
@@ -24,7 +24,7 @@ const INVERTED_MIN: f32 = 1.02;
 
 /// The observed state of a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Shown {
+enum PlaceState {
     /// An LED's bits, or their complements.
     Led {
         led: usize,
@@ -39,10 +39,10 @@ enum Shown {
     Lit,
 }
 
-use Shown::{Dark, Led, Lit, Several};
+use PlaceState::{Dark, Led, Lit, Several};
 
 /// The faults of a panel; empty if all LEDs work.
-pub fn diagnose(reading: &Reading) -> Vec<Finding> {
+pub fn diagnose(reading: &StepLevels) -> Vec<Finding> {
     let shown = shown(reading);
     let dimming = dimming(reading, &shown);
     if !shown.iter().any(|shown| matches!(shown, Led { .. } | Several { .. })) {
@@ -75,12 +75,12 @@ pub fn diagnose(reading: &Reading) -> Vec<Finding> {
 }
 
 /// The number of places that show the bits of several LEDs.
-pub(super) fn of_several(reading: &Reading) -> usize {
+pub(super) fn of_several(reading: &StepLevels) -> usize {
     shown(reading).iter().filter(|shown| matches!(shown, Several { .. })).count()
 }
 
 /// The state of each place.
-fn shown(reading: &Reading) -> [Shown; LEDS] {
+fn shown(reading: &StepLevels) -> [PlaceState; LEDS] {
     let differences: [[f32; PAIRS]; LEDS] =
         std::array::from_fn(|place| std::array::from_fn(|pair| reading.pairs[pair][0][place] - reading.pairs[pair][1][place]));
     let strengths = differences.map(|pairs| pairs.into_iter().fold(0.0, |most: f32, by| most.max(by.abs())));
@@ -133,10 +133,9 @@ pub(super) fn median(values: impl IntoIterator<Item = f32>) -> Option<f32> {
 }
 
 /// The fault of the dimming, if it has one.
-fn dimming(reading: &Reading, shown: &[Shown; LEDS]) -> Option<Finding> {
+fn dimming(reading: &StepLevels, shown: &[PlaceState; LEDS]) -> Option<Finding> {
     let ramp = reading.ramp.as_ref()?;
-    // How much brighter the lit LEDs of the panel are than the others, at the places that were recognised, or, if there are none, at the
-    // nominal ones.
+    // The excess brightness of the panel's lit LEDs over the others, at the recognised places, or, if there are none, at the nominal ones.
     let any_is_known = shown.iter().any(|shown| matches!(shown, Led { .. }));
     let sign = |place: usize| match shown[place] {
         Led { led, is_inverted } => Some(RAMP_PANEL.led(led) != is_inverted),
@@ -171,13 +170,13 @@ fn dimming(reading: &Reading, shown: &[Shown; LEDS]) -> Option<Finding> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Placement {
     orientation: Orientation,
-    /// The number of LEDs by which bits are too far along the chain.
+    /// The number of LEDs by which bits have moved too far along the chain.
     shift: i8,
 }
 
 impl Placement {
     /// The placement that has the most LEDs at their places; of equal ones, the simplest.
-    fn of(shown: &[Shown; LEDS]) -> Self {
+    fn of(shown: &[PlaceState; LEDS]) -> Self {
         let shifts = (0..=LEDS as i8 / 2).flat_map(|by| if by == 0 { vec![0] } else { vec![by, -by] });
         let mut best = (
             0,
@@ -209,14 +208,14 @@ impl Placement {
 /// Rows, columns and LEDs, once the placement of the whole panel is known.
 struct Local {
     /// The observed states, indexed by the LED that belongs at the place.
-    shown: [Shown; LEDS],
+    shown: [PlaceState; LEDS],
     is_complemented: bool,
     /// LEDs that are already covered by a finding.
     is_done: [bool; LEDS],
 }
 
 /// The state that all LEDs of a line have in common, and the finding for such a line.
-type LineFinding = (Shown, fn(usize) -> Finding);
+type LineFinding = (PlaceState, fn(usize) -> Finding);
 
 /// The row whose bits a row shows, and whether it shows them from right to left.
 type RowShown = (usize, bool);
@@ -230,7 +229,7 @@ fn reversed(column: usize, is_reversed: bool) -> usize {
 }
 
 impl Local {
-    fn new(shown: &[Shown; LEDS], placement: Placement, is_complemented: bool) -> Self {
+    fn new(shown: &[PlaceState; LEDS], placement: Placement, is_complemented: bool) -> Self {
         Self {
             shown: std::array::from_fn(|led| shown[placement.place_of(led)]),
             is_complemented,
@@ -271,7 +270,7 @@ impl Local {
         for line in 0..SIDE {
             let leds: Vec<usize> = (0..SIDE).map(|along| led(line, along)).filter(|&led| !self.is_done[led]).collect();
             for (state, finding) in states {
-                // The LEDs that no earlier finding covers stand for the line only if they are most of it.
+                // The LEDs that no earlier finding covers represent the line only if they are most of it.
                 if leds.len() > SIDE / 2 && leds.iter().all(|&led| self.shown[led] == state) {
                     findings.push(finding(line));
                     leds.iter().for_each(|&led| self.is_done[led] = true);
@@ -352,7 +351,7 @@ fn most_of<C: Copy>(all: usize, usual: C, candidates: impl Iterator<Item = C>, c
     let mut best = (count(&usual), usual);
     for candidate in candidates {
         let votes = count(&candidate);
-        // One or two LEDs do not stand for a line.
+        // One or two LEDs do not represent a line.
         if votes > best.0 && votes >= 3 && 2 * votes > all {
             best = (votes, candidate);
         }
@@ -377,7 +376,7 @@ fn tell_moved(shown: &[usize; SIDE], swapped: fn([usize; 2]) -> Finding, shows: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bring_up::{Aligned, CODES, RAMP, walk};
+    use crate::bring_up::{CODES, RAMP, StepPictures, walk};
     use link::panel::PanelFrame;
     use properties::prelude::*;
 
@@ -386,8 +385,8 @@ mod tests {
 
     const DUTY: f32 = 0.2;
 
-    /// The reading of a panel with those faults, applied in turn, if `light` gives the light at a duty.
-    fn read(faults: &[Fault<'_>], light: impl Fn(f32) -> f32) -> Reading {
+    /// The levels of a panel with those faults, applied in turn, if `light` gives the light at a duty.
+    fn read(faults: &[Fault<'_>], light: impl Fn(f32) -> f32) -> StepLevels {
         let pictures: Vec<Vec<f32>> = walk()
             .take(CODES + RAMP.len())
             .map(|step| {
@@ -399,11 +398,11 @@ mod tests {
                 shares.iter().enumerate().map(|(led, &on)| level(led, on)).collect()
             })
             .collect();
-        let aligned = Aligned {
+        let aligned = StepPictures {
             codes: pictures[..CODES].to_vec(),
             ramp: Some(pictures[CODES..].to_vec()),
         };
-        Reading::of_levels(&aligned, 4.0).unwrap()
+        StepLevels::of_levels(&aligned, 4.0).unwrap()
     }
 
     fn found(faults: &[Fault<'_>]) -> Vec<Finding> {

@@ -2,7 +2,7 @@
 
 use super::diagnosis::{median, of_several};
 use super::lattice::{Lattice, Spots};
-use super::{Aligned, Reading, align};
+use super::{StepLevels, StepPictures, align};
 
 /// The smallest difference that counts, in grey levels.
 const VISIBLE_GREY: f32 = 4.0;
@@ -230,7 +230,7 @@ impl Film {
     ///
     /// # Errors
     /// [`FilmError`] if the steps or the LEDs are not found.
-    pub fn read(&self) -> Result<Reading, FilmError> {
+    pub fn read(&self) -> Result<StepLevels, FilmError> {
         let aligned = align(&self.frames).ok_or(FilmError::NoSteps)?;
         let spots = Spots::of(&aligned.codes, self.region.size()[0], VISIBLE_GREY);
         let lattice = Lattice::through(&spots).ok_or(FilmError::NoLattice(spots.count()))?;
@@ -238,11 +238,11 @@ impl Film {
             return Err(FilmError::Cut);
         }
         let levels = |picture: &Vec<f32>| lattice.levels(picture, self.region.size());
-        let by_place = Aligned {
+        let by_place = StepPictures {
             codes: aligned.codes.iter().map(levels).collect(),
             ramp: aligned.ramp.map(|ramp| ramp.iter().map(levels).collect()),
         };
-        let reading = Reading::of_levels(&by_place, VISIBLE_GREY).ok_or(FilmError::NoSteps)?;
+        let reading = StepLevels::of_levels(&by_place, VISIBLE_GREY).ok_or(FilmError::NoSteps)?;
         let [off, on] = lattice.seen().fold([vec![], vec![]], |[mut off, mut on], place| {
             let [one, other] = reading.pairs[0].map(|levels| levels[place]);
             off.push(one.min(other));
@@ -262,7 +262,7 @@ impl Film {
         if blurred > BLURRED_MAX {
             return Err(FilmError::Blurred(blurred));
         }
-        Ok(Reading {
+        Ok(StepLevels {
             offsets: lattice.offsets(),
             ..reading
         })

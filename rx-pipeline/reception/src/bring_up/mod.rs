@@ -4,7 +4,7 @@
 //! walk ── a transmitter shows it, a camera films it ──▶ frames
 //!                                                         │  film: where the panel is, which frames show which step
 //!                                                         ▼
-//!                                                      Reading: each LED's level in each step
+//!                                                      StepLevels: each LED's level in each step
 //!                                                         │  diagnosis
 //!                                                         ▼
 //!                                                      Findings, each with the wire that it points to
@@ -22,7 +22,7 @@ mod lattice;
 
 use link::panel::{LEDS, PanelFrame, SIDE};
 
-pub use alignment::{Aligned, align};
+pub use alignment::{StepPictures, align};
 pub use diagnosis::diagnose;
 pub use film::{Activity, Film, FilmError, Region};
 pub use finding::{Finding, Kit};
@@ -103,7 +103,7 @@ fn code(pair: usize) -> u64 {
 
 /// The level of each place of the panel in the steps, row by row as the camera sees it, in any unit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
+pub struct StepLevels {
     /// Levels with all LEDs Off.
     pub dark: [f32; LEDS],
     /// Levels with a panel and with its complement.
@@ -116,9 +116,9 @@ pub struct Reading {
     pub visible: f32,
 }
 
-impl Reading {
-    /// A reading without displacements, from the pictures of the steps, each of which has one level per place.
-    pub fn of_levels(aligned: &Aligned, visible: f32) -> Option<Self> {
+impl StepLevels {
+    /// Levels without displacements, from the pictures of the steps, each of which has one level per place.
+    pub fn of_levels(aligned: &StepPictures, visible: f32) -> Option<Self> {
         let levels = |picture: &[f32]| <[f32; LEDS]>::try_from(picture).ok();
         let codes: Vec<[f32; LEDS]> = aligned.codes.iter().map(|picture| levels(picture)).collect::<Option<_>>()?;
         let ramp = aligned.ramp.as_ref().and_then(|ramp| {

@@ -52,11 +52,11 @@ impl Split {
 /// Finds the line that splits a reading: its `bits` above the line, or below it if the camera reads upwards, are those of the symbol
 /// `before`, and the others of another symbol.
 ///
-/// Until the direction of reading is known, one mistake leads to the next. If few rows of the last frame were the end of a symbol, and this
-/// went unnoticed, these few differ in the next frame, as if that began another symbol. The evidence in the last frame decides between
-/// both, unless the change itself caught a row: then that frame has more `noise` than this one. A film's first frame gives no evidence, and
-/// the camera counts as reading from above, as nearly all do. For a camera that reads from below and whose every second frame shows a
-/// change, the delay must be configured.
+/// Until the direction of reading is known, one mistake leads to the next. If a few rows of the last frame were the end of a symbol, and
+/// this went unnoticed, these rows differ in the next frame, as if that frame began another symbol. The evidence in the last frame decides
+/// between the two directions, unless the change itself caught a row: then that frame has more `noise` than this one. A film's first frame
+/// gives no evidence, and the camera counts as reading from above, as nearly all do. If a camera reads from below and every second frame
+/// shows a change, the delay must be configured.
 pub(super) fn split(bits: PanelFrame, before: &SoftPanel, noise: f32, delay: &mut LineDelay, rows: &Rows) -> Option<Split> {
     let is_second = *before != SoftPanel::ERASED;
     let was_second = core::mem::replace(&mut delay.is_second, is_second);

@@ -17,7 +17,7 @@ fn read_by_lines(detector: &mut MaximumLikelihood<16384>, share: f32, growth: f3
     found.unwrap().mixed
 }
 
-/// The LEDs with non-zero soft values, and how many of them are wrong.
+/// The number of LEDs with non-zero soft values, and of the wrong ones among them.
 fn told(soft: &SoftPanel, bits: u64) -> [u32; 2] {
     let sure = (0..64).filter(|&led| soft.0[led].unsigned_abs() > 8);
     let sure = sure.fold(0u64, |sure, led| sure | 1 << led);

@@ -1,5 +1,5 @@
-//! Does the lattice continue? A panel ends on all four sides. Boards of lamps, dot-matrix signs, windows and the modules of a code continue
-//! on the same lattice.
+//! Detects lattices that continue. A panel ends on all four sides. Boards of lamps, dot-matrix signs, windows and the modules of a code
+//! continue on the same lattice.
 //!
 //! At an LED the light is curved along rows and along columns; the LEDs found give the amount for this camera. Each place on the lattice,
 //! up to [`LINES`] lines beyond it, with the same curvature counts as one more LED. Edges, gradients and textures of another size rarely
@@ -15,7 +15,7 @@ use link::panel::{LEDS, SIDE};
 const LINES: i32 = 4;
 /// A place counts as a further LED if it differs from the usual one by less (share of the step from Off to On). Higher: more by chance.
 const JUST_LIKE: f32 = 0.3;
-/// And if its curvature is at least this part of the usual one (share).
+/// Its curvature must also be at least this part of the usual one (share).
 const LEAST_SHARE: f32 = 0.5;
 /// On LEDs are the reference if their curvature exceeds this (share of the step from Off to On). Otherwise Off LEDs are, as on a white
 /// board or in merged spots.

@@ -16,12 +16,13 @@ use link::panel::LEDS;
 /// The allowed residual from noise (multiple of the camera's noise): a single frame shows the background behind the panel too, but its
 /// noise is better known. Higher: more false positives.
 const EXCUSED_NOISE: [f32; 2] = [1.15, 1.0];
-/// The allowed residual beside (share of the signal's energy). Higher: more false positives; lower: panels seen askew are lost.
+/// The allowed residual in addition to noise (share of the signal's energy). Higher: more false positives; lower: panels seen askew are
+/// lost.
 const EXCUSED_SIGNAL: [f32; 2] = [0.07, 0.07];
 /// The same for LEDs of two clear brightnesses in the change between two frames and within a board: discs under a sharp lens, sharpening,
 /// codecs and white make spots that are not quite Gaussian. It grows in proportion to the distinctness.
 const EXCUSED_IF_DISTINCT: f32 = 0.17;
-/// The limit of that.
+/// The greatest residual allowed in this way.
 const EXCUSED_MOST: f32 = 0.3;
 /// The greatest residual of a lattice in the change between two frames that later sightings may confirm (multiple of the allowed one).
 /// Higher: lenses and codecs of other kinds pass, and more false positives are remembered.
@@ -29,7 +30,7 @@ const MOST_MISFIT: f32 = 2.5;
 /// LEDs are distinct if the step from Off to On is greater (multiple of the standard deviation among LEDs of one state). 64 evenly spread
 /// brightnesses, cut in two halves, have 3.5. Higher: panels of unequal LEDs wait for other frames.
 pub(super) const DISTINCT: f32 = 7.5;
-/// The energy that the spots explain, at least (ratio to noise): such clear LEDs are no accident. Higher: faint panels wait for other
+/// The energy that the spots explain, at least (ratio to noise): such clear LEDs are not due to chance. Higher: faint panels wait for other
 /// frames.
 const LEAST_EXPLAINED: [f32; 2] = [700.0, 4000.0];
 /// The same for the dimmest outer line of LEDs (ratio to noise): below, the lattice may be off by a line.
@@ -52,7 +53,7 @@ const MOST_DARK_EDGES: usize = 1;
 const FARTHEST_REPEAT: u32 = 4;
 /// The darkest Off LEDs relative to the ground, without a board and with one (share of the step from Off to On).
 const DARKEST_OFF: [f32; 2] = [-0.3, -1.0];
-/// Pitch along rows over pitch along columns (ratio): seen from up to 40° aside.
+/// Pitch along rows over pitch along columns (ratio): seen from up to 40° to the side.
 const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
 /// Tolerance before the fit on the counts of On LEDs and of differing neighbours, and on the aspect (ratio), because the fit changes them.
 /// Higher: slower; lower: panels whose pose is not yet right are missed.

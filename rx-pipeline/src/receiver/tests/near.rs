@@ -61,7 +61,7 @@ fn aside([x, y]: [f32; 2], pitch: f32, tilt: f32) -> Corners {
 }
 
 /// The first reading of a panel that always shows the same bits, and the number of its frame.
-fn first_reading(size: [usize; 2], truth: &Corners, bits: u64) -> (u64, Reading) {
+fn first_reading(size: [usize; 2], truth: &Corners, bits: u64) -> (u64, FrameReading) {
     let pixels = draw(size, truth, bits);
     let frame = Frame::new(&pixels, size[0], size[1]).unwrap();
     let mut receiver = receiver_of(size[0], size[1]);

@@ -1,8 +1,8 @@
 //! Walker's alias method, with eight random bits if they suffice.
 //!
 //! A distribution over N levels becomes N equally likely columns, each of which holds a part of its own level and is filled by one other
-//! (Walker 1977). A column is split at a 40-bit position. Eight random bits decide on the side of a draw, except in the one case in 256 in
-//! which they equal its upper eight bits; then 32 more bits are drawn. So a draw costs 8 bits and those of the column, and a probability is
+//! (Walker 1977). A column is split at a 40-bit position. Eight random bits decide on the side of a draw, unless they equal the position's
+//! upper eight bits, once in 256 draws; then 32 more bits are drawn. So a draw costs 8 bits and those of the column, and a probability is
 //! off by at most 2⁻⁴⁰.
 
 use rand::Rng;
@@ -15,7 +15,7 @@ pub struct Column {
     part: u8,
     /// The level that fills the column.
     other: u8,
-    /// The XOR of the column's own level and that.
+    /// The XOR of the column's own level and `other`.
     change: u8,
 }
 

@@ -74,7 +74,7 @@ impl Scale {
         let root = (linear * self.electrons_per_linear + self.variance).sqrt();
         let root = if root < self.white { root } else { self.white };
         let position = ((root - self.deviation) * self.knots_per_root).min(self.last);
-        // Half a knot below, the nearest integer is the knot below; beside a knot it may be either one.
+        // From half a knot below, the nearest integer is the knot below; beside a knot it may be either one.
         let knot = nearest(position.max(0.5) - 0.5);
         let step = 1.0 / self.knots_per_root;
         let below = knot as f32 * step + self.deviation;
@@ -168,7 +168,7 @@ impl PixelNoise {
     }
 }
 
-/// The distribution of [`PixelNoise`], for draws by quantiles, which change little if the light does.
+/// The distribution of [`PixelNoise`], for draws by quantile: such a draw changes little if the light changes little.
 #[derive(Clone, Debug)]
 pub struct PixelLaw {
     scale: Scale,

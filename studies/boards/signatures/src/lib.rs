@@ -11,10 +11,10 @@ pub struct Signed {
     pub signature: [u8; 64],
 }
 
-/// As many bytes as are signed for a message of 48.
+/// As many bytes as are signed for a message of 48 bytes.
 pub const MESSAGE: [u8; 68] = *b"vocc message 1 and what follows it, in as many bytes as are signed. ";
 
-/// The first bytes of the first key's signature, which all crates make alike.
+/// The first bytes of the first key's signature, which is the same for all crates.
 const FIRST: [u8; 8] = 0x0f07_80c0_ad6c_08d3_u64.to_be_bytes();
 
 /// Signs with several keys, verifies the signatures, and sleeps. A wrong result ends in a panic, which never sleeps.

@@ -10,7 +10,7 @@ use super::trend::{bvar, curve, least_rise, percent, wvar};
 use crate::interpolation::{interpolated, reaches};
 use crate::statistics::Estimate;
 
-/// The tolerance on that, in L2A.
+/// The tolerance on [`BVAR_LEVELS_OFF_L2A`].
 const NEAR: f64 = 0.3;
 /// The share of its greatest value at which Bvar counts as levelled off.
 const LEVEL: f64 = 0.9;

@@ -13,13 +13,13 @@ use crate::frames::files;
 use crate::frames::film;
 use crate::frames::foreign;
 use crate::frames::picture::PictureReader;
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict, line};
 use crate::progress::Progress;
 use crate::stop::{Input, stop};
 
 /// Reads the frames twice: first to locate the panel, then to diagnose it.
-pub fn run(source: &Path, kit: Kit, pixels: PixelArguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(source: &Path, kit: Kit, pixels: PixelArguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let name = source.display().to_string();
     ensure!(
         source.exists(),
@@ -111,7 +111,7 @@ fn each_frame(source: &Path, pixels: PixelArguments, mut take: impl FnMut(&[u8],
     Ok(())
 }
 
-fn report(name: &str, findings: &[Finding], is_duty_seen: bool, kit: Kit, shared: &Shared) -> anyhow::Result<Verdict> {
+fn report(name: &str, findings: &[Finding], is_duty_seen: bool, kit: Kit, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     if shared.json {
         let findings: Vec<Value> = findings.iter().map(|finding| as_json(finding, kit)).collect();
         output::json(&json!({ "source": name, "found": true, "why": null, "duty_seen": is_duty_seen, "findings": findings }))?;

@@ -15,7 +15,7 @@ use super::reading::{asked_reading, reading_as_json, reading_in_short};
 use super::{Message, as_json, asked_message, asked_status, message_as_json, short, text};
 use crate::commands::device::Watch;
 use crate::device::Client;
-use crate::options::{Connection, Shared};
+use crate::options::{Connection, SharedOptions};
 use crate::output::{self, Verdict, line};
 use crate::stop::stop;
 
@@ -25,7 +25,7 @@ const POLL: Duration = Duration::from_millis(250);
 const NAP: Duration = Duration::from_millis(50);
 
 /// Prints a line about the receiver at each interval, and each message and each verdict once, as it arrives. Earlier ones are not printed.
-pub fn watch(client: Connection, arguments: &Watch, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn watch(client: Connection, arguments: &Watch, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let Watch { port, count, readings, .. } = arguments;
     let (stop, name) = (stop(), port.name());
     let client = &mut client.receiver().with_context(|| name.clone())?;
@@ -106,7 +106,7 @@ fn tell_json(status: &Status, item: Option<&Item>, reading: Option<&Option<WireR
     output::json(&values)
 }
 
-/// Something new.
+/// A new message or verdict.
 pub(super) enum Item {
     /// A message, and the number of messages between the last printed one and this one, which the receiver no longer keeps.
     Message(Message, u32),

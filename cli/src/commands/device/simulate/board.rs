@@ -27,11 +27,9 @@ const IDENTITY: Identity = Identity {
 pub struct Symbol {
     /// The time since the start.
     pub at: Duration,
-    /// Which LEDs are On.
     pub panel: PanelFrame,
     /// The light of an On LED, relative to full light.
     pub light: f64,
-    /// The symbol timing.
     pub timing: SymbolTiming,
 }
 

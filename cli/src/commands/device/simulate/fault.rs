@@ -5,7 +5,6 @@ use link::panel::{LEDS, PanelFrame, SIDE};
 
 use super::board::Symbol;
 
-/// A fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The wires of two LEDs are exchanged.

@@ -45,7 +45,6 @@ impl FrameSink {
         })
     }
 
-    /// A pipe.
     pub fn pipe(path: &Path) -> anyhow::Result<Self> {
         let pipe = File::options().write(true).open(path);
         let pipe = pipe.with_context(|| format!("cannot write {}", path.display()))?;

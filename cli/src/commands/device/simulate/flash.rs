@@ -44,7 +44,7 @@ impl Flash {
     /// The memory in a file, which is created if it does not exist.
     ///
     /// # Errors
-    /// If the file is no such memory, cannot be read and written, or is used by another board.
+    /// If the file does not hold such a memory, cannot be read and written, or is used by another board.
     pub fn in_file(path: &Path) -> anyhow::Result<Self> {
         let is_file = files::check(path)?;
         ensure!(

@@ -9,7 +9,6 @@ const SATURATED_LX: f64 = 83_865.6;
 /// The state of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Health {
-    /// It works.
     Works,
     /// Nothing answers on the bus.
     Missing,
@@ -22,9 +21,7 @@ pub enum Health {
 pub struct LightSensor {
     /// The light, lx.
     pub illuminance_lx: f64,
-    /// The state.
     pub health: Health,
-    /// The last reading.
     last: LightSample,
     conversions: u16,
 }

@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 
-use crate::options::Shared;
+use crate::options::SharedOptions;
 use crate::output::{self, Verdict};
 use crate::outputs;
 use crate::stop::stop;
@@ -98,7 +98,7 @@ impl Clock {
 }
 
 /// Serves until a signal, the film's last frame or, if the film has no limit, the end of standard input.
-pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
+pub fn run(arguments: &Arguments, shared: &SharedOptions) -> anyhow::Result<Verdict> {
     let mut scene = shared.scene(&arguments.scene)?;
     if let Some(lux) = arguments.light_lx {
         scene.ambient.illuminance_lx = lux;
@@ -179,7 +179,7 @@ pub fn run(arguments: &Arguments, shared: &Shared) -> anyhow::Result<Verdict> {
 }
 
 /// Prints the port's name and, on a terminal, the possible next steps.
-fn announce(arguments: &Arguments, terminal: &Terminal, shared: &Shared) -> anyhow::Result<()> {
+fn announce(arguments: &Arguments, terminal: &Terminal, shared: &SharedOptions) -> anyhow::Result<()> {
     let port = terminal.name();
     if shared.json {
         return output::json(&json!({ "port": port, "link": arguments.link }));

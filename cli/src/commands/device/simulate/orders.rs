@@ -37,7 +37,6 @@ pub enum Order {
 /// The state of standard input.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Input {
-    /// A line.
     Line(String),
     /// No input yet.
     Nothing,

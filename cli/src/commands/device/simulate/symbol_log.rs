@@ -1,4 +1,4 @@
-//! The log of what the LEDs show, symbol by symbol.
+//! The log of the LEDs' states, symbol by symbol.
 
 use std::fs::File;
 use std::io::{BufWriter, IntoInnerError, Write};

@@ -19,7 +19,6 @@ pub struct Terminal {
 }
 
 impl Terminal {
-    /// Opens a new one.
     pub fn open() -> anyhow::Result<Self> {
         Self::opened().context("cannot open a pseudo-terminal")
     }

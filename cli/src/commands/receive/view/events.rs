@@ -9,8 +9,9 @@ use serde_json::{Value, json};
 
 use super::snapshot::Snapshot;
 
-/// Maximum number of different messages, and of remarks, that a new page is shown.
+/// Maximum number of different messages that a new page is shown.
 const MESSAGES_MAX: usize = 64;
+/// Maximum number of remarks that a new page is shown.
 const REMARKS_MAX: usize = 16;
 /// Minimum interval between two frames that are drawn.
 const DRAW_EVERY: Duration = Duration::from_millis(60);
@@ -69,7 +70,7 @@ struct Message {
 
 /// The last event that a page has been shown.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Shown(u64);
+pub struct EventCursor(u64);
 
 /// Events that are new to a page.
 pub struct News {
@@ -107,7 +108,6 @@ impl Events {
 
     // The receiver.
 
-    /// Counts a frame.
     pub fn count(&self, frames: u64) {
         self.frames.store(frames, Ordering::Relaxed);
     }
@@ -121,7 +121,7 @@ impl Events {
         });
     }
 
-    /// Tells what is received.
+    /// Announces the source.
     pub fn source(&self, name: &str, is_live: bool, is_checked: bool) {
         self.change(|state| {
             let source = json!({ "name": name, "is_live": is_live, "is_checked": is_checked });
@@ -152,7 +152,7 @@ impl Events {
             });
             match is_proof {
                 true => message.proof = report.clone(),
-                // It is not proven because an earlier one of the same words was.
+                // This message is not proven just because an earlier one with the same text was.
                 false => {
                     (message.report, message.proof) = (report.clone(), Value::Null);
                     message.times += 1;
@@ -169,7 +169,7 @@ impl Events {
         });
     }
 
-    /// Shows what is also printed on standard error.
+    /// Shows a line that is also printed on standard error.
     pub fn remark(&self, text: &str) {
         self.change(|state| {
             state.remarks.retain(|(other, _)| other != text);
@@ -186,7 +186,7 @@ impl Events {
         self.change(|state| state.latency = latency.clone());
     }
 
-    /// Ends it all, with the reason if it is a fault.
+    /// Ends the events, with the reason if it is a fault.
     pub fn end(&self, why: Option<&str>) {
         self.change(|state| {
             let frames = self.frames.load(Ordering::Relaxed);
@@ -211,7 +211,7 @@ impl Events {
 
     // The thread that draws.
 
-    /// Draws the newest frames for ever, while anybody watches.
+    /// Draws the newest frame again and again while a page is open.
     pub fn draw(&self) {
         loop {
             let nothing = |state: &mut State| state.newest.is_none() || state.watchers == 0;
@@ -241,7 +241,7 @@ impl Events {
     // The pages.
 
     /// Waits up to `patience` for something that was not shown yet, and marks it as shown.
-    pub fn news(&self, shown: &mut Shown, patience: Duration) -> News {
+    pub fn news(&self, shown: &mut EventCursor, patience: Duration) -> News {
         let until = Instant::now() + patience;
         let mut state = self.lock();
         loop {
@@ -296,7 +296,7 @@ mod tests {
 
     use super::*;
 
-    fn texts(events: &Events, shown: &mut Shown) -> Vec<String> {
+    fn texts(events: &Events, shown: &mut EventCursor) -> Vec<String> {
         let news = events.news(shown, Duration::ZERO);
         news.events.iter().map(|text| text.to_string()).collect()
     }
@@ -336,18 +336,18 @@ mod tests {
         let events = Events::default();
         let report = |number: usize| json!({ "panel": 0, "message": format!("line\nend {number}") });
         (0..2 * MESSAGES_MAX).for_each(|number| events.message(&report(number), false));
-        let mut shown = Shown::default();
+        let mut shown = EventCursor::default();
         let first = texts(&events, &mut shown);
         assert_eq!(first.len(), MESSAGES_MAX);
         assert!(first[0].contains(&format!("end {MESSAGES_MAX}\"")), "{}", first[0]);
         // One line each, whatever the text is.
         assert!(first.iter().all(|text| text.trim_end().lines().count() == 2));
         assert_eq!(texts(&events, &mut shown).len(), 0);
-        // Those that are no longer shown count, too.
+        // Messages that are no longer shown count, too.
         let all = Events::default();
         (0..2 * MESSAGES_MAX).for_each(|number| all.message(&report(number), false));
         all.end(None);
-        let end = texts(&all, &mut Shown::default()).pop().expect("an end");
+        let end = texts(&all, &mut EventCursor::default()).pop().expect("an end");
         assert!(end.contains(&format!("\"messages\":{}", 2 * MESSAGES_MAX)), "{end}");
 
         events.message(&report(MESSAGES_MAX + 1), false);
@@ -376,7 +376,7 @@ mod tests {
             events.put(&mut filling);
         }
         events.end(None);
-        let mut shown = Shown::default();
+        let mut shown = EventCursor::default();
         // Nobody has watched, so nothing is drawn yet.
         let news = events.news(&mut shown, Duration::ZERO);
         assert!(news.events.is_empty() && !news.is_end);

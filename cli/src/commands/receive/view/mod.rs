@@ -1,4 +1,4 @@
-//! `--view`: a page on this computer that shows what is received.
+//! `--view`: a page on this computer that shows the reception.
 //!
 //! The receiver hands each frame over in a buffer that is used again, under a lock that is never held while a picture is drawn or sent. One
 //! thread draws the newest frame while a page is open, at most 16 a second, and one thread a connection sends it as Server-Sent
@@ -8,11 +8,11 @@
 //! |---|---|
 //! | `source` | `name`, `is_live`, and `is_checked`: whether signatures are checked |
 //! | `frame` | its number; `panels`, each as `--bits --json` prints it, or `why` it was not read; pictures; the `camera` as learnt |
-//! | `message` | `report` and `proof`, as `--json` prints them, and `times`, how often the message came |
+//! | `message` | `report` and `proof`, as `--json` prints them, and `times`, the number of times that the message arrived |
 //! | `remark` | `text`, as on standard error |
 //! | `end` | `frames`, those in which a panel was `read`, `messages` and `latency`; `why`, if it is a fault |
 //!
-//! The page is the Receive tab of the project's own page (`page/web/receive.html` and the scripts that show what is received), linked into
+//! The page is the Receive tab of the project's own page (`page/web/receive.html` and the scripts that show the reception), linked into
 //! `page` here. That page feeds the tab from a receiver in WebAssembly; this one feeds it from the events, and computes nothing.
 //!
 //! The server listens on 127.0.0.1 alone, answers GET alone, and refuses requests of another host or origin.
@@ -42,8 +42,9 @@ use events::Events;
 pub use snapshot::Details;
 use snapshot::Snapshot;
 
-/// Maximum time for open pages to take the last events; less after Ctrl-C.
+/// Maximum time for open pages to take the last events.
 const LAST_EVENTS: Duration = Duration::from_secs(5);
+/// The same after Ctrl-C.
 const LAST_EVENTS_STOPPED: Duration = Duration::from_millis(200);
 /// Interval between two checks of the stop flag.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -82,7 +83,7 @@ impl ViewArguments {
     }
 
     /// Takes the page's port, if the page is asked for.
-    pub fn open(&self, sources: &[PathBuf]) -> anyhow::Result<Option<View>> {
+    pub fn open(&self, sources: &[PathBuf]) -> anyhow::Result<Option<ViewPage>> {
         let Some(port) = self.view else {
             return Ok(None);
         };
@@ -94,7 +95,7 @@ impl ViewArguments {
             format!("cannot serve the page at 127.0.0.1:{port}: choose another port with --view=PORT, or a free one with --view")
         })?;
         let port = listener.local_addr().context("cannot serve the page")?.port();
-        Ok(Some(View {
+        Ok(Some(ViewPage {
             listener,
             port,
             events: Arc::default(),
@@ -103,13 +104,13 @@ impl ViewArguments {
 }
 
 /// The page's place.
-pub struct View {
+pub struct ViewPage {
     listener: TcpListener,
     port: u16,
     events: Arc<Events>,
 }
 
-impl View {
+impl ViewPage {
     /// Serves the page, prints its address, and returns the receiver's side of it.
     pub fn serve(&self, source: &str, is_live: bool, is_checked: bool) -> anyhow::Result<Feed> {
         self.events.source(source, is_live, is_checked);
@@ -151,7 +152,7 @@ pub struct Feed {
 }
 
 impl Feed {
-    /// Begins a frame, the first of which has number 0.
+    /// Begins a frame. The first one has number 0.
     pub fn begin(&mut self, number: u64) {
         self.events.count(number.saturating_add(1));
         self.filling.begin(number);

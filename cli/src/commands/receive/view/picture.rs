@@ -1,4 +1,4 @@
-//! Pictures small enough to be encoded and sent while frames come.
+//! Pictures small enough to be encoded and sent while frames arrive.
 
 use image::ExtendedColorType;
 use image::codecs::jpeg::JpegEncoder;
@@ -26,7 +26,7 @@ impl Region {
         }
     }
 
-    /// The part of a frame around a panel; `None` if the panel is beside the frame.
+    /// The part of a frame around a panel; `None` if the panel is outside the frame.
     pub fn around(corners: &[[f32; 2]; 4], size: [usize; 2]) -> Option<Self> {
         let low = [0, 1].map(|axis| corners.iter().fold(f32::INFINITY, |low, corner| low.min(corner[axis])));
         let high = [0, 1].map(|axis| corners.iter().fold(f32::NEG_INFINITY, |high, corner| high.max(corner[axis])));

@@ -12,11 +12,11 @@ const REQUEST_MAX: usize = 16 << 10;
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Maximum time for a piece of an answer to be taken.
 const WRITE_PATIENCE: Duration = Duration::from_secs(5);
-/// How much more of a refused request is read, so that its sender reads the answer before the connection is reset.
+/// Maximum rest of a refused request that is read, so that its sender reads the answer before the connection is reset.
 const REST_MAX: usize = 1 << 20;
 const REST_PATIENCE: Duration = Duration::from_millis(300);
 
-/// The page may load only what it is made of, and no other page may hold it.
+/// The page may load only its own parts, and no other page may embed it.
 const HEADERS: &str = "Cache-Control: no-store\r\n\
     Connection: close\r\n\
     Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self'; base-uri 'none'; \

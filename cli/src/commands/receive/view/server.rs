@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use super::events::{Events, Shown};
+use super::events::{EventCursor, Events};
 use super::request::{self, Refusal};
 use crate::loopback::{connections, is_silence};
 
@@ -21,7 +21,7 @@ const SIGN_EVERY: Duration = Duration::from_secs(5);
 
 // All but the shell and the source of the events are files of the project's own page, which are linked here.
 const SHELL: &str = include_str!("page/index.html");
-/// What the shell has in place of the Receive tab.
+/// The line of the shell that the Receive tab replaces.
 const MARK: &str = "<!-- receive -->\n";
 const RECEIVE: &str = include_str!("page/receive.html");
 const STYLE: &str = include_str!("page/style.css");
@@ -60,13 +60,13 @@ fn accept(listener: &TcpListener, port: u16, events: &Arc<Events>) {
         let is_one_too_many = open.fetch_add(1, Ordering::Relaxed) >= CONNECTIONS_MAX;
         let (connection, events) = (Connection(Arc::clone(&open)), Arc::clone(events));
         if is_one_too_many {
-            // A peer that has left is no fault.
+            // A peer that has left is not a fault.
             let _ = request::refuse_at_once(&mut stream, Refusal::Busy);
             continue;
         }
         let handle = move || {
             let _open = connection;
-            // A peer that has left is no fault.
+            // A peer that has left is not a fault.
             let _ = converse(&mut stream, port, &events);
         };
         // Without a thread the connection is closed.
@@ -89,13 +89,13 @@ fn converse(stream: &mut TcpStream, port: u16, events: &Events) -> std::io::Resu
     }
 }
 
-/// Sends what is new until the end, or until the page is closed. Frames that a page has no time for are overtaken by newer ones.
+/// Sends new events until the end, or until the page is closed. Frames that a page has no time for are overtaken by newer ones.
 fn tell(stream: &mut TcpStream, events: &Events) -> std::io::Result<()> {
     let _watcher = events.watch();
     request::begin_events(stream)?;
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(Duration::from_millis(1)))?;
-    let (mut shown, mut signed) = (Shown::default(), Instant::now());
+    let (mut shown, mut signed) = (EventCursor::default(), Instant::now());
     loop {
         let news = events.news(&mut shown, LOOK_EVERY);
         for event in &news.events {
@@ -116,7 +116,7 @@ fn tell(stream: &mut TcpStream, events: &Events) -> std::io::Result<()> {
     }
 }
 
-/// Whether the peer has closed the connection; what else it sends is dropped.
+/// Whether the peer has closed the connection; anything else that it sends is dropped.
 fn is_closed(stream: &mut TcpStream) -> std::io::Result<bool> {
     match stream.read(&mut [0; 256]) {
         Ok(read) => Ok(read == 0),

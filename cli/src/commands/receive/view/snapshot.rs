@@ -1,21 +1,22 @@
-//! What the page shows of a frame.
+//! A frame as the page shows it.
 
 use std::time::Duration;
 
 use reception::panel_pose::PanelPose;
 use reception::{PanelReport, learnt};
-use rx_pipeline::camera::Learnt;
+use rx_pipeline::camera::CameraEstimate;
 use rx_pipeline::frame::Frame;
 use serde_json::{Value, json};
 
 use super::super::report::reading_json;
 use super::picture::{self, Region};
 
-/// Maximum side of a frame's picture, and of a panel's.
+/// Maximum side of a frame's picture.
 const FRAME_SIDE_MAX: usize = 960;
+/// Maximum side of a panel's picture.
 const PANEL_SIDE_MAX: usize = 320;
 
-/// A frame and what was read in it. It is filled again and again, without an allocation for the pixels.
+/// A frame and its readings. It is filled again and again, without an allocation for the pixels.
 #[derive(Default)]
 pub struct Snapshot {
     number: u64,
@@ -25,7 +26,7 @@ pub struct Snapshot {
     details: Details,
 }
 
-/// What concerns a whole frame.
+/// The details of a whole frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Details {
     pub symbol_rate_hz: f32,
@@ -34,7 +35,7 @@ pub struct Details {
     /// Frames of the source that were dropped so far (count).
     pub dropped: u64,
     /// The camera as learnt so far.
-    pub learnt: Option<Learnt>,
+    pub learnt: Option<CameraEstimate>,
 }
 
 impl Snapshot {
@@ -44,7 +45,6 @@ impl Snapshot {
         self.panels.clear();
     }
 
-    /// Adds a panel.
     pub fn add(&mut self, report: PanelReport, panel_pose: PanelPose) {
         self.panels.push((report, panel_pose));
     }
@@ -57,7 +57,6 @@ impl Snapshot {
         self.details = details;
     }
 
-    /// Whether a panel was read.
     pub fn is_read(&self) -> bool {
         self.panels.iter().any(|(report, _)| report.reading.is_ok())
     }

@@ -1,4 +1,4 @@
-//! What the programs have beside the signatures: its size is subtracted from theirs.
+//! The common part of the programs, without signatures: its size is subtracted from theirs.
 #![no_std]
 #![no_main]
 

@@ -20,7 +20,7 @@ fn timed_verify(signed: &Signed) -> bool {
     key.is_ok_and(|key| key.verify(&MESSAGE, &Signature::from(&signed.signature)).is_ok())
 }
 
-/// Few keys, as each takes five seconds of the processor.
+/// Few keys, because each takes five seconds of the processor.
 #[cortex_m_rt::entry]
 fn main() -> ! {
     run(3, timed_sign, timed_verify)
