@@ -556,6 +556,13 @@ fn a_panel_that_drives_out_of_view_ends_the_run_and_loses_nothing() {
 }
 
 #[test]
+fn a_plan_ends_with_two_lines_of_notes() {
+    let plan = text(&vocc(&["plan", "day"]).stdout);
+    let notes: Vec<&str> = plan.lines().rev().take(2).collect();
+    assert!(notes[1].starts_with("cost: ") && notes[0].starts_with("a frame is "), "{plan}");
+}
+
+#[test]
 fn figures_refuse_bad_input() {
     let folder = folder("figures");
     let out = common::name(&folder);

@@ -487,9 +487,9 @@ fn a_board_says_whether_it_runs_the_program_in_a_file() {
     let gap = elf(&[(0x1000_0000, b"prog"), (0x1000_0008, b"gram")]);
     let over = elf(&[(0x1000_0000, b"prog"), (0x1000_0002, b"gram")]);
     for (bytes, why) in [
-        (&b""[..], "no ELF file"),
-        (b"UF2\nWQ]\x9e", "no ELF file"),
-        (b"\x7fELF\x02\x01\x01 of 64 bits", "no ELF file"),
+        (&b""[..], "not an ELF file"),
+        (b"UF2\nWQ]\x9e", "not an ELF file"),
+        (b"\x7fELF\x02\x01\x01 of 64 bits", "not an ELF file"),
         (&whole[..whole.len() - 1], "damaged or cut short"),
         (&whole[..60], "damaged or cut short"),
         (&elf(&[]), "without a program"),

@@ -312,7 +312,7 @@ fn both_error_rates_and_what_a_plateau_costs_are_named() {
         "bit errors are those of kmeans",
         "BER, all",
         "one symbol",
-        "no worse (costs)",
+        "no worse (best gains)",
         "least mean BER of one symbol",
     ] {
         assert!(told.contains(word), "{word}: {told}");

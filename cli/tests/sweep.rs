@@ -231,7 +231,13 @@ fn scripts_for_slurm_are_ordinary_ones() {
     let options = ["--partition", "short", "--time", "02:00:00", "--mem", "2G", "--throttle", "3"];
     let more = ["--sbatch=--account=physics"];
     let told = place.ok(&[&slurm[..], &options, &more].concat());
-    assert!(told.contains("--dependency=afterok:"), "{told}");
+    let [array, merge] = ["jobs=$(sbatch --parsable ", "sbatch --dependency=afterok:$jobs "];
+    let starts: Vec<bool> = told
+        .lines()
+        .zip([array, merge])
+        .map(|(line, start)| line.starts_with(start))
+        .collect();
+    assert_eq!(starts, [true; 2], "{told}");
     let array = text(&place.read("jobs/array.sbatch"));
     for line in [
         "#SBATCH --array=0-4%3",

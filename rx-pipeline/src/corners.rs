@@ -56,7 +56,7 @@ pub enum CornersError {
     },
     /// The LEDs are too close to each other to be resolved.
     #[error(
-        "the LEDs are {pitch_px} px apart: at least {MIN_PITCH_PX} px is needed; check the corners, or show the panel larger: \
+        "the LEDs are {pitch_px:.2} px apart: at least {MIN_PITCH_PX} px is needed; check the corners, or show the panel larger: \
          from nearer, by a longer focal length, or in more pixels"
     )]
     PitchTooSmall {
@@ -126,7 +126,7 @@ impl Corners {
         (libm::roundf(turned / core::f32::consts::FRAC_PI_2) as i32).rem_euclid(4) as u8
     }
 
-    /// The same in degrees: 0, 90, 180 or 270.
+    /// The angle of [`quarter_turns`](Self::quarter_turns) in degrees: 0, 90, 180 or 270.
     pub fn turned_deg(&self) -> u32 {
         90 * u32::from(self.quarter_turns())
     }

@@ -29,10 +29,8 @@ pub trait Presentation: Survey<Entry: InFile> {
     /// Maximum or approximate work per setting.
     fn work(&self) -> u64;
 
-    /// Prints the table head.
     fn print_head(&self) -> anyhow::Result<()>;
 
-    /// Prints an entry.
     fn print(&self, entry: &Self::Entry, details: &[<Self::Entry as Outcome>::Detail]) -> anyhow::Result<()>;
 }
 
@@ -104,18 +102,19 @@ impl Presentation for CriterionSurvey {
     }
 
     fn print_head(&self) -> anyhow::Result<()> {
-        line(&format!("bit errors are those of {}", self.search.detector.name()))
+        line(&format!("bit errors are those of {}", self.search.detector.name()))?;
+        line("best gains: how far the criterion at the best ratio exceeds that at the table's, or at the ends of the range")
     }
 
     fn print(&self, entry: &Entry, cells: &[Cell]) -> anyhow::Result<()> {
         let l2a = entry.l2a(self.rule);
         line(
-            "illuminance  interval  distance   yaw     L2A   95 %               B2W   BER, all   one symbol  table costs   no worse (costs)",
+            "illuminance  interval  distance   yaw     L2A   95 %               B2W   BER, all   one symbol  best gains   no worse (best gains)",
         )?;
         for cell in cells {
             let border = if cell.at_border { "≥" } else { " " };
             line(&format!(
-                "{:>8} lx  {:>8}  {:>6} m  {:>3}° {border}{:>6.3}   {:.3} to {:.3}  {:>8}  {:>8.1e}  {:>10.1e}  {:>9.1} %   {:.2} to {:.2}{}",
+                "{:>8} lx  {:>8}  {:>6} m  {:>3}° {border}{:>6.3}   {:.3} to {:.3}  {:>8}  {:>8.1e}  {:>10.1e}  {:>8.1} %   {:.2} to {:.2}{}",
                 cell.illuminance_lx,
                 cell.interval,
                 cell.distance_m,
@@ -129,11 +128,13 @@ impl Presentation for CriterionSurvey {
                 (cell.table_loss - 1.0) * 100.0,
                 cell.not_worse[0],
                 cell.not_worse[1],
-                cell.not_worse_loss.map_or(String::new(), ends_cost),
+                cell.not_worse_loss.map_or(String::new(), gains),
             ))?;
         }
+        let is_silent = cells.iter().all(|cell| cell.ber_one_symbol.unwrap_or(cell.ber) == 0.0);
+        let silent = if is_silent { ", no bit wrong at the best ratios" } else { "" };
         line(&format!(
-            "  mean {:.3} ({:.3} to {:.3}); least mean BER of one symbol, fitted: {:.1e} at {:.3} ({:.3} to {:.3}), not significantly \
+            "  mean {:.3} ({:.3} to {:.3}); least mean BER of one symbol, fitted{silent}: {:.1e} at {:.3} ({:.3} to {:.3}), not significantly \
              more from {:.2} to {:.2}; the table holds {l2a:.3}",
             entry.mean_l2a,
             entry.mean_l2a_95[0],
@@ -148,8 +149,8 @@ impl Presentation for CriterionSurvey {
     }
 }
 
-/// The loss at both ends of the range that is no worse, in percent.
-fn ends_cost(loss: [f64; 2]) -> String {
+/// The gain of the best ratio over both ends of the range that is no worse, in percent.
+fn gains(loss: [f64; 2]) -> String {
     let [low, high] = loss.map(|loss| 100.0 * (loss - 1.0));
     format!(" ({low:.1} %, {high:.1} %)")
 }

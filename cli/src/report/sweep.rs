@@ -101,7 +101,7 @@ fn heading(sweep: &Sweep) -> String {
         "detector",
         "frames",
         "errors",
-        "BER",
+        "BER, all",
         "95 %",
         "one symbol",
         "B2W"

@@ -22,7 +22,10 @@ impl Scene {
             });
         }
         for (index, panel) in self.panels.iter().enumerate() {
-            panel.check(|key| format!("panel.{key} (panel {index})"))?;
+            panel.check(|key| match self.panels.len() {
+                1 => format!("panel.{key}"),
+                _ => format!("panel.{key} (panel {index})"),
+            })?;
             if let Some(pose) = &panel.pose {
                 pose.check(|key| format!("panel.pose (panel {index}).{key}"))?;
             }

@@ -33,8 +33,8 @@ pub fn optimum(scene: &Scene, search: &Search) -> Result<Optimum, OptimumError> 
     optimum_from(scene, search, &mut std::iter::empty(), |_| {})
 }
 
-/// The same, continued from the pieces of rounds that an earlier run of the same search has finished, in the order of its calls of `tell`:
-/// with the same rounds, a search repeats itself.
+/// As [`optimum`], continued from the pieces of rounds that an earlier run of the same search has finished, in the order of its calls of
+/// `tell`: with the same rounds, a search repeats itself.
 ///
 /// # Errors
 /// As [`optimum`].
@@ -148,7 +148,8 @@ impl<T: FnMut(&Piece)> Lattice<'_, T> {
             }
         }
         Ok(Peak {
-            not_worse: wide.not_worse,
+            // The best ratio lies between two points of the wide grid, and belongs to the range itself.
+            not_worse: [wide.not_worse[0].min(fine.l2a), wide.not_worse[1].max(fine.l2a)],
             ..fine
         })
     }
@@ -244,7 +245,7 @@ mod tests {
         assert!(refused(&|s| s.frames = 63).contains("at least 64"));
         assert!(refused(&|s| s.tolerance = -1.0).contains("-1"));
         assert!(refused(&|s| s.tolerance = f64::NAN).contains("NaN"));
-        // 45° aside.
+        // 45° to the side.
         let aside = optimum(&scene(&["pose.x_m=50"]), &search(Criterion::B2w));
         assert!(
             matches!(&aside, Err(OptimumError::Evaluate { l2a, .. }) if *l2a == 0.2),

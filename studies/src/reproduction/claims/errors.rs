@@ -12,7 +12,7 @@ const LOWER: Words = Words {
     name: "ber-lower-with-best",
     figure: "22",
     claim: "the BER of the optimal set is lower at all distances",
-    quantity: "greatest (BER with the best L2A / BER with a random one) at any distance where bits are wrong",
+    quantity: "greatest ratio of the BER with the best L2A to that with a random one, over the distances at which bits are wrong",
 };
 
 pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
@@ -24,7 +24,7 @@ pub fn claims(study: &Study, findings: &Findings) -> Vec<Claim> {
     let counted = counted.unwrap_or_default();
     let ratios: Vec<Estimate> = counted.iter().filter_map(|(best, random)| ratio(best, random)).collect();
     let silent = counted.len() - ratios.len();
-    let greatest = ratios.into_iter().max_by(|a, b| a.high.total_cmp(&b.high));
+    let greatest = ratios.into_iter().reduce(greater);
     let decided = greatest.map(|greatest| LOWER.decided(greatest, Test::Below(1.0)));
     decided.map(|claim| silence(claim, silent)).into_iter().collect()
 }
@@ -34,10 +34,19 @@ fn silence(claim: Claim, silent: usize) -> Claim {
     match silent {
         0 => claim,
         _ => Claim {
-            quantity: format!("{}; distances where none is: {silent}", claim.quantity),
+            quantity: format!("{}; no bit is wrong at {silent} distances", claim.quantity),
             holds: claim.holds.filter(|holds| !holds),
             ..claim
         },
+    }
+}
+
+/// The greater of two numbers. Its interval holds the truth if those of both do.
+fn greater(a: Estimate, b: Estimate) -> Estimate {
+    Estimate {
+        value: a.value.max(b.value),
+        low: a.low.max(b.low),
+        high: a.high.max(b.high),
     }
 }
 
@@ -70,6 +79,9 @@ mod tests {
         assert!(half.value == 0.5 && half.low < 0.5 && half.high < 1.0, "{half:?}");
         let holds = |silent| silence(LOWER.decided(half, Test::Below(1.0)), silent).holds;
         assert_eq!([holds(0), holds(1)], [Some(true), None]);
-        assert_eq!(ratio(&of(0), &of(1)).unwrap().value, 0.0);
+        let none = ratio(&of(0), &of(1)).unwrap();
+        assert_eq!(none.value, 0.0);
+        let both = greater(none, half);
+        assert_eq!((both.value, both.low, both.high), (0.5, half.low, none.high.max(half.high)));
     }
 }
