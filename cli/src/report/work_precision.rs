@@ -1,4 +1,4 @@
-//! The report's page: each part's default, plot and method, and the machine.
+//! The report's page: the choices, then each part's default, plot and method.
 
 use studies::work_precision::{CostUnit, Diagram, Part, Point, Scale};
 
@@ -23,7 +23,10 @@ pub struct Provenance<'a> {
 /// The page: the choice in each part, an overview, then each part.
 pub fn page(parts: &[Part], made: &Provenance, overview: Option<&Drawing>, figures: &[Figure]) -> Document {
     let mut document = Document::new("What accuracy costs in time");
-    document.text("Choose by the accuracy that you want and the time that you have. Each cell is a variant with its error and its cost:");
+    document.text(
+        "Choose by the accuracy that you want and the time that you have. Each row is a step of the simulator, the receiver or the \
+         transmitter; each cell is an error, its time, and the variant. × is the default's time:",
+    );
     choices(&mut document, parts);
     if let Some(overview) = overview {
         document.picture(
@@ -34,13 +37,13 @@ pub fn page(parts: &[Part], made: &Provenance, overview: Option<&Drawing>, figur
     }
     document.text(&format!(
         "In each plot **down** is more exact and **left** is quicker. The grey band is the *Pareto front*: variants that no other beats in \
-         both error and time. Full dots are on it, empty dots are beaten, arrows are upper bounds, and a ring marks the default. Times are \
-         multiples (×) of the baseline's. All variants of a plot run alternately, {} turns each; the plots show the ratio's median and \
-         quartiles over the turns.",
+         both. A ring marks the default, an arrow an error too small to measure (a rate of zero is drawn at half an error). Bars are 95 % \
+         intervals (Gaffke 2005). Times are medians and quartiles of {} turns, in which all variants run alternately, over the time of the \
+         variant that the axis names.",
         made.scale.turns
     ));
     document.text(&format!(
-        "Measured with `cargo run --release -- accuracy{}` on: {}. Other pages give times of other runs: compare ratios, not times.",
+        "`cargo run --release -- accuracy{}` measures all of this, here on: {}. Other runs have other times: compare ratios.",
         made.options, made.machine
     ));
     for (part, figure) in parts.iter().zip(figures) {
@@ -49,8 +52,7 @@ pub fn page(parts: &[Part], made: &Provenance, overview: Option<&Drawing>, figur
         let caption = format!("[vector graphic]({stem}.svg), [all numbers]({stem}.csv)");
         document.picture(&stem, &caption, &figure.drawing.svg);
         document.text(&format!("**Default.** {}", part.default));
-        document.text(&format!("**Variants.** {}", part.method));
-        document.text(&format!("**Reference.** {}", part.reference));
+        document.text(&format!("**Variants.** {} **Reference.** {}", part.method, part.reference));
     }
     document
 }
@@ -67,28 +69,29 @@ fn choices(document: &mut Document, parts: &[Part]) {
             if point == default {
                 "the default".into()
             } else {
-                choice(diagram, point)
+                choice(diagram, point, default)
             }
         };
         let title = format!("[{}](#{})", part.title, part.title.to_lowercase().replace(' ', "-"));
         Some(vec![
-            format!("{title}, {}: {}", diagram.title, measure(diagram)),
+            format!("{title}: {}", measure(diagram)),
+            diagram.title.clone(),
             unless_default(quickest),
-            choice(diagram, default),
+            choice(diagram, default, default),
             unless_default(most_exact),
         ])
     });
-    document.table(&["", "quickest", "default", "most exact"], rows);
+    document.table(&["step: error", "case", "quickest", "default", "most exact"], rows);
 }
 
-/// Of the diagrams with the first one's unit of cost, the one with the most variants on its front; of several, the first.
+/// Of the diagrams with the first one's error and unit of cost, the one with the most variants on its front; of several, the first.
 fn most_varied(diagrams: &[Diagram]) -> Option<&Diagram> {
-    let unit = diagrams.first()?.cost_unit;
+    let first = diagrams.first()?;
     let on_front = |diagram: &&Diagram| diagram.points.iter().filter(|point| point.on_front).count();
     diagrams
         .iter()
         .rev()
-        .filter(|diagram| diagram.cost_unit == unit)
+        .filter(|diagram| diagram.cost_unit == first.cost_unit && diagram.error == first.error)
         .max_by_key(on_front)
 }
 
@@ -107,10 +110,15 @@ fn measure(diagram: &Diagram) -> String {
     }
 }
 
-/// A variant, its error without the interval, and its cost.
-fn choice(diagram: &Diagram, point: &Point) -> String {
+/// A variant's error without the interval, its cost relative to the default's, and its name.
+fn choice(diagram: &Diagram, point: &Point, default: &Point) -> String {
     let bound = if point.at_most { "< " } else { "" };
-    format!("**{}**: {bound}{} in {}", point.variant, digits(point.error), cost(diagram, point))
+    let spent = if point == default {
+        cost(diagram, point)
+    } else {
+        format!("{} ×", digits(point.cost.median / default.cost.median))
+    };
+    format!("**{bound}{}** in {spent} ({})", digits(point.error), point.variant)
 }
 
 fn cost(diagram: &Diagram, point: &Point) -> String {

@@ -94,19 +94,12 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     ];
     Ok(Measurement {
         method: format!(
-            "The L2A with the greatest reach of 48 bytes by k-means, at 50 lx and interval 0.5, and that reach. A dot is the root mean \
-             square deviation over {} seeds, and the time of one search on one core. *search* is `vocc optimize --criterion reach \
-             --tolerance 0` with at most that many frames at each ratio and distance. *grid* tries ratios and distances in equal factors, \
-             L2A {} to {} and {} to {} m.",
-            turns.len(),
-            RANGE[0],
-            RANGE[1],
-            GRID_M[0],
-            GRID_M[1]
+            "The L2A with the greatest reach of 48 bytes by k-means, and that reach, at 50 lx and interval 0.5: root mean square \
+             deviations over {} seeds, on one core. *search* is `vocc optimize --criterion reach --tolerance 0` with at most that many \
+             frames at each ratio and distance.",
+            turns.len()
         ),
-        reference: format!(
-            "A search with another seed and {REFERENCE} times as many frames as the longest search shown: √{REFERENCE} times as exact."
-        ),
+        reference: format!("Another seed, with {REFERENCE} times as many frames as the longest search shown."),
         diagrams,
     })
 }
@@ -214,7 +207,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let grids = grids.filter(|point| point.curve == "grid");
     format!(
         "{DEFAULT_FRAMES} frames or as many as the tolerance needs: ratio and reach are off by {} %.{quick} Grids take {} times as long as \
-         the default, with errors of {} %, because most of their frames are far from the reach.",
+         the default, with errors of {} %.",
         errors(|point| point.is_default),
         range(grids.map(|point| point.ratio.median)),
         errors(|point| point.curve == "grid"),

@@ -86,8 +86,9 @@ const GENIE_FRAMES: usize = 100;
 /// Numbers of earlier frames that a receiver has learnt from.
 const LEARNT_FROM: [usize; 4] = [0, 1, 5, MOST_LEARNT_FROM];
 const MOST_LEARNT_FROM: usize = 20;
-/// A receiver without settings, and one with curve, black level and blur.
+/// A receiver without settings.
 const LEARNT: &str = "learnt";
+/// A receiver with the camera's curve, black level and blur.
 const CONFIGURED: &str = "configured";
 
 /// Measures it.
@@ -106,16 +107,13 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     let frames = scale.of(FRAMES, 16);
     Ok(Measurement {
         method: format!(
-            "{frames} frames of one panel by each of {} cameras, in light so low that bits are wrong; random bits and sub-pixel phases, \
-             known corners. *configured*: `ml` with the camera's curve, black level and blur. *learnt*: `ml` without them; it starts from \
-             1.5 px and γ 2.2, learns a gamma, and assumes black at 0. Both learn the LEDs' levels and the noise from 0 to \
-             {MOST_LEARNT_FROM} previous frames.",
+            "{frames} frames of one panel by each of {} cameras, so dark that bits are wrong. *configured*: `ml` with the camera's \
+             curve, black level and blur. *learnt*: `ml` without them. Both learn the LEDs' levels and the noise.",
             CASES.len()
         ),
         reference: format!(
-            "The drawn bits. Over all cameras, *learnt, {MOST_LEARNT_FROM} frames* makes {} times as many errors as *configured* (95 %, \
-             frames resampled). A genie reads {} of the bits wrongly (first {} frames; it does not model sharpening). Bars are 95 % \
-             intervals (Gaffke 2005). An arrow marks zero errors, at half an error.",
+            "The drawn bits. Over all cameras, *learnt, {MOST_LEARNT_FROM} frames* makes {} times as many errors as *configured* (95 %). \
+             A genie reads {} of the bits wrongly (first {} frames; it does not model sharpening).",
             wrong.ratio(),
             range(genies),
             scale.of(GENIE_FRAMES, 10)
@@ -139,9 +137,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
         pairs.map(|(first, last)| first.error / last.error)
     });
     format!(
-        "The receiver learns the camera. After {MOST_LEARNT_FROM} frames it makes {} times as many errors as a configured receiver, in {} \
-         times the time; in the first frame, {} times as many errors. Both learn the LEDs' levels and the noise: in the first frame they \
-         make {} times as many errors as after {MOST_LEARNT_FROM}.",
+        "The receiver learns the camera. After {MOST_LEARNT_FROM} frames it makes {} times as many errors as a configured receiver, in \
+         {} times the time; in the first frame, {} times as many. Both make {} times as many errors in the first frame as after \
+         {MOST_LEARNT_FROM}.",
         times(MOST_LEARNT_FROM),
         range(of(LEARNT, MOST_LEARNT_FROM).map(|point| point.ratio.median)),
         times(0),

@@ -49,14 +49,10 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     }
     Ok(Measurement {
         method: format!(
-            "Messages of {MESSAGE} bytes, sent as ±1 with Gaussian noise. A message is lost if any of its blocks fails or is decoded \
-             wrongly. A curve varies the maximum number of min-sum iterations, 1 to 100. *i8* is `link::fec`: 8-bit log-likelihood \
-             ratios in steps of {LLR_STEP}, at most {SUREST} steps. *f32* and *f64* see the same noise unrounded; *bit flipping* sees \
-             only the signs. The time covers a message; a failing block takes all iterations."
+            "Messages of {MESSAGE} bytes with Gaussian noise. A curve varies the maximum number of iterations, 1 to 100. *i8* is \
+             `link::fec`; *f32* and *f64* see the same noise unrounded, *bit flipping* only its signs."
         ),
-        reference: "The sent bytes. All variants decode the same messages. Bars are 95 % intervals of the loss rate (Gaffke 2005). An \
-                    arrow marks zero losses, at half a message."
-            .into(),
+        reference: "The sent bytes.".into(),
         diagrams,
     })
 }
@@ -72,8 +68,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     });
     format!(
         "i8 and {MAX_ITERATIONS} iterations. Eight bits lose {} times as many messages as 64, in a quarter of the memory of f32 and \
-         without a floating-point unit. Decoding a block stops when it succeeds, so a high limit costs time only if it is needed or the \
-         block is lost: {} The codes' rates are from 1/2 (TC) to 4/5 (TM1280).",
+         without a floating-point unit. A high limit costs time only if it is needed: {}",
         range(rounding),
         worth.unwrap_or_default()
     )
@@ -86,7 +81,8 @@ fn worth_of_iterations(formats: &Diagram) -> String {
         point.map_or([f64::NAN; 2], |point| [point.error, point.ratio.median])
     });
     format!(
-        "of messages in TC512 with 9 % of their bits wrong, 10 iterations lose {} % and {MAX_ITERATIONS} lose {} %, in {} times the time.",
+        "in TC512 with 9 % of the bits wrong, 10 iterations lose {} % of the messages and {MAX_ITERATIONS} lose {} %, in {} times the \
+         time.",
         rounded(100.0 * some[0]),
         rounded(100.0 * all[0]),
         rounded(all[1] / some[1])

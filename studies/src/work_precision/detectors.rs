@@ -25,7 +25,6 @@ pub const PLACES: [(f64, f64, f64, f64); 4] = [
     (70.0, 0.5, 1000.0, 1.0),
     (70.0, 1.0, 50.0, 1.0),
 ];
-/// Frames, and below, the fewest.
 const FRAMES: usize = 1000;
 const LEAST_FRAMES: usize = 16;
 /// Frames for the genie, which takes long.
@@ -57,15 +56,12 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     diagrams.extend(on_the_board);
     Ok(Measurement {
         method: format!(
-            "{FRAMES} noisy frames at each of four places, random in bits, phase and reflectance: the bit error rate, and the time from \
-             grey levels and corners to bits. *soft* adds 8-bit log-likelihood ratios for the error correction. The Cortex-M7 diagrams \
-             have instructions instead of time, which QEMU counts on an emulated mps2-an500: the median over frames of a followed panel \
-             (`VOCC_WRITE_COUNTS=1 cargo test -p vocc-tests --test mps2 on_file`)."
+            "{FRAMES} noisy frames at each of four places; the time from grey levels and corners to bits. *soft* adds log-likelihood \
+             ratios for the error correction. The Cortex-M7 diagrams have instructions, counted by QEMU (`VOCC_WRITE_COUNTS=1 cargo test \
+             -p vocc-tests --test mps2 on_file`)."
         ),
         reference: format!(
-            "The drawn bits. A genie, which knows everything but the bits, reads {} panels wrongly at the four places (first {} frames, 95 \
-             % intervals). No receiver is expected to read fewer panels wrongly, or to have a bit error rate below a 64th of that share. \
-             Bars are 95 % intervals (Gaffke 2005). An arrow marks zero errors, at half an error.",
+            "The drawn bits. A genie, which knows everything but the bits, reads {} panels wrongly (first {} frames, 95 % intervals).",
             floors.join(", "),
             scale.of(GENIE_FRAMES, 10)
         ),
@@ -97,10 +93,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
     }
     let on_front = on_front.iter().map(|(name, places)| format!("{name} at {places}"));
     format!(
-        "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: without an error at {errorless}, and {} times less often \
-         than the next best at the others. It takes {} times as long as k-means, because in such unclear frames it searches groups of LEDs \
-         pixel by pixel. Faster variants on the Pareto front, with the number of places: {}. Fisher's discriminant needs training, k-means \
-         does not. Soft values add {} µs.",
+        "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: without an error at {errorless}, and {} times less \
+         often than the next best at the others. It takes {} times as long as k-means in such unclear frames. Faster variants on the \
+         front, with the number of places: {}. Fisher's discriminant needs training. Soft values add {} µs.",
         best.len(),
         range(rarer.map(|(ours, next)| next / ours.error)),
         range(best.iter().map(|(ours, _)| ours.ratio.median)),
@@ -137,7 +132,7 @@ pub fn scene_at(place: (f64, f64, f64, f64), more: &[String]) -> Result<Scene, S
     Scene::load("paper", &settings)
 }
 
-/// The same without haze, in the ambient light for an ISO: distance in m, interval, ISO, L2A.
+/// As [`scene_at`], without haze and in the ambient light for an ISO: distance in m, interval, ISO, L2A.
 ///
 /// # Errors
 /// [`SceneError`] if a setting is invalid.

@@ -46,16 +46,11 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     let diagrams: Vec<Diagram> = diagrams.into_iter().collect::<Result<_, _>>()?;
     Ok(Measurement {
         method: format!(
-            "An effect is left out if its bound on the change of any pixel is at most `effects.tolerance_grey`, t. *true error* is the \
-             greatest change of a pixel before rounding, over {FRAMES} frames, for t from 0 to 4; *declared bound* is the sum of the \
-             bounds of the effects left out. The scenes are presets with a little of each effect that they lack: `{}`. Noise is off, \
-             because its bound is statistical. The time covers drawing at level `fast` and reading out one frame of the panel's \
-             surroundings.",
-            DRIVE.join("`, `")
+            "An effect is left out if its bound is at most the tolerance (`effects.tolerance_grey`). *true error* is the greatest change \
+             of a pixel over {FRAMES} frames, *declared bound* the sum of the bounds left out. The scenes are presets with a little of \
+             every effect, without noise."
         ),
-        reference: format!(
-            "All effects on. Both pictures are drawn at level `reference`. An arrow marks a change below {NOTHING_GREY} grey levels."
-        ),
+        reference: format!("All effects, at level `reference`; smaller changes than {NOTHING_GREY} grey levels count as none."),
         diagrams,
     })
 }
@@ -76,23 +71,13 @@ pub fn why(diagrams: &[Diagram]) -> String {
     });
     let errors = above.iter().flatten().map(|point| point.error);
     format!(
-        "{DEFAULT} grey levels, the greatest error of rounding. With all effects a frame takes {} times as long. The fastest larger \
-         tolerance takes {} of the time, and larger tolerances change pixels by up to {} grey levels. The tolerance applies to each effect \
-         alone, so several omissions can exceed it together. In these frames the greatest change is {} of the sum of the bounds.",
+        "{DEFAULT} grey levels, the greatest error of rounding. All effects take {} times as long. Larger tolerances take at best {} of \
+         the time and change pixels by up to {} grey levels. The tolerance applies to each effect alone, so several omissions can exceed \
+         it.",
         range(everything.map(|point| point.ratio.median)),
         range(quickest),
-        rounded(errors.fold(0.0, f64::max)),
-        range(diagrams.iter().flat_map(shares_of_bound))
+        rounded(errors.fold(0.0, f64::max))
     )
-}
-
-/// The actual part of the bounds' sum, at each tolerance that leaves anything out.
-fn shares_of_bound(drive: &Diagram) -> impl Iterator<Item = f64> {
-    TOLERANCES.into_iter().filter_map(|tolerance| {
-        let error = variant(drive, &name(tolerance)).filter(|point| !point.at_most)?;
-        let bound = variant(drive, &format!("{}, bound", name(tolerance)))?;
-        Some(error.error / bound.error)
-    })
 }
 
 /// The variant's name.

@@ -22,8 +22,9 @@ use crate::statistics::share_95;
 
 /// The camera's frames.
 const SIZE: [usize; 2] = [1920, 1080];
-/// Panels to find, and below, how many of them are timed.
+/// Panels to find.
 const SCENES: usize = 60;
+/// Number of these that are timed.
 const TIMED: usize = 6;
 /// Pixels of the sensor along one of the searched frame, and whether only a share of the candidates is tried.
 const SEARCHES: [(usize, bool); 5] = [(1, true), (2, true), (3, true), (4, true), (1, false)];
@@ -76,17 +77,13 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     ];
     Ok(Measurement {
         method: format!(
-            "{scenes} panels anywhere in frames of {} × {} pixels: 30 to 70 m, interval 0.5 to 2, roll to 15°, yaw to 30°, 50 to 10 000 \
-             lx, with noise, two thirds before a photograph. A panel is missed if {FRAMES} successive frames do not locate it to {RIGHT} \
-             of its pitch. Frames are searched whole (1×) or averaged over 2 × 2, 3 × 3 or 4 × 4 pixels, which the time includes. *share* \
-             examines the strongest candidates and one other in each frame; *full* examines all changes and the busiest places. In a \
-             single frame, *spots* searches for isolated spots, and *places* then examines that number of busiest places. Single frames \
-             are timed with the panel covered, because nothing ends that search early.",
+            "{scenes} panels anywhere in frames of {} × {} pixels at 30 to 70 m, two thirds before a photograph. A panel is missed if \
+             {FRAMES} successive frames do not locate it to {RIGHT} of its pitch. *share* examines the strongest candidates and one other \
+             in each frame, *full* all changes and the busiest places. In a single frame, *spots* searches for isolated spots, and \
+             *places* then that number of busiest places; the time is with the panel covered.",
             SIZE[0], SIZE[1]
         ),
-        reference: "The drawn corner LEDs. Bars of the miss rate are 95 % intervals (Gaffke 2005). An arrow marks zero misses, at half a \
-                    miss. The corner error is the median over the panels found, each with its worst corner."
-            .into(),
+        reference: "The drawn corner LEDs.".into(),
         diagrams,
     })
 }
@@ -108,11 +105,11 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let smaller = SEARCHES.into_iter().filter(|&(decimation, _)| decimation > 1);
     let smaller = smaller.map(|(decimation, share)| format!("{} (n = {decimation})", result(of(share, decimation))));
     format!(
-        "*share* on the whole frame, which misses {} of the panels. On frames averaged over n × n pixels it {}, because a search that no \
-         longer sees the panel tries all candidates. *full* on the whole frame {}. {}",
+        "*share* on the whole frame, which misses {}. *full* {}. On frames averaged over n × n pixels *share* {}, because it tries all \
+         candidates if it no longer sees the panel. {}",
         of(true, 1).map_or_else(String::new, percent),
-        smaller.collect::<Vec<_>>().join(", "),
         result(of(false, 1)),
+        smaller.collect::<Vec<_>>().join(", "),
         diagrams
             .iter()
             .find(|diagram| diagram.title == SINGLE)

@@ -63,19 +63,11 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
     ];
     Ok(Measurement {
         method: format!(
-            "256 to {DEFAULT_FRAMES} frames of `paper` at each setting, with random bits, sub-pixel phases and reflectances. The error \
-             is half the width of the reported 95 % interval: of B2W at L2A 2 (jackknife), of the ratio of B2W at L2A 1.6 to that at 2, of \
-             the best L2A (a parabola through {} ratios from 1.6 to 2.4, bootstrap), and of the bit error rate of k-means at 70 m, \
-             interval 0.5, L2A 1, 1000 lx with noise (Gaffke 2005, of frames). *common*: all ratios see the same frames. *independent*: \
-             each ratio has frames of its own. *true error*: the deviation from the reference that 95 % of {REPEATS} runs with other \
-             seeds do not exceed. *as if independent*: an interval that treats a frame's 64 bits as independent. The time is the number \
-             of frames times that of one frame.",
-            GRID.len()
+            "The error is half the width of the 95 % interval. *common*: all ratios see the same frames; *independent*: each has its \
+             own. *true error*: the deviation that 95 % of {REPEATS} other seeds do not exceed. Bit errors are those of k-means at 70 m, \
+             interval 0.5, L2A 1, 1000 lx."
         ),
-        reference: format!(
-            "A run with another seed and {REFERENCE} times as many frames as the longest run shown. Its interval is 20 times \
-             narrower than those of the runs behind *true error*."
-        ),
+        reference: format!("Another seed, with {REFERENCE} times as many frames as the longest run shown."),
         diagrams,
     })
 }
@@ -276,10 +268,9 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let with = |title: fn(&str) -> bool| diagrams.iter().filter(move |diagram| title(&diagram.title));
     let gain_of = |title| range(with(title).flat_map(gain));
     format!(
-        "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance needs. Common numbers divide the error of \
-         a comparison of two ratios by {} and that of the best L2A by {}, at no cost; for the same error, independent numbers take the \
-         square of these factors in time. An interval of the bit error rate that treats bits instead of frames as independent is \
-         {} times as wide.",
+        "Common random numbers, and {DEFAULT_FRAMES} frames or as many as the tolerance needs. Common numbers divide the error of a \
+         comparison of two ratios by {}, and that of the best L2A by {}, at no cost. Intervals of bit errors, treated *as if independent* \
+         within a frame, are {} times as wide.",
         gain_of(|title| title.starts_with("B2W at L2A 1.6")),
         gain_of(|title| title == "best L2A"),
         range(with(|title| title.starts_with("bit error rate")).flat_map(as_if_independent))

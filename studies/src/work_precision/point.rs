@@ -24,7 +24,7 @@ pub struct Point {
     pub at_most: bool,
     /// Its cost.
     pub cost: Quartiles,
-    /// The same relative to the baseline's, turn by turn.
+    /// Its cost relative to the baseline's, turn by turn.
     pub ratio: Quartiles,
     /// Whether it is the baseline of costs.
     pub is_baseline: bool,

@@ -60,16 +60,12 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         diagrams.push(diagram("knobs", |point| has_a_knob(point) || is_a_level(point)));
     }
     Ok(Measurement {
-        method: "Each frame turns 64 bits into 8-bit grey levels: the panel and 11 px around it, the paper's camera, L2A 2, random bits \
-                 and sub-pixel phases. Dots are the greatest error of a pixel and ticks the root mean square, before rounding. \
-                 `reference`, `fine` and `fast` are the levels that a user chooses. *bound* sets all parameters for a bound in grey \
-                 levels, as the levels do; *quadrature*, *truncation* and *phases* vary one and keep the others at `fine`. *f64* has no \
-                 tables. *supersampled* averages a raster 2 to 16 times finer, *point-sampled* has one cell a pixel, and *straightforward* \
-                 takes 8 × 8 samples a pixel and blurs whole pixels."
+        method: "Dots are the greatest error of a pixel before rounding, ticks the root mean square; the paper's camera, L2A 2. *bound* sets all \
+ parameters for a bound in grey levels; *quadrature*, *truncation* and *phases* vary one and keep the others at `fine`. *f64* has no \
+ tables. *supersampled* averages a finer raster, *straightforward* blurs whole pixels."
             .into(),
         reference: format!(
-            "Level `reference`, in f64. It takes {} times as long as `fast` and errs by at most 1e-9 of an LED's light (`cargo test -p \
-             vocc-tests --test numerics disc_integral`).",
+            "Level `reference`: {} times as long as `fast`, exact to 1e-9 of an LED's light.",
             range(reference_times)
         ),
         diagrams,
@@ -102,15 +98,14 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let [fast, fine] = levels;
     let [fast_kept, fine_kept] = kept;
     format!(
-        "`fast` for Monte Carlo (`evaluate`, `optimize`, `figures`), `fine` for pictures (`render`). A bound of 0.001 grey levels makes \
-         the errors of `fast` {} times smaller in {} times the time; no coarser variant saves more than {} % of its time. The levels \
-         guarantee {fast} and {fine} grey levels in any scene; here their errors are {} and {} times smaller. A raster of 16 × 16 cells a \
-         pixel takes {} times as long as `fast` and still errs by {} grey levels.",
+        "`fast` for Monte Carlo, `fine` for pictures. They guarantee {fast} and {fine} grey levels in any scene; here their errors are \
+         {} and {} times smaller. A bound of 0.001 makes the errors of `fast` {} times smaller in {} times the time; no coarser variant \
+         saves more than {} %. A raster of 16 × 16 cells a pixel takes {} times as long and still errs by {} grey levels.",
+        range(fast_kept),
+        range(fine_kept),
         range(exacter),
         range(longer),
         rounded(100.0 * saved),
-        range(fast_kept),
-        range(fine_kept),
         range(raster_times),
         range(raster_errors)
     )

@@ -106,11 +106,10 @@ pub(super) fn why(diagram: &Diagram) -> String {
         .min_by(|one, other| one.ratio.median.total_cmp(&other.ratio.median))
         .unwrap_or(chosen);
     format!(
-        "In single frames, the {default} busiest places, which miss {}; *spots* alone misses {}, and all {ALL} places miss {}. The fastest \
-         that misses as few: {}, in {} times the time.",
+        "In single frames, the {default} busiest places, which miss {}; *spots* alone misses {}. The fastest that misses as few: {}, in {} \
+         times the time.",
         percent(chosen),
         cost_of(0),
-        cost_of(ALL),
         quickest.variant,
         rounded(quickest.ratio.median)
     )

@@ -18,7 +18,7 @@ pub struct Steps<'a> {
 }
 
 impl<'a> Steps<'a> {
-    /// Steps of which some are finished; calls `keep` with all after each new one.
+    /// Steps, some of them finished; calls `keep` with all after each new one.
     pub fn new(finished: StepResults, keep: impl FnMut(&StepResults) + 'a) -> Self {
         Self {
             finished,

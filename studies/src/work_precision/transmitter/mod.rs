@@ -71,15 +71,12 @@ pub fn measure(scale: &Scale, _steps: &mut Steps) -> Result<Measurement, Precisi
     }];
     Ok(Measurement {
         method: format!(
-            "From a light reading to the luminance of an On LED: logarithm, smoothing, power of 2, interpolation in the L2A table, \
-             product. *firmware* is the flashed code. The others compute in f32 with libm or micromath, in f64, and in fixed point with \
-             tables of 8 to 512 entries an octave. The error is the greatest over {READINGS} readings from {} to {} lx. The cycles are \
-             the mean over 136 readings on an emulated RP2040, counted by `tests/tools/count-cycles`, and the same on every machine.",
+            "*firmware* is the flashed code. The others compute in f32 with libm or micromath, in f64, and in fixed point with tables of \
+             8 to 512 entries an octave. The error is the greatest over {READINGS} readings from {} to {} lx. The cycles are those of an \
+             emulated RP2040 (`tests/tools/count-cycles`).",
             LIGHT_LX[0], LIGHT_LX[1]
         ),
-        reference: "The formulas in f64 with the computer's own logarithm and powers. Readings within 0.01 octaves of the threshold at \
-                    which the filter changes its speed are excluded."
-            .into(),
+        reference: "The formulas in f64, except within 0.01 octaves of the filter's threshold.".into(),
         diagrams,
     })
 }
@@ -96,8 +93,7 @@ pub fn why(diagrams: &[Diagram]) -> String {
     let readings_a_second = 1000.0 / f64::from(Smoothing::default().sample_period_ms);
     format!(
         "The firmware's fixed point. It takes {ours:.0} cycles, f32 with libm {single:.0}, and tables {} of the firmware's cycles. \
-         Tables cost flash, and {readings_a_second} readings a second take only {} of an RP2040's cycles. The error comes from \
-         rounding the illuminance to 1/4096 lx and the ratio to 1/8192.",
+         Tables cost flash, and {readings_a_second} readings a second take only {} of an RP2040's cycles.",
         range(tables.map(|point| point.ratio.median)),
         rounded(ours * readings_a_second / RP2040_HZ)
     )

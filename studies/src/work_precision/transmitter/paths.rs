@@ -1,6 +1,6 @@
 //! The transmitter's control path, from a reading of the light to the luminance of its LEDs, in different arithmetic.
 //!
-//! Without `std`, so that the board program in `sim/boards/arithmetic` counts the cycles of the same code whose errors the computer
+//! Without `std`, so that the board program in `studies/boards/arithmetic` counts the cycles of the same code whose errors the computer
 //! measures.
 
 use fixed::types::{I6F26, U1F31, U12F20, U32F32};
