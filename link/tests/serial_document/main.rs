@@ -1,4 +1,4 @@
-//! The layout and the examples in `docs/serial.md` must equal those of the code, byte for byte.
+//! The layout and the examples in `docs/serial.md` and `docs/serial-vectors.txt` must equal those of the code, byte for byte.
 
 mod layout;
 
@@ -10,6 +10,10 @@ use link::serial::{
 };
 
 const DOCUMENT: &str = include_str!("../../../docs/serial.md");
+/// All examples.
+const VECTORS: &str = include_str!("../../../docs/serial-vectors.txt");
+/// The number of examples that the document itself shows, from the first on.
+const SHOWN: usize = 4;
 
 const MEASURED: Measured = Measured {
     luminance_full_cd_m2: U32F32::lit("8000"),
@@ -299,12 +303,13 @@ fn examples() -> Vec<String> {
 #[test]
 fn the_document_shows_what_is_sent() {
     let examples = examples();
-    for example in &examples {
-        assert!(
-            DOCUMENT.contains(example),
-            "docs/serial.md lacks an example; these are all:\n\n{}",
-            examples.concat()
-        );
+    assert_eq!(
+        VECTORS,
+        examples.concat(),
+        "docs/serial-vectors.txt on the left, the code on the right"
+    );
+    for example in &examples[..SHOWN] {
+        assert!(DOCUMENT.contains(example), "docs/serial.md lacks this example:\n\n{example}");
     }
 }
 
