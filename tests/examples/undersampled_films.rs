@@ -4,11 +4,13 @@
 //!
 //! `rolling`: rolling shutter in three films of four; LEDs 6 to 30 px apart. `global`: global shutter, 5.5 px. `still`: `rolling` with a
 //! panel without a carrier. `blind`: `rolling` with exposures of a whole cycle. `verbose` prints for each frame where the panel was read,
-//! the bits that were read, and which rows of them are the panel's (`+`), its complement's (`-`), or neither's (`?`).
+//! the bits that were read, and which rows of them are the panel's (`+`), its complement's (`-`), or neither's (`?`). The last lines compare
+//! the bits' stated certainty with the share that is wrong.
 
 use rayon::prelude::*;
 use reception::PanelReport;
 use rx_pipeline::detect::Detection;
+use studies::statistics::Reliability;
 use vocc_tests::undersampled::{Film, FilmResult, receive};
 
 const MESSAGE: &[u8] = b"Lane closed ahead";
@@ -38,9 +40,9 @@ fn main() {
         .into_par_iter()
         .map(|seed| {
             let film = of_camera(seed);
-            let fate = receive(film, MESSAGE, |number, bits, report| {
+            let fate = receive(film, MESSAGE, |number, shown, report| {
                 if is_verbose {
-                    println!("  {number:3} {}", told(bits, report));
+                    println!("  {number:3} {}", told(shown.bits, report));
                 }
             });
             let turns = film.carrier_hz() * film.line_delay_s * 7.0 * film.pitch_px;
@@ -65,6 +67,13 @@ fn main() {
     let delivered = fates.iter().filter(|fate| fate.delivered.is_some()).count();
     let wrong: usize = fates.iter().map(|fate| fate.wrong).sum();
     println!("{delivered} of {films} delivered, {wrong} wrong messages");
+    let mut reliability = Reliability::default();
+    fates.iter().for_each(|fate| reliability.merge(&fate.reliability));
+    println!("| stated | wrong (95 %) | bits |\n|---|---|---|");
+    reliability.bins().for_each(|bin| {
+        let ([low, high], share) = (bin.wrong_95, bin.wrong as f64 / bin.bits as f64);
+        println!("| {:.1e} | {share:.1e} ({low:.1e} to {high:.1e}) | {} |", bin.stated, bin.bits);
+    });
 }
 
 /// Describes the result of a frame that shows `bits`.

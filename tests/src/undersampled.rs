@@ -13,6 +13,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use reception::{PanelEvent, Reception, ReceptionSettings, Stamp};
 use rx_pipeline::frame::Frame;
+use studies::statistics::Reliability;
 
 /// Pixels along a side of a frame around an 8×8 panel with this pitch (px).
 fn side_px(pitch_px: f64) -> usize {
@@ -195,8 +196,20 @@ pub struct FilmResult {
     pub beside: usize,
     /// Numbers of readings that equal the panel, that equal its complement, and that have wrong bits or show other symbols.
     pub panels: [usize; 3],
+    /// The bits of frames that show one symbol by their stated certainty, up to the sign that all bits of a frame share. Frames read beside
+    /// the panel's place do not count.
+    pub reliability: Reliability,
     /// The receiver's advice if no message arrived.
     pub advice: Vec<String>,
+}
+
+/// The symbols that a frame shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShownSymbol {
+    /// The symbol in the middle of its exposure.
+    pub bits: u64,
+    /// Whether all its lines show that one.
+    pub is_single: bool,
 }
 
 /// A film being drawn.
@@ -303,11 +316,20 @@ impl FilmDrawing {
         shares.map(|share| (share / (to - from)) as f32)
     }
 
-    /// Draws frame `number`: its stamp, its pixels, and the symbol in the middle of its exposure.
-    pub fn take(&mut self, number: usize) -> (Stamp, Vec<u8>, u64) {
+    /// Draws frame `number`: its stamp, its pixels, and its symbols.
+    pub fn take(&mut self, number: usize) -> (Stamp, Vec<u8>, ShownSymbol) {
         let (stamp, grey, start_s) = self.expose(number, Self::shares);
-        let middle = (start_s + 0.5 * self.film.exposure_s) * self.film.rate_hz() + self.film.phase;
-        (stamp, grey, self.symbols[middle as usize])
+        (stamp, grey, self.shown(start_s))
+    }
+
+    fn shown(&self, start_s: f64) -> ShownSymbol {
+        let Film { exposure_s, phase, .. } = self.film;
+        let symbol = |at_s: f64| (at_s * self.film.rate_hz() + phase).max(0.0) as usize;
+        let last_line_s = start_s + self.film.line_delay_s * (self.side - 1) as f64;
+        ShownSymbol {
+            bits: self.symbols[symbol(start_s + 0.5 * exposure_s)],
+            is_single: symbol(start_s.min(last_line_s)) == symbol(start_s.max(last_line_s) + exposure_s),
+        }
     }
 
     /// Draws frame `number` with LEDs that are On for these shares of an exposure that begins at a time (s). Returns its stamp, its pixels,
@@ -362,7 +384,7 @@ fn positive_cosine(x: f64) -> f64 {
 }
 
 /// Receives a film with only the frame rate configured; `tell` is called for each frame.
-pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, u64, &reception::PanelReport)) -> FilmResult {
+pub fn receive(film: Film, message: &[u8], tell: impl FnMut(usize, ShownSymbol, &reception::PanelReport)) -> FilmResult {
     let mut drawn = FilmDrawing::new(film, message);
     let centre_px = drawn.centre_px;
     receive_taken(film, message, centre_px, |number| drawn.take(number), tell)
@@ -374,7 +396,8 @@ pub fn receive_light(film: Film, message: &[u8], shares_from: impl Fn(f64) -> [f
     let drawn_at = drawn.centre_px;
     let take = |number| {
         let (stamp, grey, _) = drawn.expose(number, |_, start_s| shares_from(start_s));
-        (stamp, grey, 0)
+        let unknown = ShownSymbol { bits: 0, is_single: false };
+        (stamp, grey, unknown)
     };
     receive_taken(film, message, drawn_at, take, |_, _, _| ())
 }
@@ -383,8 +406,8 @@ fn receive_taken(
     film: Film,
     message: &[u8],
     centre_px: [f64; 2],
-    mut take: impl FnMut(usize) -> (Stamp, Vec<u8>, u64),
-    mut tell: impl FnMut(usize, u64, &reception::PanelReport),
+    mut take: impl FnMut(usize) -> (Stamp, Vec<u8>, ShownSymbol),
+    mut tell: impl FnMut(usize, ShownSymbol, &reception::PanelReport),
 ) -> FilmResult {
     let settings = ReceptionSettings {
         fps: film.fps as f32,
@@ -407,22 +430,28 @@ fn receive_taken(
         if fate.delivered.is_some_and(|delivered| number > delivered + AFTERWARDS) {
             break;
         }
-        let (stamp, grey, bits) = take(number);
+        let (stamp, grey, shown) = take(number);
         let frame = Frame::new(&grey, side, side).expect("a frame");
         for report in reception.frame(stamp, &frame, &no_lens, &mut ()).expect("a report") {
             report.events.iter().for_each(|event| count(&mut fate, number, event));
             if let Ok(reading) = &report.reading {
                 fate.read += 1;
                 let off = [0, 1].map(|i| f64::from(reading.corners.centre_px()[i]) - centre_px[i]);
-                fate.beside += usize::from(off[0].hypot(off[1]) > LINE_OFF * film.pitch_px);
-                let wrong = (reading.detection.bits.bits() ^ bits).count_ones();
+                let is_beside = off[0].hypot(off[1]) > LINE_OFF * film.pitch_px;
+                fate.beside += usize::from(is_beside);
+                let wrong = (reading.detection.bits.bits() ^ shown.bits).count_ones();
+                if shown.is_single && !is_beside {
+                    let is_complement = wrong > LEDS as u32 / 2;
+                    let truth = shown.bits ^ if is_complement { u64::MAX } else { 0 };
+                    fate.reliability.push(&reading.detection.soft, PanelFrame::from_bits(truth));
+                }
                 fate.panels[match wrong {
                     0..=3 => 0,
                     61..=64 => 1,
                     _ => 2,
                 }] += 1;
             }
-            tell(number, bits, &report);
+            tell(number, shown, &report);
         }
     }
     for (_, event) in reception.finish() {
