@@ -196,8 +196,8 @@ pub struct FilmResult {
     pub beside: usize,
     /// Numbers of readings that equal the panel, that equal its complement, and that have wrong bits or show other symbols.
     pub panels: [usize; 3],
-    /// The bits of frames that show one symbol by their stated certainty, up to the sign that all bits of a frame share. Frames read beside
-    /// the panel's place do not count.
+    /// The bits of frames by their stated certainty, up to the sign that all bits of a frame share. Frames count if they show one symbol, are
+    /// read at the panel's place, and the carrier is known.
     pub reliability: Reliability,
     /// The receiver's advice if no message arrived.
     pub advice: Vec<String>,
@@ -440,7 +440,8 @@ fn receive_taken(
                 let is_beside = off[0].hypot(off[1]) > LINE_OFF * film.pitch_px;
                 fate.beside += usize::from(is_beside);
                 let wrong = (reading.detection.bits.bits() ^ shown.bits).count_ones();
-                if shown.is_single && !is_beside {
+                let is_known = film.cycles == 0 || reception.has_carrier(report.panel);
+                if is_known && shown.is_single && !is_beside {
                     let is_complement = wrong > LEDS as u32 / 2;
                     let truth = shown.bits ^ if is_complement { u64::MAX } else { 0 };
                     fate.reliability.push(&reading.detection.soft, PanelFrame::from_bits(truth));
