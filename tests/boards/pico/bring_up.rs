@@ -72,7 +72,7 @@ pub fn faults_of_the_wires_are_named(programs: &Programs, folder: &Path) {
 
 /// If the computer disappears in the middle of a test, nothing stays on: beacons continue at their duty.
 pub fn a_test_ends_without_its_computer(programs: &Programs, folder: &Path) {
-    let mut board = Emulator::power_up(programs, folder, &[]);
+    let mut board = Emulator::power_up_still(programs, folder, &[]);
     board.light(LUX, Fault::None);
     let mut record = Record::default();
     record.extend(&board.run_ms(2_500));
