@@ -531,7 +531,9 @@ fn a_carrier_is_told_set_kept_and_refused() {
     assert_eq!((&told["symbol_rate_hz"], &told["carrier_cycles"]), (&json!(90.0), &json!(0)));
     let all = "90 symbols a second, each of 16 cycles of a carrier of 1440 Hz";
     let apart = board.vocc(&["device", "rate", "90.2", "--carrier-cycles", "16"]);
-    assert!(!text(&apart.stderr).contains("change slowly"), "{}", text(&apart.stderr));
+    for words in ["change slowly", "low risk"] {
+        assert!(!text(&apart.stderr).contains(words), "{}", text(&apart.stderr));
+    }
     let set = board.vocc(&["device", "rate", "90", "--carrier-cycles", "16"]);
     ends(&set, 0, &[all]);
     let warned = text(&set.stderr);
@@ -541,6 +543,17 @@ fn a_carrier_is_told_set_kept_and_refused() {
     );
     ends(&board.vocc(&["device", "rate"]), 0, &[all]);
     // Setting one of them keeps the other.
+    let slower = board.vocc(&["device", "rate", "27", "--json"]);
+    let told = json(&slower);
+    assert_eq!((&told["symbol_rate_hz"], &told["carrier_cycles"]), (&json!(27.0), &json!(16)));
+    let warned = text(&slower.stderr);
+    for words in [
+        "432 Hz may flicker at more than low risk",
+        "from 1403 Hz on",
+        "--carrier-cycles 53 makes it 1431 Hz",
+    ] {
+        assert!(warned.contains(words), "{warned}");
+    }
     let told = json(&board.vocc(&["device", "rate", "45", "--json"]));
     assert_eq!((&told["symbol_rate_hz"], &told["carrier_cycles"]), (&json!(45.0), &json!(16)));
     let told = json(&board.vocc(&["device", "rate", "--carrier-cycles", "32", "--json"]));

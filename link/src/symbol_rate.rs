@@ -34,7 +34,7 @@ impl SymbolRate {
     pub const MIN: Self = Self { millihertz: 9_000 };
     /// 300 a second: a board can still prepare the panels for the 0.4 s for which a write to flash memory may stop its processor.
     pub const MAX: Self = Self { millihertz: 300_000 };
-    /// 90 a second, for a camera of 100 frames a second: the default of a transmitter.
+    /// 90 a second, for a camera of 100 frames a second: the default of a transmitter without a carrier.
     pub const DEFAULT: Self = Self { millihertz: 90_000 };
 
     /// The symbol rate relative to a camera's frame rate.

@@ -180,6 +180,8 @@ impl Waveform {
 /// assert_eq!((timing.rate().hz(), timing.waveform().cycles()), (90.0, 16));
 /// let fast = SymbolTiming::new(SymbolRate::MAX, timing.waveform()).unwrap_err().to_string();
 /// assert!(fast.starts_with("16 cycles a symbol at 300 symbols a second are a carrier of 4800 Hz, outside 200 to 3000 Hz"));
+/// let carrier = SymbolTiming::CARRIER;
+/// assert_eq!(Ok(carrier), SymbolTiming::new(carrier.rate(), carrier.waveform()));
 /// # Ok::<(), link::waveform::WaveformError>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -192,6 +194,17 @@ pub struct SymbolTiming {
 const CARRIER_MILLIHERTZ: RangeInclusive<u32> = (Waveform::MIN_HZ * 1e3) as u32..=(Waveform::MAX_HZ * 1e3) as u32;
 
 impl SymbolTiming {
+    /// A carrier of 1443.2 Hz: of low flicker risk, and apart from the multiples of half the usual frame rates, at which a camera would see
+    /// its phase stand still. At exactly [`SymbolRate::DEFAULT`], every carrier is such a multiple. It is the default of LEDs that can show a
+    /// carrier.
+    pub const CARRIER: Self = match SymbolRate::from_millihertz(90_200) {
+        Ok(rate) => Self {
+            rate,
+            waveform: Waveform { cycles: 16 },
+        },
+        Err(_) => panic!("a rate in range"),
+    };
+
     /// Symbols at `rate`, each shown by `waveform`.
     ///
     /// # Errors

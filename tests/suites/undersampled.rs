@@ -1,5 +1,6 @@
 //! A panel that shows bits as the phase of a carrier, in films drawn without the simulator.
 
+use link::waveform::SymbolTiming;
 use vocc_tests::sensor::Sensor;
 use vocc_tests::undersampled::{Change, Film, FilmResult, PITCH_PX, receive};
 
@@ -43,6 +44,24 @@ fn messages_arrive_by_a_carrier() {
     let delivered = fates.iter().filter(|fate| fate.delivered.is_some()).count();
     assert!(delivered >= 28, "{delivered} of 30");
     assert_eq!(fates.iter().map(|fate| fate.wrong).sum::<usize>(), 0);
+}
+
+/// What a new transmitter shows is read by cameras that follow its symbols.
+#[test]
+fn the_carrier_of_a_new_transmitter_is_received() {
+    let timing = SymbolTiming::CARRIER;
+    for (seed, fps, exposure_s) in [(1, 100.0, 0.000_25), (2, 120.0, 0.000_25), (3, 100.0, 0.001), (4, 240.0, 0.000_5)] {
+        let fate = received(Film {
+            seed,
+            fps,
+            exposure_s,
+            symbol_rate_hz: timing.rate().hz(),
+            cycles: timing.waveform().cycles().into(),
+            frames: (2.0 * fps) as usize,
+            ..USUAL
+        });
+        assert!(fate.delivered.is_some() && fate.wrong == 0, "{fate:?}");
+    }
 }
 
 /// Cameras with a rolling shutter, and panels near and far, receive the message, too.

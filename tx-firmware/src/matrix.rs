@@ -1,7 +1,7 @@
 //! The trait of LED hardware.
 
 use fixed::types::U0F32;
-use link::{panel::PanelFrame, serial::Measured, waveform::SymbolTiming};
+use link::{panel::PanelFrame, serial::Measured, symbol_rate::SymbolRate, waveform::SymbolTiming};
 
 /// The share of full luminance of a panel, 0 to 1; the greatest number of its type means 1.
 pub type Duty = U0F32;
@@ -71,6 +71,13 @@ pub trait LedMatrix {
     /// at once, four times a cycle.
     const SHOWS_CARRIER: bool = false;
 
+    /// The symbol rate and the waveform until others are stored: a carrier, whose flicker nobody sees, if these LEDs can show one.
+    const DEFAULT_TIMING: SymbolTiming = if Self::SHOWS_CARRIER {
+        SymbolTiming::CARRIER
+    } else {
+        SymbolTiming::still(SymbolRate::DEFAULT)
+    };
+
     /// The illuminance from which on these LEDs may have full duty, lx as the sensor itself reads it: [`ceiling`](crate::dimming::ceiling).
     /// So a calibration without measurements does not dazzle. 0 for LEDs that may have full duty in the dark.
     const FULL_DUTY_LX: u32 = 0;
@@ -99,6 +106,7 @@ impl<M: LedMatrix + ?Sized> LedMatrix for &mut M {
     type Error = M::Error;
 
     const SHOWS_CARRIER: bool = M::SHOWS_CARRIER;
+    const DEFAULT_TIMING: SymbolTiming = M::DEFAULT_TIMING;
     const FULL_DUTY_LX: u32 = M::FULL_DUTY_LX;
 
     fn show(&mut self, panel: PanelFrame) -> Result<(), Self::Error> {

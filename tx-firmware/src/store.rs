@@ -255,28 +255,17 @@ pub trait Memory {
     }
 }
 
-/// The settings at a transmitter's start.
+/// The settings at the start of a transmitter with certain LEDs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remembered {
     /// The stored calibration, or a typical one, with the stored intensity limit.
     pub calibration: Calibration,
     /// The stored table, or the shipped one.
     pub table: L2aTable,
-    /// The stored symbol rate and carrier, or the default.
+    /// The stored symbol rate and carrier, or the default of these LEDs.
     pub timing: SymbolTiming,
     /// Faults for values that are missing or unreadable.
     pub faults: Faults,
-}
-
-impl Remembered {
-    /// The settings for LEDs that may show no carrier: the program before may have driven others.
-    #[must_use]
-    pub fn for_leds<M: LedMatrix>(mut self) -> Self {
-        if !M::SHOWS_CARRIER {
-            self.timing = SymbolTiming::still(self.timing.rate());
-        }
-        self
-    }
 }
 
 /// A store in a part of a flash memory.
@@ -398,19 +387,24 @@ impl<F: NorFlash> Store<F> {
         IntensityLimit::from_numbers(numbers).map_err(|_| StoreError::Damaged)
     }
 
-    /// All last saved values, with `typical` in place of a missing calibration.
-    pub fn remembered(&mut self, typical: Calibration) -> Remembered {
+    /// All last saved values for these LEDs, with `typical` in place of a missing calibration. LEDs that show no carrier keep only the rate of
+    /// one: the program before may have driven others.
+    pub fn remembered<M: LedMatrix>(&mut self, typical: Calibration) -> Remembered {
         let mut faults = Faults::empty();
         let calibration = readable(self.calibration(), &mut faults);
         let table = readable(self.table(), &mut faults);
-        let timing = readable(self.timing(), &mut faults);
+        let timing = readable(self.timing(), &mut faults).unwrap_or(M::DEFAULT_TIMING);
         let limit = readable(self.intensity_limit(), &mut faults);
         faults.set(Faults::NO_CALIBRATION, calibration.is_none());
         faults.set(Faults::NO_TABLE, table.is_none());
         Remembered {
             calibration: calibration.unwrap_or(typical).limited_to(limit),
             table: table.unwrap_or_else(L2aTable::shipped),
-            timing: timing.unwrap_or_default(),
+            timing: if M::SHOWS_CARRIER {
+                timing
+            } else {
+                SymbolTiming::still(timing.rate())
+            },
             faults,
         }
     }

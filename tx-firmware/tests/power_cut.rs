@@ -12,6 +12,7 @@ use link::symbol_rate::SymbolRate;
 use link::waveform::{SymbolTiming, Waveform};
 use properties::all_cases;
 use tx_firmware::calibration::{BENCH, Calibration, Measured};
+use tx_firmware::matrix::RecordingMatrix;
 use tx_firmware::store::{Memory, Remembered, Store, StoreError};
 
 const PLACE: core::ops::Range<u32> = 0..2 * ERASE as u32;
@@ -222,13 +223,13 @@ fn a_limit_is_remembered_whatever_calibration_is_there_and_can_be_taken_back() {
     let mut store = store(Flash::<4>::new());
     let limit = IntensityLimit::numbered(7);
     store.save_intensity_limit(Some(limit)).expect("room");
-    let found = store.remembered(calibration(1)).calibration;
+    let found = store.remembered::<RecordingMatrix>(calibration(1)).calibration;
     assert_eq!(found, calibration(1).limited_to(Some(limit)));
     store.save_calibration(&calibration(2)).expect("room");
-    let found = store.remembered(calibration(1)).calibration;
+    let found = store.remembered::<RecordingMatrix>(calibration(1)).calibration;
     assert_eq!(found, calibration(2).limited_to(Some(limit)));
     store.save_intensity_limit(None).expect("room");
-    let found = store.remembered(calibration(1)).calibration;
+    let found = store.remembered::<RecordingMatrix>(calibration(1)).calibration;
     assert_eq!(found, calibration(2));
 }
 
@@ -401,21 +402,21 @@ fn erased_and_foreign_memories_hold_nothing_and_can_be_used() {
     let nothing = Remembered {
         calibration: calibration(1),
         table: L2aTable::shipped(),
-        timing: SymbolTiming::default(),
+        timing: SymbolTiming::CARRIER,
         faults: Faults::NO_TABLE.union(Faults::NO_CALIBRATION),
     };
-    assert_eq!(erased.remembered(calibration(1)), nothing);
+    assert_eq!(erased.remembered::<RecordingMatrix>(calibration(1)), nothing);
     for fill in [0x00, 0x55, 0xa5] {
         let mut flash = Flash::<4>::new();
         flash.bytes.fill(fill);
         let mut foreign = store(flash);
         assert!(!matches!(foreign.table(), Ok(Some(_))));
-        let found = foreign.remembered(calibration(1));
+        let found = foreign.remembered::<RecordingMatrix>(calibration(1));
         assert_eq!(found.table, L2aTable::shipped());
         assert_eq!(found.faults, nothing.faults.union(Faults::STORE));
         foreign.save_table(&table(1)).expect("taken over");
         assert_eq!(foreign.table(), Ok(Some(table(1))));
-        let found = foreign.remembered(calibration(1));
+        let found = foreign.remembered::<RecordingMatrix>(calibration(1));
         assert_eq!((found.table, found.faults), (table(1), Faults::NO_CALIBRATION));
     }
 }
@@ -443,7 +444,7 @@ fn records_of_another_format_are_nothing_stored_and_are_written_over() {
     }
     let mut store = store(flash);
     assert_eq!(store.table(), Ok(None));
-    let found = store.remembered(calibration(1));
+    let found = store.remembered::<RecordingMatrix>(calibration(1));
     assert_eq!(found.faults, Faults::NO_TABLE.union(Faults::NO_CALIBRATION));
     store.save_timing(timing(7)).expect("room");
     let mut store = self::store(store.release());

@@ -14,11 +14,13 @@ use link::panel::PanelFrame;
 use link::serial::{
     ANSWER_FRAME_MAX, Answer, CHUNK_MAX, Faults, FrameReader, Kind, Measured, Refusal, Request, SCHEMA, SensorReading, VERSION, encode,
 };
-use link::waveform::SymbolTiming;
-use tx_firmware::calibration::BENCH;
+use link::symbol_rate::SymbolRate;
+use link::waveform::{SymbolTiming, Waveform};
+use tx_firmware::calibration::{BENCH, Calibration};
 use tx_firmware::matrix::{Duty, LedMatrix, RecordingMatrix};
 use tx_firmware::program::ProgramHash;
-use tx_firmware::store::Store;
+use tx_firmware::store::{Memory, Store};
+use tx_firmware::transmitter::Transmitter;
 
 fn table() -> L2aTable {
     let illuminances: Vec<f32> = (0..16).map(|n| 2_f32.powi(n)).collect();
@@ -409,6 +411,28 @@ fn leds_without_a_latch_show_no_carrier() {
     bench.expect(&Request::ReadCarrier, &still);
     assert_eq!(bench.store.timing(), Ok(Some(bench.transmitter.timing())));
     assert!(Refusal::NoLatch.to_string().contains("MAX7219"));
+}
+
+#[test]
+fn a_board_that_stored_no_timing_begins_with_a_carrier_if_its_leds_show_one() {
+    let mut bench = Bench::new();
+    let typical = Calibration::new(BENCH).expect("possible values");
+    let mut begins = |stored: Option<SymbolTiming>| {
+        stored.map(|timing| bench.store.save_timing(timing).expect("room"));
+        let start = bench.store.remembered::<RecordingMatrix>(typical);
+        bench.transmitter = Transmitter::from_store(RecordingMatrix::default(), start);
+        let timing = bench.transmitter.timing();
+        let (millihertz, cycles) = (timing.rate().millihertz(), timing.waveform().cycles());
+        bench.expect(&Request::ReadCarrier, &Answer::Carrier { millihertz, cycles });
+        [timing, bench.store.remembered::<Scanned>(typical).timing]
+    };
+    let still = SymbolTiming::still(SymbolRate::DEFAULT);
+    assert_eq!(begins(None), [SymbolTiming::CARRIER, still]);
+    // What is stored applies, even if it is another driver's default.
+    assert_eq!(begins(Some(still)), [still; 2]);
+    let slow = SymbolRate::from_millihertz(27_000).expect("a rate");
+    let carrier = SymbolTiming::new(slow, Waveform::new(54).expect("a carrier")).expect("a carrier");
+    assert_eq!(begins(Some(carrier)), [carrier, SymbolTiming::still(slow)]);
 }
 
 #[test]

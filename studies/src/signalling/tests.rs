@@ -3,6 +3,7 @@ use std::sync::atomic::AtomicBool;
 use link::panel::PanelFrame;
 
 use super::*;
+use crate::flicker::low_risk_times;
 
 fn scene(overrides: &[&str]) -> Scene {
     let small = ["camera.width_px=160", "camera.height_px=120"];
@@ -110,6 +111,20 @@ fn a_carrier_keeps_apart_from_frame_rates_is_of_low_risk_and_seen() {
             );
             assert!(most >= 0.2);
         }
+    }
+}
+
+/// Transmitters show it until they are told another one.
+#[test]
+fn the_default_carrier_keeps_apart_from_frame_rates_and_is_of_low_risk() {
+    let timing = SymbolTiming::CARRIER;
+    let carrier_hz = timing.rate().hz() * f64::from(timing.waveform().cycles());
+    assert_eq!(parked_at(carrier_hz).collect::<Vec<_>>(), [0.0; 0]);
+    for message in [None, Some(1), Some(8), Some(128), Some(1024)] {
+        let message = message.map(|bytes| vec![b'x'; bytes]);
+        let panels = panels(message.as_deref()).expect("a message");
+        let times = low_risk_times(&panels, timing.waveform(), timing.rate().hz(), Stop::NEVER).expect("no stop");
+        assert!(times <= 1.0, "{message:?}: {times} times");
     }
 }
 

@@ -27,7 +27,7 @@ fn levels(record: &Record) -> Vec<Vec<f32>> {
 /// Tests a board with these options of the emulator; returns the output of `vocc` and the findings from the LEDs' light.
 fn tested(programs: &Programs, folder: &Path, options: &[&str]) -> (Value, Vec<Finding>) {
     std::fs::create_dir_all(folder).expect("the folder can be made");
-    let mut board = Emulator::power_up(programs, folder, options);
+    let mut board = Emulator::power_up_still(programs, folder, options);
     board.light(LUX, Fault::None);
     let mut record = Record::default();
     record.extend(&board.run_ms(500));
@@ -72,7 +72,7 @@ pub fn faults_of_the_wires_are_named(programs: &Programs, folder: &Path) {
 
 /// If the computer disappears in the middle of a test, nothing stays on: beacons continue at their duty.
 pub fn a_test_ends_without_its_computer(programs: &Programs, folder: &Path) {
-    let mut board = Emulator::power_up(programs, folder, &[]);
+    let mut board = Emulator::power_up_still(programs, folder, &[]);
     board.light(LUX, Fault::None);
     let mut record = Record::default();
     record.extend(&board.run_ms(2_500));

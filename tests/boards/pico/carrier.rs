@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use link::panel::{LEDS, PanelFrame};
+use link::panel::LEDS;
+use link::waveform::SymbolTiming;
 use serde_json::json;
 use tx_firmware::schedule::Schedule;
 use tx_firmware::symbol_clock::QUARTERS;
@@ -12,7 +13,7 @@ use vocc_tests::undersampled::{self, receive_light};
 
 use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
-use crate::panel::{Record, Symbol, from_message_on};
+use crate::panel::{Record, Symbol, carrier_edges, from_message_on};
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
@@ -28,13 +29,16 @@ const MESSAGE: &str = "Sent by a carrier from the pins of a board";
 const READY_MS: u32 = 500;
 /// Duration of the film.
 const FILMED_MS: u32 = 1_600;
+/// A new board's symbols a second, and its cycles a symbol.
+const DEFAULT_HZ: f64 = SymbolTiming::CARRIER.rate().millihertz() as f64 / 1e3;
+const DEFAULT_CYCLES: usize = SymbolTiming::CARRIER.waveform().cycles() as usize;
 /// A typical camera.
 const FILM: undersampled::Film = undersampled::Film {
     seed: 1,
     fps: 100.0,
     exposure_s: 0.000_25,
-    symbol_rate_hz: 90.0,
-    cycles: 16,
+    symbol_rate_hz: DEFAULT_HZ,
+    cycles: DEFAULT_CYCLES as u32,
     clock_ppm: 0.0,
     phase: 0.0,
     jitter_s: 0.0,
@@ -81,11 +85,12 @@ pub fn a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart(programs:
             record.extend(&board.real_time(false));
             record.extend(&board.run_ms(400));
         }
-        let dark = record.symbols.iter().take_while(|edge| edge.panel.bits() == 0).count();
+        let is_dark = |edge: &&Symbol| [0, u64::MAX].contains(&edge.panel.bits());
+        let dark = record.symbols.iter().take_while(is_dark).count();
         let mut edges = &record.symbols[dark..];
         let mut beacons = Schedule::new();
         let mut beacon = beacons.next_panel();
-        for (rate_hz, cycles) in [(90.0, 0)].into_iter().chain(told) {
+        for (rate_hz, cycles) in [(DEFAULT_HZ, DEFAULT_CYCLES)].into_iter().chain(told) {
             let ticks = (QUARTERS.len() * cycles).max(1);
             let count = regular(edges, 1.0 / (rate_hz * ticks as f64));
             assert!(count > 4 * ticks, "{count} edges of {ticks} a symbol at {rate_hz} a second");
@@ -175,27 +180,19 @@ pub fn a_carrier_stays_whole_when_the_ring_runs_empty(programs: &Programs, folde
     }
 }
 
-/// The LEDs' light with a carrier is exposed by a camera, and a receiver that knows only the frame rate decodes the frames.
-pub fn a_message_by_a_carrier_is_received_by_a_camera(programs: &Programs, folder: &Path) {
+/// A new board, to which only a message is sent, shows it by a carrier; a camera exposes the LEDs' light, and a receiver that knows only the
+/// frame rate decodes the frames.
+pub fn a_message_of_a_new_board_is_received_by_a_camera(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up(programs, folder, &[]);
     board.light(4_000.0, Fault::None);
     board.run_ms(500);
     board.real_time(true);
     let terminal = Terminal::open(board.socket());
     let mut record = Record::default();
-    for words in [
-        &["device", "rate", "90", "--carrier-cycles", "16"][..],
-        &["device", "send", "--message", MESSAGE],
-    ] {
-        vocc(programs, folder, words, terminal.name()).json();
-    }
+    vocc(programs, folder, &["device", "send", "--message", MESSAGE], terminal.name()).json();
     record.extend(&board.real_time(false));
     record.extend(&board.run_ms(READY_MS + FILMED_MS));
-    let edges = from_message_on(&record.symbols, MESSAGE.as_bytes(), |panel| {
-        let quarter = |is_panel| if is_panel { panel } else { PanelFrame::from_bits(!panel.bits()) };
-        let cycle = QUARTERS.map(quarter);
-        cycle.repeat(FILM.cycles as usize)
-    });
+    let edges = from_message_on(&record.symbols, MESSAGE.as_bytes(), carrier_edges);
     let from_ns = edges[0].ns;
     let fate = receive_light(FILM, MESSAGE.as_bytes(), |start_s| {
         let [from, to] = [start_s, start_s + FILM.exposure_s].map(|at_s| from_ns as f64 + 1e9 * at_s);

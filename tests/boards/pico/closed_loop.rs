@@ -30,7 +30,7 @@ const PANEL_PIXELS: usize = 128 * 128;
 
 /// The camera films the board's LEDs, and the receiver decodes the message.
 pub fn a_message_sent_to_the_board_is_received_by_a_camera(programs: &Programs, folder: &Path) {
-    let mut board = Emulator::power_up(programs, folder, &[]);
+    let mut board = Emulator::power_up_still(programs, folder, &[]);
     let mut record = Record::default();
     board.light(LUX, Fault::None);
     record.extend(&board.run_ms(500));

@@ -3,12 +3,15 @@
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
+use link::serial::Request;
+use link::symbol_rate::SymbolRate;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
 use vocc_tests::emulator::Emulation;
 
 use crate::image::Programs;
+use crate::signing::after;
 
 pub use vocc_tests::driven_panel::CLOCK_HZ;
 
@@ -65,6 +68,20 @@ impl Emulator {
     /// Powers up a board whose flash is in `folder`; a new one is flashed first.
     pub fn power_up(programs: &Programs, folder: &Path, options: &[&str]) -> Self {
         Self::power_up_with(&programs.image, folder, options)
+    }
+
+    /// Powers up a board that has stored still panels; a new one is flashed first, and stores them.
+    pub fn power_up_still(programs: &Programs, folder: &Path, options: &[&str]) -> Self {
+        {
+            let mut board = Self::power_up(programs, folder, &[]);
+            board.run_ms(100);
+            let still = Request::WriteCarrier {
+                millihertz: SymbolRate::DEFAULT.millihertz(),
+                cycles: 0,
+            };
+            after(&mut board, 1, &still, 200);
+        }
+        Self::power_up(programs, folder, options)
     }
 
     /// Powers up the desk kit: a board without a light sensor, and a module with a MAX7219.

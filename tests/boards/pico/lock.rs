@@ -32,7 +32,7 @@ pub fn a_locked_board_wants_a_permit_while_symbols_go_on(programs: &Programs, fo
         signature: &key.permit(challenge, 5, &send).expect("it fits"),
     };
 
-    let mut board = Emulator::power_up(programs, folder, &["--time", VERIFICATION]);
+    let mut board = Emulator::power_up_still(programs, folder, &["--time", VERIFICATION]);
     board.run_ms(100);
     let mut events = after(&mut board, 1, &WRITE_KEY, PROVEN_MS);
     events.extend(after(&mut board, 2, &lock, PROVEN_MS));

@@ -40,7 +40,7 @@ fn main() -> ExitCode {
         rate::a_power_cut_in_a_change_leaves_one_rate,
         carrier::a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart,
         carrier::a_carrier_stays_whole_when_the_ring_runs_empty,
-        carrier::a_message_by_a_carrier_is_received_by_a_camera,
+        carrier::a_message_of_a_new_board_is_received_by_a_camera,
         light::the_luminance_follows_the_light_up_and_down,
         light::a_failed_sensor_leads_to_a_safe_luminance,
         light::saturating_light_is_daylight,

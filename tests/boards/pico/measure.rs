@@ -51,7 +51,7 @@ pub fn it_is_small(programs: &Programs, _: &Path) {
 pub fn the_latch_keeps_time_under_serial_load(programs: &Programs, folder: &Path) {
     let names = ["irq12", "take_reading", "3fecNtB5_5Block6encode", "interrupts off"];
     let options: Vec<&str> = names.iter().flat_map(|name| ["--time", name]).collect();
-    let mut board = Emulator::power_up(programs, folder, &options);
+    let mut board = Emulator::power_up_still(programs, folder, &options);
     let mut port = UnixStream::connect(board.socket()).expect("the emulator listens");
     drain(port.try_clone().expect("the socket can be shared"));
     let mut record = Record::default();

@@ -4,6 +4,8 @@ use link::fec::Code;
 use link::framing::Framer;
 use link::l2a_table::{Illuminance, Interval, L2aTable};
 use link::panel::PanelFrame;
+use link::waveform::SymbolTiming;
+use tx_firmware::symbol_clock::QUARTERS;
 
 pub use vocc_tests::driven_panel::{FULL_CD_M2, LOW_CURRENT_SHARE, Pulses, REFLECTANCE};
 
@@ -20,6 +22,12 @@ pub fn l2a(lux: f64) -> f64 {
 pub struct Symbol {
     pub ns: u64,
     pub panel: PanelFrame,
+}
+
+/// The edges of the latch while a new board shows a panel: it begins with a carrier.
+pub fn carrier_edges(panel: PanelFrame) -> Vec<PanelFrame> {
+    let quarter = |is_panel| if is_panel { panel } else { PanelFrame::from_bits(!panel.bits()) };
+    QUARTERS.map(quarter).repeat(SymbolTiming::CARRIER.waveform().cycles().into())
 }
 
 /// Number of panels that identify the beginning of a message.

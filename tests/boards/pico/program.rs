@@ -59,7 +59,7 @@ pub fn names_the_program_that_was_flashed(programs: &Programs, folder: &Path) {
 
 /// Symbols keep their time while the hash is computed.
 pub fn symbols_go_on_while_the_program_is_hashed(programs: &Programs, folder: &Path) {
-    let mut board = Emulator::power_up(programs, folder, &["--time", COMPUTES]);
+    let mut board = Emulator::power_up_still(programs, folder, &["--time", COMPUTES]);
     board.run_ms(100);
     let events = after(&mut board, 1, &Request::ReadProgramHash, 1_000);
     assert!(events.iter().all(|event| event.reset.is_none()));

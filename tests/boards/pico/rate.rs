@@ -38,7 +38,7 @@ fn of_rate(lengths_s: &[f64], rate_hz: f64) -> (usize, &[f64]) {
 pub fn a_symbol_rate_changes_at_a_symbol_and_outlives_a_restart(programs: &Programs, folder: &Path) {
     let rates_hz = [27.0, 216.0, 9.0];
     {
-        let mut board = Emulator::power_up(programs, folder, &[]);
+        let mut board = Emulator::power_up_still(programs, folder, &[]);
         let mut record = Record::default();
         record.extend(&board.run_ms(500));
         for (before_hz, told) in [(90.0, "27"), (27.0, "216"), (216.0, "9")] {

@@ -9,7 +9,7 @@ use tx_firmware::schedule::Schedule;
 
 use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
-use crate::panel::{FULL_CD_M2, REFLECTANCE, Record, l2a};
+use crate::panel::{FULL_CD_M2, REFLECTANCE, Record, Symbol, carrier_edges, l2a};
 use crate::power_cut::{at_every_operation, change};
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
@@ -49,6 +49,11 @@ pub fn boots_and_says_how_it_is(programs: &Programs, folder: &Path) {
     assert_eq!(status["faults"], json!(["no_table", "no_calibration"]), "{status}");
     assert_eq!(status["table_crc"], crc(&L2aTable::default()), "{status}");
     assert!(status["uptime_s"].as_u64() >= Some(1), "{status}");
+    assert_eq!(
+        (&status["symbol_rate_hz"], &status["carrier_cycles"]),
+        (&json!(90.2), &json!(16)),
+        "{status}"
+    );
 }
 
 /// (b) A table that was sent survives a power cut and is read back byte for byte.
@@ -87,7 +92,7 @@ pub fn a_flash_that_held_something_else_is_taken_over_while_symbols_go_on(progra
     let before = vocc(programs, folder, &["device", "status"], terminal.name()).json();
     assert_eq!(before["faults"], json!(["store", "no_table", "no_calibration"]), "{before}");
     vocc(programs, folder, &["table", "push", NIGHT], terminal.name()).json();
-    vocc(programs, folder, &["device", "rate", "90"], terminal.name()).json();
+    vocc(programs, folder, &["device", "rate", "90.2"], terminal.name()).json();
     let mut events = board.real_time(false);
     events.extend(board.run_ms(500));
     assert!(events.iter().all(|event| event.reset.is_none()));
@@ -110,12 +115,15 @@ pub fn fill_store(programs: &Programs, folder: &Path) {
     std::fs::write(&flashed, &bytes).expect("the flash is a file");
 }
 
-/// Checks that there are beacons from the first panel that is not dark, without a gap.
+/// Checks that there are a new board's beacons from the first panel that is not dark, without a gap.
 pub fn assert_beacons(record: &Record) {
     let mut beacons = Schedule::new();
-    let first = record.symbols.iter().position(|symbol| symbol.panel.bits() != 0);
-    for symbol in &record.symbols[first.expect("symbols are shown")..] {
-        assert_eq!(symbol.panel, beacons.next_panel(), "at {} ns", symbol.ns);
+    let is_dark = |edge: &&Symbol| [0, u64::MAX].contains(&edge.panel.bits());
+    let dark = record.symbols.iter().take_while(is_dark).count();
+    assert!(dark < record.symbols.len(), "symbols are shown");
+    let due = std::iter::repeat_with(|| carrier_edges(beacons.next_panel())).flatten();
+    for (edge, panel) in record.symbols[dark..].iter().zip(due) {
+        assert_eq!(edge.panel, panel, "at {} ns", edge.ns);
     }
 }
 

@@ -8,6 +8,7 @@ use link::framing::{Deframer, Event, Signature};
 use link::panel::SoftPanel;
 use link::serial::{Kind, REQUEST_FRAME_MAX, Request, Seed, encode, wire_length};
 use link::signing::{SecretKey, TrustedKey, Verdict, verdict};
+use link::symbol_rate::SymbolRate;
 use vocc_tests::firmware::say;
 
 use crate::emulator::{Emulator, Event as Happening};
@@ -79,6 +80,7 @@ pub fn signed(symbols: &[Symbol]) -> Option<(Vec<u8>, Signature)> {
 pub fn a_message_is_signed_on_the_board_and_proven_by_the_public_key(programs: &Programs, folder: &Path) {
     let public = SecretKey::from_seed(SEED).expect("a key").public();
     let mut trusted = [TrustedKey::new(public, None)];
+    drop(Emulator::power_up_still(programs, folder, &[]));
     for (start, message) in [(0, &b"Signed by a board"[..]), (1, b"Signed after a restart")] {
         let mut board = Emulator::power_up(programs, folder, &["--time", "9SecretKey4sign"]);
         board.run_ms(100);
@@ -117,6 +119,11 @@ pub fn a_key_clears_a_full_store_while_symbols_go_on(programs: &Programs, folder
     events.extend(after(&mut board, 1, &WRITE_KEY, 8_000));
     assert!(events.iter().all(|event| event.reset.is_none()));
     assert_beacons(&record(&events));
+    let still = Request::WriteCarrier {
+        millihertz: SymbolRate::DEFAULT.millihertz(),
+        cycles: 0,
+    };
+    after(&mut board, 3, &still, PROVEN_MS);
     let message = b"Signed by a board";
     let events = after(&mut board, 2, &Request::Send { repeats: None, message }, PROVEN_MS);
     assert!(signed(&record(&events).symbols).is_some_and(|(read, _)| read == message));

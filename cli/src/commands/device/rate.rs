@@ -7,6 +7,7 @@ use link::symbol_rate::SymbolRate;
 use link::waveform::{SymbolTiming, Waveform};
 use serde_json::json;
 use sim::l2a::{OtherWaveform, SHIPPED_FOR};
+use studies::flicker::Practice;
 use studies::signalling::parked_at;
 
 use super::receiver;
@@ -28,7 +29,7 @@ pub struct RateOptions {
     #[arg(long, value_name = "S", requires = "camera_fps", default_value_t = 0.001)]
     exposure: f64,
     /// Cycles of the carrier per symbol, so that the LEDs do not flicker visibly; the carrier must be 200 to 3000 Hz. 0: still panels.
-    /// Default: no change.
+    /// Default: no change. Without a stored value, a transmitter with shift registers shows a carrier.
     #[arg(long, value_name = "N")]
     carrier_cycles: Option<u32>,
 }
@@ -85,8 +86,11 @@ pub fn run(port: &Port, wanted: &RateOptions, shared: &SharedOptions) -> anyhow:
         }
     } else {
         let (told, warning) = of_transmitter(client, port, hz, wanted.carrier_cycles)?;
-        let parked = wanted.carrier_cycles.and_then(|_| beside_cameras(told.carrier()?.1));
-        for warning in [warning, parked].into_iter().flatten() {
+        let is_changed = hz.is_some() || wanted.carrier_cycles.is_some();
+        let carrier = told.carrier().filter(|_| is_changed);
+        let parked = carrier.and_then(|(_, carrier_hz)| beside_cameras(carrier_hz));
+        let slow = carrier.and_then(|(_, carrier_hz)| beside_eyes(told.symbol_rate_hz, carrier_hz));
+        for warning in [warning, parked, slow].into_iter().flatten() {
             output::tell(format_args!("vocc: {}: {warning}", port.name()));
         }
         told
@@ -154,6 +158,21 @@ fn beside_cameras(carrier_hz: f64) -> Option<String> {
              multiple of half their frame rate. `vocc plan --camera` recommends a rate and a carrier for your camera",
             cameras.join(", ")
         )
+    })
+}
+
+/// A warning if a carrier is so slow that it may not be of low risk, as one that is kept at another symbol rate.
+fn beside_eyes(symbol_rate_hz: f64, carrier_hz: f64) -> Option<String> {
+    // A third of an octave around it holds no frequency at which a square wave is of higher risk.
+    let least_hz = Practice::LowRisk.lowest_hz(100.0) * f64::powf(2.0, 1.0 / 6.0);
+    let faster = (least_hz / symbol_rate_hz).ceil() as u32..=(Waveform::MAX_HZ / symbol_rate_hz) as u32;
+    let apart = |&cycles: &u32| parked_at(f64::from(cycles) * symbol_rate_hz).next().is_none();
+    (carrier_hz < least_hz).then(|| {
+        let advice = match faster.clone().find(apart).or(faster.clone().next()) {
+            Some(cycles) => format!("--carrier-cycles {cycles} makes it {} Hz", f64::from(cycles) * symbol_rate_hz),
+            None => "`vocc plan --camera` recommends a rate and a carrier for your camera".into(),
+        };
+        format!("a carrier of {carrier_hz} Hz may flicker at more than low risk, which is from {least_hz:.0} Hz on: {advice}")
     })
 }
 

@@ -105,7 +105,7 @@ async fn main(_spawner: Spawner) {
     let (Ok(mut store), Ok(typical)) = (memory::store(board.FLASH), Calibration::new(leds::TYPICAL)) else {
         panic!("the store's place or the typical calibration is none");
     };
-    let mut start = store.remembered(typical).for_leds::<Panel>();
+    let mut start = store.remembered::<Panel>(typical);
     start.faults.set(Faults::WATCHDOG, was_reset);
 
     let hardware = symbols::Hardware {

@@ -89,7 +89,7 @@ async fn main(_spawner: Spawner) {
         table,
         timing,
         mut faults,
-    } = store.remembered(typical).for_leds::<Panel>();
+    } = store.remembered::<Panel>(typical);
     faults.set(Faults::WATCHDOG, was_reset);
 
     #[cfg(not(feature = "max7219"))]

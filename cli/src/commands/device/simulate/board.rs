@@ -53,7 +53,7 @@ impl Board {
     pub fn start(flash: Flash, began: Duration) -> anyhow::Result<Self> {
         let mut store = Store::new(flash, 0..FLASH_BYTES as u32)?;
         let typical = Calibration::new(BENCH).context("the bench's panel")?;
-        let start = store.remembered(typical);
+        let start = store.remembered::<Leds>(typical);
         let leds = Leds::new(start.calibration.measured());
         let transmitter = Transmitter::from_store(leds, start);
         Ok(Self {

@@ -4,6 +4,8 @@ use std::convert::Infallible;
 
 use link::panel::PanelFrame;
 use link::serial::Measured;
+use link::symbol_rate::SymbolRate;
+use link::waveform::SymbolTiming;
 use tx_firmware::calibration::{BENCH_FULL_DUTY_LX, SWITCHED};
 use tx_firmware::dimming::Duty;
 use tx_firmware::drive::{Drive, Pulses};
@@ -41,6 +43,8 @@ impl LedMatrix for Leds {
     type Error = Infallible;
 
     const SHOWS_CARRIER: bool = true;
+    /// Nobody looks at simulated LEDs, and a camera reads still panels with any exposure.
+    const DEFAULT_TIMING: SymbolTiming = SymbolTiming::still(SymbolRate::DEFAULT);
     const FULL_DUTY_LX: u32 = BENCH_FULL_DUTY_LX;
 
     fn show(&mut self, _: PanelFrame) -> Result<(), Infallible> {
