@@ -334,7 +334,7 @@ fn bad_images_are_refused() {
     let near = "10,10,17,10,17,17,10,17";
     refused(
         &["decode", &path("black.png"), "--corners", near],
-        &["--corners", "1 px apart", "show the panel larger"],
+        &["--corners", "1.00 px apart", "show the panel larger"],
     );
     refused(&["decode", &path("black.png"), "--detector", "fisher"], &["fisher"]);
     // A valid image without a panel is not bad input: the answer is no.

@@ -550,7 +550,7 @@ fn a_carrier_is_told_set_kept_and_refused() {
     for words in [
         "432 Hz may flicker at more than low risk",
         "from 1403 Hz on",
-        "--carrier-cycles 53 makes it 1431 Hz",
+        "--carrier-cycles 52 makes it 1404 Hz",
     ] {
         assert!(warned.contains(words), "{warned}");
     }

@@ -351,7 +351,7 @@ fn a_table_by_reach_says_what_it_knows() {
     let picture = path("shown.png");
     let shown = vocc(&["table", "show", &table, "--plot", &picture]);
     assert_eq!(shown.status.code(), Some(0), "{}", text(&shown.stderr));
-    for word in ["interval 0.5", "█", "cd", " m ", "found to 82 m"] {
+    for word in ["interval 0.5", "█", "cd", " m ", "2 px apart at 82 m"] {
         assert!(text(&shown.stdout).contains(word), "{word}: {}", text(&shown.stdout));
     }
     assert!(image::open(&picture).expect("a plot").width() > 1000);
@@ -359,6 +359,7 @@ fn a_table_by_reach_says_what_it_knows() {
     assert!(drawing.contains("thin: found to"));
     let numbers = json(&vocc(&["table", "show", &table, "--json"]));
     assert_eq!(numbers["found_to_m"][0].as_f64().map(f64::round), Some(82.0));
+    assert_eq!(numbers["reach_m"][0][0], entries[0]["reach_m"]);
     refused(&["table", "show", &table, "--plot", "shown.jpg"], &[".png"]);
 
     // The second entry is found again from the stored results of the first.

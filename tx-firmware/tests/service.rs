@@ -418,7 +418,9 @@ fn a_board_that_stored_no_timing_begins_with_a_carrier_if_its_leds_show_one() {
     let mut bench = Bench::new();
     let typical = Calibration::new(BENCH).expect("possible values");
     let mut begins = |stored: Option<SymbolTiming>| {
-        stored.map(|timing| bench.store.save_timing(timing).expect("room"));
+        if let Some(timing) = stored {
+            bench.store.save_timing(timing).expect("room");
+        }
         let start = bench.store.remembered::<RecordingMatrix>(typical);
         bench.transmitter = Transmitter::from_store(RecordingMatrix::default(), start);
         let timing = bench.transmitter.timing();

@@ -24,8 +24,9 @@ pub struct Provenance<'a> {
 pub fn page(parts: &[Part], made: &Provenance, overview: Option<&Drawing>, figures: &[Figure]) -> Document {
     let mut document = Document::new("What accuracy costs in time");
     document.text(
-        "Choose by the accuracy that you want and the time that you have. Each row is a step of the simulator, the receiver or the \
-         transmitter; each cell is an error, its time, and the variant. × is the default's time:",
+        "Choose by the accuracy that you want and the time that you have. Each row is a step with alternatives. A cell has the error, the \
+         time (3 ×: three times the default's) and, in brackets, the variant. If the quickest is also more exact than the default, the \
+         default has another reason, given below.",
     );
     choices(&mut document, parts);
     if let Some(overview) = overview {
@@ -65,8 +66,8 @@ fn choices(document: &mut Document, parts: &[Part]) {
         let quickest = front().min_by(|a, b| a.cost.median.total_cmp(&b.cost.median))?;
         let most_exact = front().min_by(|a, b| a.error.total_cmp(&b.error))?;
         let default = default(diagram)?;
-        let unless_default = |point| {
-            if point == default {
+        let unless_default = |point: &Point| {
+            if are_alike(point, default) {
                 "the default".into()
             } else {
                 choice(diagram, point, default)
@@ -82,6 +83,12 @@ fn choices(document: &mut Document, parts: &[Part]) {
         ])
     });
     document.table(&["step: error", "case", "quickest", "default", "most exact"], rows);
+}
+
+/// Whether two variants have the same error and the same time, to three digits and half a percent.
+fn are_alike(point: &Point, default: &Point) -> bool {
+    let is_as_quick = (point.cost.median / default.cost.median - 1.0).abs() < 0.005;
+    is_as_quick && digits(point.error) == digits(default.error)
 }
 
 /// Of the diagrams with the first one's error and unit of cost, the one with the most variants on its front; of several, the first.
@@ -110,15 +117,19 @@ fn measure(diagram: &Diagram) -> String {
     }
 }
 
-/// A variant's error without the interval, its cost relative to the default's, and its name.
+/// A variant's error without the interval, its cost relative to the default's, and its name. A rate of zero is no bound.
 fn choice(diagram: &Diagram, point: &Point, default: &Point) -> String {
-    let bound = if point.at_most { "< " } else { "" };
+    let error = match (point.at_most, diagram.error_unit.is_empty()) {
+        (true, true) => "none seen".into(),
+        (true, false) => format!("< {}", digits(point.error)),
+        (false, _) => digits(point.error),
+    };
     let spent = if point == default {
         cost(diagram, point)
     } else {
         format!("{} ×", digits(point.cost.median / default.cost.median))
     };
-    format!("**{bound}{}** in {spent} ({})", digits(point.error), point.variant)
+    format!("**{error}** in {spent} ({})", point.variant)
 }
 
 fn cost(diagram: &Diagram, point: &Point) -> String {

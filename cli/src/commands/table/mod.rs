@@ -99,6 +99,9 @@ struct CarriedTable {
     illuminance_lx: Vec<f64>,
     interval: Vec<f64>,
     l2a: Vec<Vec<f64>>,
+    /// The reach of each ratio in metres, if the table is by reach.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reach_m: Option<Vec<Vec<f64>>>,
     /// The greatest distance at which a panel of each interval is found, in metres, if the table is for one scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     found_to_m: Option<Vec<f64>>,
@@ -162,6 +165,7 @@ fn show(file: Option<&Path>, plot: Option<&Path>, shown: &TableUse, as_json: boo
         Some(path) => {
             let (file, table) = TableFile::read_with_table(path)?;
             let carried = CarriedTable {
+                reach_m: reaches(&file),
                 found_to_m: file.found_to_m(),
                 ..CarriedTable::of(&table, file.ratios.waveform)
             };
@@ -195,6 +199,17 @@ fn show(file: Option<&Path>, plot: Option<&Path>, shown: &TableUse, as_json: boo
     }
 }
 
+/// The reach of each of a table's ratios, in the order of [`CarriedTable::l2a`]; `None` if one is unknown.
+fn reaches(file: &TableFile) -> Option<Vec<Vec<f64>>> {
+    let reach = |illuminance: f64, interval: f64| {
+        let mut entries = file.reach.entries.iter();
+        let entry = entries.find(|entry| entry.illuminance_lx == illuminance && entry.interval == interval)?;
+        Some(entry.reach_m)
+    };
+    let row = |&illuminance: &f64| file.ratios.interval.iter().map(|&interval| reach(illuminance, interval)).collect();
+    file.ratios.illuminance_lx.iter().map(row).collect()
+}
+
 fn print_under(head: &str, lines: impl Iterator<Item = String>) -> anyhow::Result<()> {
     let mut lines = lines.peekable();
     if lines.peek().is_some() {
@@ -220,6 +235,7 @@ impl CarriedTable {
             illuminance_lx: table.illuminances_lx().iter().map(|e| e.to_num()).collect(),
             l2a: ratios.chunks(interval.len()).map(<[f64]>::to_vec).collect(),
             interval,
+            reach_m: None,
             found_to_m: None,
         }
     }
