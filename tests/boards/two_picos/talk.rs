@@ -36,9 +36,13 @@ pub fn sending(programs: &Programs, folder: &Path, options: &[&str]) -> Pair {
     let mut pair = Pair::new(programs, folder, &SCENE, options);
     pair.tell(&json!({ "lux": LUX }));
     pair.run_ms(500);
-    // The receiver reads no carrier.
+    // The receiver reads no carrier, with which a new transmitter begins.
     let still = ["device", "rate", SYMBOL_RATE, "--carrier-cycles", "0"];
     tell_transmitter(&mut pair, programs, folder, &still);
+    pair.tell(&json!({ "transmitter": "off" }));
+    pair.run_ms(200);
+    pair.tell(&json!({ "transmitter": "on" }));
+    pair.run_ms(500);
     send(&mut pair, programs, folder, TEXT);
     pair
 }
