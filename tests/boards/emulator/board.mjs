@@ -92,13 +92,18 @@ export class Board {
   }
 
   run(nanos) {
-    const end = this.nanos + nanos;
-    while (this.nanos < end) {
-      this.runUntil(end - this.startedNanos);
-      if (this.wanted === 'reset') this.reset();
+    // By the clock, not by `this.nanos`: rounded, the sum of start and clock may stay below an end that the clock has reached.
+    let end = this.clock.nanos + nanos;
+    while (this.clock.nanos < end) {
+      this.runUntil(end);
+      if (this.wanted === 'reset') {
+        end -= this.clock.nanos;
+        this.reset();
+      }
     }
   }
 
+  // Runs until the clock shows this time, or the board wants to be reset.
   runUntil(end) {
     const { clock, mcu, rom, stopwatch } = this;
     const { core } = mcu;
