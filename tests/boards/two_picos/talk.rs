@@ -36,15 +36,19 @@ pub fn sending(programs: &Programs, folder: &Path, options: &[&str]) -> Pair {
     let mut pair = Pair::new(programs, folder, &SCENE, options);
     pair.tell(&json!({ "lux": LUX }));
     pair.run_ms(500);
-    // The receiver reads no carrier, with which a new transmitter begins.
-    let still = ["device", "rate", SYMBOL_RATE, "--carrier-cycles", "0"];
-    tell_transmitter(&mut pair, programs, folder, &still);
+    store_still(&mut pair, programs, folder);
+    tell_transmitter(&mut pair, programs, folder, &["device", "rate", SYMBOL_RATE]);
+    send(&mut pair, programs, folder, TEXT);
+    pair
+}
+
+/// Makes the transmitter one that has started with still panels: a new one shows a carrier, which the receiver does not read.
+fn store_still(pair: &mut Pair, programs: &Programs, folder: &Path) {
+    tell_transmitter(pair, programs, folder, &["device", "rate", "90", "--carrier-cycles", "0"]);
     pair.tell(&json!({ "transmitter": "off" }));
     pair.run_ms(200);
     pair.tell(&json!({ "transmitter": "on" }));
     pair.run_ms(500);
-    send(&mut pair, programs, folder, TEXT);
-    pair
 }
 
 /// Gives the transmitter another text and waits until it shows it.
