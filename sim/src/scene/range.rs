@@ -36,18 +36,9 @@ impl Ranged for f64 {
         Err(RangeError {
             value: self.to_string(),
             allowed: format!("a number from {} to {}", range.start(), range.end()),
-            way_out: way_out(&key),
+            way_out: format!("set it with {key}=… or in the scene file"),
             key,
         })
-    }
-}
-
-/// How to set a key, whose remarks in brackets are no part of its name.
-fn way_out(key: &str) -> String {
-    match key.split_once(' ') {
-        None => format!("set it with {key}=… or in the scene file"),
-        Some((name, _)) if key.ends_with(')') => format!("set it with {name}=… or in the scene file"),
-        Some(_) => "set it in the scene file".into(),
     }
 }
 

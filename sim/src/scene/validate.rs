@@ -22,12 +22,18 @@ impl Scene {
             });
         }
         for (index, panel) in self.panels.iter().enumerate() {
-            panel.check(|key| match self.panels.len() {
-                1 => format!("panel.{key}"),
-                _ => format!("panel.{key} (panel {index})"),
-            })?;
+            // Overrides set keys of the first panel.
+            let of_panel = |error: RangeError| match index {
+                0 => error,
+                _ => RangeError {
+                    key: format!("{} (panel {index})", error.key),
+                    way_out: "set it in the scene file".into(),
+                    ..error
+                },
+            };
+            panel.check(|key| format!("panel.{key}")).map_err(of_panel)?;
             if let Some(pose) = &panel.pose {
-                pose.check(|key| format!("panel.pose (panel {index}).{key}"))?;
+                pose.check(|key| format!("panel.pose.{key}")).map_err(of_panel)?;
             }
         }
         self.pose.check(|key| format!("pose.{key}"))?;
@@ -38,8 +44,12 @@ impl Scene {
         let exposure_s = self.camera.exposure_s.unwrap_or(self.camera.exposure_max_s);
         let longest_s = exposure_s + self.camera.readout_s;
         let fastest = (Link::WINDOW - 1) as f64 / longest_s;
-        let times = || "link.symbol_rate_hz (times exposure_s or exposure_max_s, + readout_s)".into();
-        self.link.symbol_rate_hz.check(0.1..=fastest, &times)?;
+        let times = |error: RangeError| RangeError {
+            key: format!("{} (times exposure_s or exposure_max_s, + readout_s)", error.key),
+            ..error
+        };
+        let rate = self.link.symbol_rate_hz.check(0.1..=fastest, &|| "link.symbol_rate_hz".into());
+        rate.map_err(times)?;
         self.link.waveform()?;
         self.effects.check(|key| format!("effects.{key}"))
     }
