@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::Spectrum;
+use super::spectrum::TO_BAND_END;
 
 /// The frequency below which modulation is limited more, Hz.
 const SEEN_BELOW_HZ: f64 = 90.0;
@@ -86,6 +87,16 @@ impl Practice {
             Some(([low, _], _)) if percent < low * SEEN_BELOW_HZ => percent / low,
             Some(([_, high], unlimited_hz)) => (percent / high).clamp(SEEN_BELOW_HZ, unlimited_hz),
         }
+    }
+
+    /// The frequency from which on the band of a square carrier holds no frequency at which a modulation of 100 % exceeds the limit; Hz.
+    ///
+    /// ```
+    /// use studies::flicker::Practice;
+    /// assert_eq!(Practice::LowRisk.lowest_carrier_hz().round(), 1403.0);
+    /// ```
+    pub fn lowest_carrier_hz(self) -> f64 {
+        self.lowest_hz(100.0) * TO_BAND_END
     }
 
     /// The worst modulation of a light at a symbol rate in Hz; `None` if no line is limited.

@@ -8,7 +8,7 @@ pub const HIGHEST_CYCLES: f64 = 8.0;
 /// The highest line in use with a carrier, in cycles of it: above all limited frequencies.
 pub const HIGHEST_CARRIERS: f64 = 16.0;
 /// The ratio of the end to the middle of a third of an octave.
-const TO_BAND_END: f64 = 1.122_462_048_309_373;
+pub(super) const TO_BAND_END: f64 = 1.122_462_048_309_373;
 /// The greatest rounding error of a zero line, %.
 const ROUNDING_PERCENT: f64 = 1e-6;
 

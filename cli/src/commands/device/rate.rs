@@ -163,8 +163,7 @@ fn beside_cameras(carrier_hz: f64) -> Option<String> {
 
 /// A warning if a carrier is so slow that it may not be of low risk, as one that is kept at another symbol rate.
 fn beside_eyes(symbol_rate_hz: f64, carrier_hz: f64) -> Option<String> {
-    // A third of an octave around it holds no frequency at which a square wave is of higher risk.
-    let least_hz = Practice::LowRisk.lowest_hz(100.0) * f64::powf(2.0, 1.0 / 6.0);
+    let least_hz = Practice::LowRisk.lowest_carrier_hz();
     let faster = (least_hz / symbol_rate_hz).ceil() as u32..=(Waveform::MAX_HZ / symbol_rate_hz) as u32;
     let apart = |&cycles: &u32| parked_at(f64::from(cycles) * symbol_rate_hz).next().is_none();
     (carrier_hz < least_hz).then(|| {
