@@ -1,5 +1,7 @@
 //! Whether soft bits are as reliable as stated.
 
+use std::fmt;
+
 use link::panel::{LLR_STEP, PanelFrame, SoftPanel};
 
 use super::share_95;
@@ -42,6 +44,15 @@ pub struct Bin {
     pub wrong: u64,
     /// The 95 % interval of the wrong share, for bits that are wrong together within a panel.
     pub wrong_95: [f64; 2],
+}
+
+/// Columns of a table: the stated share, the wrong one with its interval, and the counts.
+impl fmt::Display for Bin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let ([low, high], share) = (self.wrong_95, self.wrong as f64 / self.bits as f64);
+        let Self { stated, bits, wrong, .. } = self;
+        write!(f, "{stated:.1e} | {share:.1e} ({low:.1e} to {high:.1e}) | {wrong} of {bits}")
+    }
 }
 
 impl Reliability {
