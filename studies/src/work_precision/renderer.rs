@@ -60,9 +60,9 @@ pub fn measure(scale: &Scale, steps: &mut Steps) -> Result<Measurement, Precisio
         diagrams.push(diagram("knobs", |point| has_a_knob(point) || is_a_level(point)));
     }
     Ok(Measurement {
-        method: "Dots are the greatest error of a pixel before rounding, ticks the root mean square; the paper's camera, L2A 2. *bound* sets all \
- parameters for a bound in grey levels; *quadrature*, *truncation* and *phases* vary one and keep the others at `fine`. *f64* has no \
- tables. *supersampled* averages a finer raster, *straightforward* blurs whole pixels."
+        method: "Dots are the greatest error of a pixel before rounding, ticks the root mean square; the paper's camera, L2A 2. *bound* \
+                 sets all parameters for a bound in grey levels; *quadrature*, *truncation* and *phases* vary one and keep the others at \
+                 `fine`. *f64* has no tables. *supersampled* averages a finer raster, *straightforward* blurs whole pixels."
             .into(),
         reference: format!(
             "Level `reference`: {} times as long as `fast`, exact to 1e-9 of an LED's light.",

@@ -201,12 +201,14 @@ fn show(file: Option<&Path>, plot: Option<&Path>, shown: &TableUse, as_json: boo
 
 /// The reach of each of a table's ratios, in the order of [`CarriedTable::l2a`]; `None` if one is unknown.
 fn reaches(file: &TableFile) -> Option<Vec<Vec<f64>>> {
-    let reach = |illuminance: f64, interval: f64| {
-        let mut entries = file.reach.entries.iter();
-        let entry = entries.find(|entry| entry.illuminance_lx == illuminance && entry.interval == interval)?;
-        Some(entry.reach_m)
+    let reach = |place| file.reach.entry(place).map(|entry| entry.reach_m);
+    let row = |&illuminance: &f64| {
+        file.ratios
+            .interval
+            .iter()
+            .map(|&interval| reach([illuminance, interval]))
+            .collect()
     };
-    let row = |&illuminance: &f64| file.ratios.interval.iter().map(|&interval| reach(illuminance, interval)).collect();
     file.ratios.illuminance_lx.iter().map(row).collect()
 }
 
