@@ -176,7 +176,8 @@ fn bad_plans_and_foreign_shards_are_refused() {
     with("axis.toml", &PLAN.replace("[50, 500]", "[]"));
     place.refused(&["sweep", "axis.toml"], &["no values"]);
     with("far.toml", &PLAN.replace("[50, 500]", "[50, -1]"));
-    place.refused(&["sweep", "far.toml"], &["cell 2", "illuminance_lx"]);
+    place.refused(&["sweep", "far.toml", "--out", "far"], &["cell 2", "illuminance_lx"]);
+    assert!(!place.0.join("far/sweep.json").exists(), "a plan that cannot be run leaves a file");
     with("seeded.toml", &format!("seed = 5{PLAN}"));
     place.refused(&["sweep", "seeded.toml", "--seed", "6"], &["seed = 5"]);
     place.refused(&["sweep", "none.toml"], &["none.toml"]);

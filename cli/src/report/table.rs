@@ -25,7 +25,7 @@ pub fn reach_line(entry: &ReachEntry, found_to_m: Option<f64>) -> String {
     };
     let flat = if entry.is_flat { ", flat" } else { "" };
     let lost = entry.lost_at_m.map_or(String::new(), |lost| format!(", lost at {lost} m"));
-    let found = found_to_m.map_or(String::new(), |found_m| format!(", 2 px apart at {found_m:.0} m"));
+    let found = found_to_m.map_or(String::new(), |found_m| format!(", {LEAST_PITCH_PX} px apart at {found_m:.0} m"));
     format!(
         "{:>8} lx  {:>8}  {:>6.3}   {:.3} to {:.3}  {:>6.1} m   {:.2} to {:.2}   {border}{:>5.2}  {}{flat}{lost}{found}",
         entry.illuminance_lx,
@@ -44,7 +44,9 @@ pub fn reach_line(entry: &ReachEntry, found_to_m: Option<f64>) -> String {
 /// States the assumption behind a reach, and the distance from which it matters.
 pub fn found_line(file: &TableFile) -> String {
     if file.regret.record.is_some() {
-        return format!("a reach ends where LEDs are less than {LEAST_PITCH_PX} px apart, too close for a receiver to find");
+        return format!(
+            "a reach ends where LEDs are less than {LEAST_PITCH_PX} px apart, too close for a receiver to find; in dim light its range is shorter"
+        );
     }
     let list = |numbers: &[f64], digits: usize| {
         let numbers = numbers.iter().map(|number| format!("{number:.digits$}"));
@@ -54,7 +56,10 @@ pub fn found_line(file: &TableFile) -> String {
         let intervals = file.ratios.interval.iter().map(f64::to_string).collect::<Vec<_>>();
         format!(", beyond {} m at interval {}", list(&ends, 0), intervals.join(", "))
     });
-    format!("reach assumes a panel at a known place; a receiver finds none whose LEDs are less than {LEAST_PITCH_PX} px apart{ends}")
+    format!(
+        "reach assumes a panel at a known place; a receiver finds none whose LEDs are less than {LEAST_PITCH_PX} px apart{ends}; in dim \
+         light its range is shorter"
+    )
 }
 
 /// Head of [`regret_line`]s.

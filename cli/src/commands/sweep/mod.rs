@@ -135,12 +135,13 @@ fn work_off(plan: &PlanFile, shard: Shard, path: &Path, mut results: Results) ->
 }
 
 fn whole(arguments: &Arguments, plan: &PlanFile, folder: Option<&Path>, as_json: bool) -> anyhow::Result<Verdict> {
+    // A plan that cannot be run leaves no file.
+    let run = Run::new(&plan.sweep, Shard::WHOLE, None)?.until(stop());
     let path = folder.map(folder::whole);
     let mut results = match &path {
         Some(path) => begun(&plan.sweep, path, arguments.resume)?,
         None => Results::new(plan.sweep.clone()),
     };
-    let run = Run::new(&plan.sweep, Shard::WHOLE, None)?.until(stop());
     let place = path.as_deref().map(results::Place::new);
     let mut report = Report::new(&plan.sweep, as_json)?;
     report.begin_at(run.frames_done(&results));
