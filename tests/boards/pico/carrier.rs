@@ -85,9 +85,7 @@ pub fn a_carrier_is_shown_in_quarters_of_cycles_and_outlives_a_restart(programs:
             record.extend(&board.real_time(false));
             record.extend(&board.run_ms(400));
         }
-        let is_dark = |edge: &&Symbol| [0, u64::MAX].contains(&edge.panel.bits());
-        let dark = record.symbols.iter().take_while(is_dark).count();
-        let mut edges = &record.symbols[dark..];
+        let mut edges = record.lit_symbols();
         let mut beacons = Schedule::new();
         let mut beacon = beacons.next_panel();
         for (rate_hz, cycles) in [(DEFAULT_HZ, DEFAULT_CYCLES)].into_iter().chain(told) {

@@ -1,9 +1,11 @@
 //! A transmitter's image on an emulated board: power, light, and the pins.
 
 use std::ffi::OsStr;
+use std::io::Write as _;
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
-use link::serial::Request;
+use link::serial::{Kind, REQUEST_FRAME_MAX, Request, encode, wire_length};
 use link::symbol_rate::SymbolRate;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -11,7 +13,6 @@ use serde_json::{Value, json};
 use vocc_tests::emulator::Emulation;
 
 use crate::image::Programs;
-use crate::signing::after;
 
 pub use vocc_tests::driven_panel::CLOCK_HZ;
 
@@ -75,11 +76,7 @@ impl Emulator {
         {
             let mut board = Self::power_up(programs, folder, &[]);
             board.run_ms(100);
-            let still = Request::WriteCarrier {
-                millihertz: SymbolRate::DEFAULT.millihertz(),
-                cycles: 0,
-            };
-            after(&mut board, 1, &still, 200);
+            board.store_still(1, 200);
         }
         Self::power_up(programs, folder, options)
     }
@@ -114,6 +111,24 @@ impl Emulator {
     pub fn run_ms(&mut self, milliseconds: u32) -> Vec<Event> {
         self.emulation.command(&json!({ "run_ms": milliseconds }));
         self.until(|event| event.ran.is_some())
+    }
+
+    /// The events in some time after a request.
+    pub fn ask(&mut self, sequence: u32, request: &Request<'_>, milliseconds: u32) -> Vec<Event> {
+        let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
+        let wire = encode(Kind::Request, sequence, request, &mut wire).expect("it fits");
+        let mut port = UnixStream::connect(self.socket()).expect("the emulator listens");
+        port.write_all(wire).expect("the board takes it");
+        self.run_ms(milliseconds)
+    }
+
+    /// Stores still panels, and runs for some time.
+    pub fn store_still(&mut self, sequence: u32, milliseconds: u32) -> Vec<Event> {
+        let still = Request::WriteCarrier {
+            millihertz: SymbolRate::DEFAULT.millihertz(),
+            cycles: 0,
+        };
+        self.ask(sequence, &still, milliseconds)
     }
 
     /// Starts or stops real time; returns the events before.

@@ -8,7 +8,7 @@ use link::signing::SecretKey;
 
 use crate::emulator::Emulator;
 use crate::image::Programs;
-use crate::signing::{PROVEN_MS, WRITE_KEY, after, assert_symbols_went_on, record, signed};
+use crate::signing::{PROVEN_MS, WRITE_KEY, assert_symbols_went_on, record, signed};
 
 const PIN_SEED: [u8; 32] = *b"a key that is derived from a PIN";
 const SALT: u64 = 1;
@@ -34,12 +34,12 @@ pub fn a_locked_board_wants_a_permit_while_symbols_go_on(programs: &Programs, fo
 
     let mut board = Emulator::power_up_still(programs, folder, &["--time", VERIFICATION]);
     board.run_ms(100);
-    let mut events = after(&mut board, 1, &WRITE_KEY, PROVEN_MS);
-    events.extend(after(&mut board, 2, &lock, PROVEN_MS));
-    events.extend(after(&mut board, 3, &send, PROVEN_MS));
+    let mut events = board.ask(1, &WRITE_KEY, PROVEN_MS);
+    events.extend(board.ask(2, &lock, PROVEN_MS));
+    events.extend(board.ask(3, &send, PROVEN_MS));
     assert_eq!(signed(&record(&events).symbols), None);
-    events.extend(after(&mut board, 4, &permit, PROVEN_MS));
-    let shown = after(&mut board, 5, &send, 2 * PROVEN_MS);
+    events.extend(board.ask(4, &permit, PROVEN_MS));
+    let shown = board.ask(5, &send, 2 * PROVEN_MS);
     assert!(signed(&record(&shown).symbols).is_some_and(|(read, _)| read == MESSAGE));
 
     events.extend(shown);

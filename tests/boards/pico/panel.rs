@@ -78,6 +78,14 @@ impl Record {
         }
     }
 
+    /// The symbols from the first panel that is not dark.
+    pub fn lit_symbols(&self) -> &[Symbol] {
+        let is_dark = |edge: &&Symbol| [0, u64::MAX].contains(&edge.panel.bits());
+        let dark = self.symbols.iter().take_while(is_dark).count();
+        assert!(dark < self.symbols.len(), "symbols are shown");
+        &self.symbols[dark..]
+    }
+
     /// The pulses at the end.
     pub fn last_pulses(&self) -> Pulses {
         self.pulses.last().map_or_else(Pulses::default, |&(_, pulses)| pulses)

@@ -8,7 +8,7 @@ use tx_firmware::program::ProgramHash;
 
 use crate::emulator::Emulator;
 use crate::image::Programs;
-use crate::signing::{after, assert_symbols_went_on};
+use crate::signing::assert_symbols_went_on;
 use crate::terminal::Terminal;
 use crate::vocc::vocc;
 
@@ -61,11 +61,11 @@ pub fn names_the_program_that_was_flashed(programs: &Programs, folder: &Path) {
 pub fn symbols_go_on_while_the_program_is_hashed(programs: &Programs, folder: &Path) {
     let mut board = Emulator::power_up_still(programs, folder, &["--time", COMPUTES]);
     board.run_ms(100);
-    let events = after(&mut board, 1, &Request::ReadProgramHash, 1_000);
+    let events = board.ask(1, &Request::ReadProgramHash, 1_000);
     assert!(events.iter().all(|event| event.reset.is_none()));
     assert_symbols_went_on(&events, COMPUTES, "the program's hash");
     // Once after a start.
-    let events = after(&mut board, 2, &Request::ReadProgramHash, 1_000);
+    let events = board.ask(2, &Request::ReadProgramHash, 1_000);
     let cycles = events.last().and_then(|last| last.cycles.as_ref()).expect("cycles were counted");
     assert_eq!(cycles[COMPUTES]["count"], 1);
 }

@@ -1,14 +1,11 @@
 //! A board with a private key: the public key verifies what its LEDs show.
 
-use std::io::Write as _;
-use std::os::unix::net::UnixStream;
 use std::path::Path;
 
 use link::framing::{Deframer, Event, Signature};
 use link::panel::SoftPanel;
-use link::serial::{Kind, REQUEST_FRAME_MAX, Request, Seed, encode, wire_length};
+use link::serial::{Request, Seed};
 use link::signing::{SecretKey, TrustedKey, Verdict, verdict};
-use link::symbol_rate::SymbolRate;
 use vocc_tests::firmware::say;
 
 use crate::emulator::{Emulator, Event as Happening};
@@ -29,19 +26,6 @@ pub const WRITE_KEY: Request<'_> = Request::WriteKey {
 const COMPUTING_MAX: u64 = 31_250_000;
 /// Time within which a sent message is verified, including its signature of 20 panels, in ms.
 pub const PROVEN_MS: u32 = 1_000;
-
-/// The bytes of a request with this sequence number.
-fn wire(sequence: u32, request: &Request<'_>) -> Vec<u8> {
-    let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
-    encode(Kind::Request, sequence, request, &mut wire).expect("it fits").to_vec()
-}
-
-/// The events in some time after a request.
-pub fn after(board: &mut Emulator, sequence: u32, request: &Request<'_>, milliseconds: u32) -> Vec<Happening> {
-    let mut port = UnixStream::connect(board.socket()).expect("the emulator listens");
-    port.write_all(&wire(sequence, request)).expect("the board takes it");
-    board.run_ms(milliseconds)
-}
 
 /// The panels with their light.
 pub fn record(events: &[Happening]) -> Record {
@@ -85,9 +69,9 @@ pub fn a_message_is_signed_on_the_board_and_proven_by_the_public_key(programs: &
         let mut board = Emulator::power_up(programs, folder, &["--time", "9SecretKey4sign"]);
         board.run_ms(100);
         if start == 0 {
-            after(&mut board, 1, &WRITE_KEY, PROVEN_MS);
+            board.ask(1, &WRITE_KEY, PROVEN_MS);
         }
-        let events = after(&mut board, 2, &Request::Send { repeats: None, message }, PROVEN_MS);
+        let events = board.ask(2, &Request::Send { repeats: None, message }, PROVEN_MS);
         let (read, signature) = signed(&record(&events).symbols).expect("a signed message");
         assert_eq!(read, message);
         let told = Verdict::Proven {
@@ -116,16 +100,12 @@ pub fn a_key_clears_a_full_store_while_symbols_go_on(programs: &Programs, folder
     fill_store(programs, folder);
     let mut board = Emulator::power_up(programs, folder, &["--slow-flash"]);
     let mut events = board.run_ms(100);
-    events.extend(after(&mut board, 1, &WRITE_KEY, 8_000));
+    events.extend(board.ask(1, &WRITE_KEY, 8_000));
     assert!(events.iter().all(|event| event.reset.is_none()));
     assert_beacons(&record(&events));
-    let still = Request::WriteCarrier {
-        millihertz: SymbolRate::DEFAULT.millihertz(),
-        cycles: 0,
-    };
-    after(&mut board, 3, &still, PROVEN_MS);
+    board.store_still(3, PROVEN_MS);
     let message = b"Signed by a board";
-    let events = after(&mut board, 2, &Request::Send { repeats: None, message }, PROVEN_MS);
+    let events = board.ask(2, &Request::Send { repeats: None, message }, PROVEN_MS);
     assert!(signed(&record(&events).symbols).is_some_and(|(read, _)| read == message));
     let flash = std::fs::read(folder.join("flash.bin")).expect("the flash is a file");
     assert!(!flash.windows(64).any(|window| window == [0x5a; 64]));
