@@ -12,7 +12,7 @@ use vocc_tests::firmware::say;
 
 use crate::image::Programs;
 use crate::pair::{Pair, Tally};
-use crate::talk::{ARRIVES_IN_S, reads_on};
+use crate::talk::{ARRIVES_IN_S, arrives, hand_over, reads_on};
 use crate::timing::FRAME;
 
 /// Part of the mangled name of the function that verifies a text, `Trust::verdict`.
@@ -23,9 +23,11 @@ const TEXT: &str = "Signed by light";
 /// Maximum time for a verdict, in cycles: a quarter of a second.
 const VERDICT_MAX: u64 = 31_250_000;
 /// Maximum number of frames that are dropped meanwhile; the next one waits in memory.
-const DROPPED_MAX: u64 = 2;
+const DROPPED_MAX: i64 = 2;
 /// Time for the key to be stored, in ms.
 const STORED_MS: u32 = 1_000;
+/// A step that is shorter than a frame period, in ms.
+const STEP_MS: u32 = 10;
 
 fn key() -> SecretKey {
     SecretKey::from_seed(SEED).expect("a key")
@@ -52,18 +54,40 @@ pub fn a_text_is_proven_in_time(pair: &mut Pair, programs: &Programs, folder: &P
 
     pair.count_anew();
     let from = pair.record.len();
-    reads_on(pair, programs, folder, TEXT);
+    hand_over(pair, programs, folder, TEXT);
+    let dropped = dropped_by_a_verdict(pair);
+    arrives(pair, from, TEXT);
     let proven = format!("verdict: proven: signed by {}, counter {COUNTER}", key().public().id());
     pair.wait_since(from, &proven, ARRIVES_IN_S);
     let Tally { count, most, .. } = pair.tally(VERDICT);
-    let dropped = pair.frames_since(from).count() as u64 - pair.tally(FRAME).count;
     say(&format!(
         "RP2040: a verdict on {} bytes takes {most} cycles with interrupts, {:.2} s; {dropped} frames dropped meanwhile",
         TEXT.len(),
         most as f64 / CLOCK_HZ
     ));
     assert!(count == 1 && most <= VERDICT_MAX, "{count} verdicts, {most} cycles");
-    // One frame has begun and not ended yet.
-    assert!((1..=DROPPED_MAX + 1).contains(&dropped), "{dropped} frames dropped");
+    // One frame more may have begun and not ended yet.
+    assert!(dropped <= DROPPED_MAX + 1, "{dropped} frames dropped");
     reads_on(pair, programs, folder, "Signed again");
+}
+
+/// Runs until the receiver has verified a text; returns how many more frames began during the verdict than ended. Code words before it
+/// that can hardly be decoded have dropped frames of their own.
+fn dropped_by_a_verdict(pair: &mut Pair) -> i64 {
+    let from = pair.record.len();
+    let mut unread = vec![];
+    for _ in 0..ARRIVES_IN_S * 1000 / STEP_MS {
+        pair.run_ms(STEP_MS);
+        unread.push(pair.frames_since(from).count() as i64 - pair.tally(FRAME).count as i64);
+        let Tally { count, most, .. } = pair.tally(VERDICT);
+        if count > 0 {
+            let steps = (most as f64 / CLOCK_HZ * 1000.0 / f64::from(STEP_MS)) as usize + 1;
+            let before = unread
+                .len()
+                .checked_sub(steps + 1)
+                .expect("the verdict begins after the first step");
+            return unread[unread.len() - 1] - unread[before];
+        }
+    }
+    panic!("no verdict; {}", pair.said());
 }
