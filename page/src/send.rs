@@ -10,11 +10,10 @@ use sim::renderer::canvas::Region;
 use sim::road::{LinkSettings, ReceivedMessage, Road};
 use sim::scene::Scene;
 use studies::detectors::DetectorChoice;
-use studies::flicker::{low_risk_times, panels};
+use studies::flicker::{Flicker, panels};
 use studies::monte_carlo::receiving_method;
 use studies::signalling::Trial;
 use studies::statistics::FrameErrors;
-use studies::stop::Stop;
 
 use crate::explore::Place;
 use crate::fault::Fault;
@@ -104,15 +103,22 @@ impl Sending {
         Ok(told)
     }
 
-    /// The carrier's frequency, and the message's modulation relative to the limit of low risk; null for still panels.
+    /// The carrier's frequency and the message's flicker, named as in `vocc transmit --flicker --json`; null for still panels.
     fn carrier(&self) -> Result<Value, Fault> {
         if self.waveform.is_still() {
             return Ok(Value::Null);
         }
         let rate_hz = self.scene.link.symbol_rate_hz;
         let panels = panels(Some(&self.message)).map_err(sim::road::RoadError::from)?;
-        let times = low_risk_times(&panels, self.waveform, rate_hz, Stop::NEVER);
-        Ok(json!({ "hz": self.waveform.carrier_hz(rate_hz).ok(), "low_risk_times": times }))
+        let light = Flicker::with_waveform(&panels, self.waveform);
+        let measures = light.worst_led_measures(rate_hz);
+        Ok(json!({
+            "hz": self.waveform.carrier_hz(rate_hz).ok(),
+            "low_risk_times": light.low_risk_times(rate_hz),
+            "longest_period_s": measures.longest_period_s,
+            "pst_lm": measures.short_term,
+            "svm": measures.stroboscopic,
+        }))
     }
 
     /// The next frame, with the surroundings of the panel.
@@ -250,7 +256,10 @@ mod tests {
         let mut sending = sending(&[SMALL[0], SMALL[1], with[0], with[1]]);
         let carrier = &sending.begun().unwrap()["carrier"];
         assert_eq!(carrier["hz"], 1440.0);
-        assert!(carrier["low_risk_times"].as_f64().unwrap() < 1.0);
+        for measure in ["low_risk_times", "pst_lm", "svm"] {
+            assert!(carrier[measure].as_f64().unwrap() < 1.0, "{carrier}");
+        }
+        assert!(carrier["longest_period_s"].as_f64().unwrap() < 0.005);
         assert_eq!(run(&mut sending)["delivered"]["message"], "Ice");
     }
 

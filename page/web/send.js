@@ -107,6 +107,11 @@ async function runSending(run, message) {
   showSendingEnd(end, told);
 }
 
+/** @param {any} carrier @returns {string} */
+function flickerOf({ pst_lm: pst, svm, longest_period_s: period }) {
+  return `P_st ${short(pst, 2)}, SVM ${short(svm, 2)} (half of all people see 1), period at most ${shortTime(period)}`;
+}
+
 /** @param {any} begun */
 function showBegun(begun) {
   const seconds = begun.frames / begun.frame_rate_hz;
@@ -116,6 +121,7 @@ function showBegun(begun) {
   const times = carrier && `${short(carrier.hz)} Hz, ${short(carrier.low_risk_times, 2)} times the limit of low risk`;
   fillTerms(byId("send-numbers"), [
     ["Carrier", carrier ? `${times}: ${carrier.low_risk_times <= 1 ? "no visible flicker" : "flicker"}` : "none: still panels flicker"],
+    ...(carrier ? [["Flicker of the worst LED", flickerOf(carrier)]] : []),
     ["Symbols of one repeat", short(begun.panels, 6)],
     ["Given up after", `${several(begun.frames, "frame")} (${shortTime(seconds)})`],
     ["L2A", short(begun.l2a)],

@@ -13,7 +13,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyString};
 use reception::keys::{OwnKey, counter_now};
-use studies::flicker::{Practice, panels};
+use studies::flicker::panels;
 
 use crate::arrays;
 use crate::errors::{check, refused};
@@ -138,8 +138,7 @@ pub fn flicker(py: Python<'_>, message: Option<&Bound<'_, PyAny>>, symbol_rate_h
     let carrier_hz = check(waveform.carrier_hz(rate.hz()))?;
     let (low_risk_times, measures) = py.detach(|| {
         let light = studies::flicker::Flicker::with_waveform(&panels, waveform);
-        let [led, all] = [&light.worst_led, &light.panel].map(|spectrum| Practice::LowRisk.times(spectrum, rate.hz()));
-        (led.max(all), light.worst_led_measures(rate.hz()))
+        (light.low_risk_times(rate.hz()), light.worst_led_measures(rate.hz()))
     });
     Ok(Flicker {
         symbol_rate_hz: rate.hz(),

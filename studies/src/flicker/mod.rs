@@ -105,6 +105,12 @@ impl Flicker {
         }
     }
 
+    /// The same as [`low_risk_times`], at a symbol rate in Hz.
+    pub fn low_risk_times(&self, rate_hz: f64) -> f64 {
+        let [led, all] = [&self.worst_led, &self.panel].map(|spectrum| Practice::LowRisk.times(spectrum, rate_hz));
+        led.max(all)
+    }
+
     /// For each measure the worst LED's, at a symbol rate in Hz.
     pub fn worst_led_measures(&self, rate_hz: f64) -> Measures {
         let measures = self.leds.iter().map(|led| Measures::of(led, rate_hz));
@@ -283,10 +289,9 @@ mod tests {
         ] {
             let panels = panels(message.as_deref()).expect("a message");
             let flicker = Flicker::with_waveform(&panels, carrier);
-            let times = [&flicker.worst_led, &flicker.panel].map(|light| Practice::LowRisk.times(light, RATE_HZ));
-            let greatest = times.into_iter().fold(0.0, f64::max);
-            assert!(greatest < 1.0, "{greatest}");
-            assert_eq!(low_risk_times(&panels, carrier, RATE_HZ, Stop::NEVER), Some(greatest));
+            let times = flicker.low_risk_times(RATE_HZ);
+            assert!(times < 1.0, "{times}");
+            assert_eq!(low_risk_times(&panels, carrier, RATE_HZ, Stop::NEVER), Some(times));
             for measures in [flicker.worst_led_measures(RATE_HZ), flicker.panel_measures(RATE_HZ)] {
                 assert!(measures.longest_period_s < 0.005 && measures.short_term < 1.0, "{measures:?}");
             }
