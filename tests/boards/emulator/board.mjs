@@ -92,11 +92,12 @@ export class Board {
   }
 
   run(nanos) {
-    // By the clock, not by `this.nanos`: rounded, the sum of start and clock may stay below an end that the clock has reached.
+    // Compares the clock, not `this.nanos`, whose sum is rounded and may stay below the end after the clock has reached it.
     let end = this.clock.nanos + nanos;
     while (this.clock.nanos < end) {
       this.runUntil(end);
       if (this.wanted === 'reset') {
+        // The reset starts a new clock at 0.
         end -= this.clock.nanos;
         this.reset();
       }

@@ -32,7 +32,7 @@ const LONGEST_S: f64 = 0.5;
 /// A followed frame uses at most one part in this many of its period, on average.
 const FOLLOWED_SHARE: u64 = 4;
 /// A step that is shorter than a frame period, in ms.
-const STEP_MS: u32 = 10;
+pub const STEP_MS: u32 = 10;
 /// Time after the text for which frames are counted, in ms.
 const FOLLOWED_MS: u32 = 3_000;
 /// The first frame that shows another symbol begins at most one frame period after the text's last one, and is read within another.
@@ -97,7 +97,8 @@ fn run_until(pair: &mut Pair, line: &str) {
 }
 
 /// Each frame is processed before the next one arrives, while a panel is searched for and while it is followed, and the stack has room.
-/// Frames of code words that can hardly be decoded take longer, and so does the frame that completes a signature.
+/// Frames of code words that can hardly be decoded take longer, and so does the frame that completes a signature. At another phase of the
+/// symbols the search met such a code word, and took 24.5 million cycles.
 pub fn frames_are_done_in_time(programs: &Programs, folder: &Path) {
     let mut pair = sending(programs, folder, &["--time", FRAME, "--time", VERDICT]);
     pair.turn_on();
