@@ -109,7 +109,7 @@ async function runSending(run, message) {
 
 /** @param {any} carrier @returns {string} */
 function flickerOf({ pst_lm: pst, svm, longest_period_s: period }) {
-  return `P_st ${short(pst, 2)}, SVM ${short(svm, 2)} (half of all people see 1), period at most ${shortTime(period)}`;
+  return `P_st ${short(pst, 2)}, SVM ${short(svm, 2)} (at 1, half of all people see it), longest flicker period ${shortTime(period)}`;
 }
 
 /** @param {any} begun */

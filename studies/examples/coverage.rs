@@ -2,8 +2,8 @@
 //! for each frame.
 //!
 //! `cargo run --release -p vocc-studies --example coverage -- [FRAMES [SEEDS [DISTANCE_M [TRUTH_FRAMES]]]]`, by default 4000, 50, 70 and 1
-//! 000 000. The true rate is that of TRUTH_FRAMES frames with another seed, or of fewer if 20 000 bits are wrong before: its own uncertainty
-//! is then 2 to 3 %. Prints the rate and the interval of each seed whose interval misses it, then the count. Between 90 and 99 % of the
+//! 000 000. The true rate is that of at most TRUTH_FRAMES frames with another seed: the count ends early at 20 000 wrong bits, and is then
+//! uncertain by 2 to 3 %. Prints the rate and the interval of each seed whose interval misses it, then the count. Between 90 and 99 % of the
 //! seeds should contain it, or more if errors are few.
 
 use sim::scene::Scene;

@@ -41,11 +41,14 @@ pub fn reach_line(entry: &ReachEntry, found_to_m: Option<f64>) -> String {
     )
 }
 
-/// States the assumption behind a reach, and the distance from which it matters.
+/// What the distance at which LEDs merge leaves out.
+const DIM: &str = "in dim light a receiver must be nearer to find a panel";
+
+/// States the assumption behind a reach, and how far away a receiver finds a panel.
 pub fn found_line(file: &TableFile) -> String {
     if file.regret.record.is_some() {
         return format!(
-            "a reach ends where LEDs are less than {LEAST_PITCH_PX} px apart, too close for a receiver to find; in dim light its range is shorter"
+            "no reach goes beyond the distance at which LEDs are {LEAST_PITCH_PX} px apart, because a receiver finds no panel farther away; {DIM}"
         );
     }
     let list = |numbers: &[f64], digits: usize| {
@@ -56,10 +59,7 @@ pub fn found_line(file: &TableFile) -> String {
         let intervals = file.ratios.interval.iter().map(f64::to_string).collect::<Vec<_>>();
         format!(", beyond {} m at interval {}", list(&ends, 0), intervals.join(", "))
     });
-    format!(
-        "reach assumes a panel at a known place; a receiver finds none whose LEDs are less than {LEAST_PITCH_PX} px apart{ends}; in dim \
-         light its range is shorter"
-    )
+    format!("reach assumes a panel at a known place; a receiver finds none whose LEDs are less than {LEAST_PITCH_PX} px apart{ends}; {DIM}")
 }
 
 /// Head of [`regret_line`]s.

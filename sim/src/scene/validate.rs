@@ -22,7 +22,7 @@ impl Scene {
             });
         }
         for (index, panel) in self.panels.iter().enumerate() {
-            // Overrides set keys of the first panel.
+            // Overrides set keys of the first panel only.
             let of_panel = |error: RangeError| match index {
                 0 => error,
                 _ => RangeError {

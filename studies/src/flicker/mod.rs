@@ -105,7 +105,7 @@ impl Flicker {
         }
     }
 
-    /// The same as [`low_risk_times`], at a symbol rate in Hz.
+    /// Like the function [`low_risk_times`], from spectra that are already computed, at a symbol rate in Hz.
     pub fn low_risk_times(&self, rate_hz: f64) -> f64 {
         let [led, all] = [&self.worst_led, &self.panel].map(|spectrum| Practice::LowRisk.times(spectrum, rate_hz));
         led.max(all)

@@ -89,7 +89,7 @@ impl Practice {
         }
     }
 
-    /// The frequency from which on the band of a square carrier holds no frequency at which a modulation of 100 % exceeds the limit; Hz.
+    /// The lowest frequency in Hz of a square carrier whose third of an octave reaches no frequency that limits a modulation of 100 %.
     ///
     /// ```
     /// use studies::flicker::Practice;

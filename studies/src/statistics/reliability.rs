@@ -46,7 +46,7 @@ pub struct Bin {
     pub wrong_95: [f64; 2],
 }
 
-/// Columns of a table: the stated share, the wrong one with its interval, and the counts.
+/// Columns of a table: the stated error rate, the measured one with its interval, and the counts.
 impl fmt::Display for Bin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ([low, high], share) = (self.wrong_95, self.wrong as f64 / self.bits as f64);
