@@ -2,10 +2,13 @@
 
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Write};
+use std::os::unix::net::UnixStream;
+use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
+use link::serial::{Kind, REQUEST_FRAME_MAX, Request, encode, wire_length};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -28,6 +31,15 @@ pub fn provide() -> Result<(), Unready> {
         return Ok(());
     }
     output(Command::new("npm").arg("ci").arg("--no-audit").arg("--prefix").arg(folder)).map(drop)
+}
+
+/// Sends a request to the serial line of an emulated board; returns the line, which is open as long as this.
+pub fn request(socket: &Path, sequence: u32, request: &Request<'_>) -> UnixStream {
+    let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
+    let wire = encode(Kind::Request, sequence, request, &mut wire).expect("it fits");
+    let mut line = UnixStream::connect(socket).expect("the emulator listens");
+    line.write_all(wire).expect("the board takes it");
+    line
 }
 
 /// Emulated boards, driven by commands and observed by events.

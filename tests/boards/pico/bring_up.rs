@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use link::serial::Request;
 use reception::bring_up::{Finding, StepLevels, align, diagnose};
 use serde_json::{Value, json};
+use vocc_tests::emulator::request;
 
 use crate::emulator::{Emulator, Fault};
 use crate::image::Programs;
@@ -77,16 +79,12 @@ pub fn a_test_ends_without_its_computer(programs: &Programs, folder: &Path) {
     let mut record = Record::default();
     record.extend(&board.run_ms(2_500));
     let before = record.last_pulses();
-    let request = link::serial::Request::TestPanel {
+    let test = Request::TestPanel {
         bits: 0xff,
         share: 51,
         time_ms: 400,
     };
-    let mut wire = [0; 64];
-    let wire = link::serial::encode(link::serial::Kind::Request, 1, &request, &mut wire).expect("it fits");
-    let mut port = std::os::unix::net::UnixStream::connect(board.socket()).expect("the emulator listens");
-    std::io::Write::write_all(&mut port, wire).expect("the board takes it");
-    drop(port);
+    drop(request(board.socket(), 1, &test));
     record.extend(&board.run_ms(300));
     let last = *record.symbols.last().expect("symbols are shown");
     assert_eq!(last.panel.bits(), 0xff);

@@ -1,16 +1,14 @@
 //! A transmitter's image on an emulated board: power, light, and the pins.
 
 use std::ffi::OsStr;
-use std::io::Write as _;
-use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
-use link::serial::{Kind, REQUEST_FRAME_MAX, Request, encode, wire_length};
+use link::serial::Request;
 use link::symbol_rate::SymbolRate;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use vocc_tests::emulator::Emulation;
+use vocc_tests::emulator::{self, Emulation};
 
 use crate::image::Programs;
 
@@ -115,10 +113,7 @@ impl Emulator {
 
     /// The events in some time after a request.
     pub fn ask(&mut self, sequence: u32, request: &Request<'_>, milliseconds: u32) -> Vec<Event> {
-        let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
-        let wire = encode(Kind::Request, sequence, request, &mut wire).expect("it fits");
-        let mut port = UnixStream::connect(self.socket()).expect("the emulator listens");
-        port.write_all(wire).expect("the board takes it");
+        let _line = emulator::request(self.socket(), sequence, request);
         self.run_ms(milliseconds)
     }
 

@@ -1,13 +1,12 @@
 //! A text that is signed on one board and verified on the other.
 
-use std::io::Write;
-use std::os::unix::net::UnixStream;
 use std::path::Path;
 
-use link::serial::{Kind, REQUEST_FRAME_MAX, Request, Seed, encode, wire_length};
+use link::serial::{Request, Seed};
 use link::signing::SecretKey;
 use reception::keys::NamedKey;
 use vocc_tests::driven_panel::CLOCK_HZ;
+use vocc_tests::emulator::request;
 use vocc_tests::firmware::say;
 
 use crate::image::Programs;
@@ -42,16 +41,13 @@ pub fn trusted() -> String {
 
 /// The transmitter gets a key. The receiver proves its next text, drops few frames, and reads on.
 pub fn a_text_is_proven_in_time(pair: &mut Pair, programs: &Programs, folder: &Path) {
-    let mut wire = [0; wire_length(REQUEST_FRAME_MAX)];
     let write_key = Request::WriteKey {
         seed: Seed(&SEED),
         counter: COUNTER,
     };
-    let write_key = encode(Kind::Request, 1, &write_key, &mut wire).expect("it fits");
-    let mut port = UnixStream::connect(pair.socket("transmitter")).expect("the emulator listens");
-    port.write_all(write_key).expect("the board takes it");
+    let line = request(&pair.socket("transmitter"), 1, &write_key);
     pair.run_ms(STORED_MS);
-    drop(port);
+    drop(line);
 
     pair.count_anew();
     let from = pair.record.len();
@@ -86,10 +82,12 @@ fn dropped_by_a_verdict(pair: &mut Pair) -> i64 {
         (pair.tally(VERDICT).count > 0).then_some(steps)
     });
     let verified = verified.unwrap_or_else(|| panic!("no verdict; {}", pair.said()));
-    let last = (0..CAUGHT_UP_STEPS).map(|_| step(pair)).last().unwrap_or(verified);
+    for _ in 0..CAUGHT_UP_STEPS {
+        step(pair);
+    }
     let verdict_ms = pair.tally(VERDICT).most as f64 / CLOCK_HZ * 1000.0;
     let begun = verified - 1 - (verdict_ms / f64::from(STEP_MS)).ceil() as usize;
     // One frame or two have begun and not ended yet: within a period the least is one.
-    let least = |end: usize| unread[end - PERIOD_STEPS..end].iter().min();
-    least(last).zip(least(begun)).map_or(0, |(after, before)| after - before)
+    let least = |end: usize| unread[end - PERIOD_STEPS..end].iter().min().expect("a period has steps");
+    least(unread.len()) - least(begun)
 }
