@@ -48,7 +48,8 @@ const DIM: &str = "in dim light a receiver must be nearer to find a panel";
 pub fn found_line(file: &TableFile) -> String {
     if file.regret.record.is_some() {
         return format!(
-            "no reach goes beyond the distance at which LEDs are {LEAST_PITCH_PX} px apart, because a receiver finds no panel farther away; {DIM}"
+            "no reach goes beyond the distance at which LEDs are {LEAST_PITCH_PX} px apart, because a receiver finds no panel farther \
+             away; {DIM}"
         );
     }
     let list = |numbers: &[f64], digits: usize| {
