@@ -52,7 +52,7 @@ pub fn page(parts: &[Part], made: &Provenance, overview: Option<&Drawing>, figur
         let stem = format!("{}/{}", made.folder, figure.name);
         let caption = format!("[vector graphic]({stem}.svg), [all numbers]({stem}.csv)");
         document.picture(&stem, &caption, &figure.drawing.svg);
-        document.text(&format!("**Default.** {}", part.default));
+        document.text(&format!("**Default.** {}", part.default_choice()));
         document.text(&format!("**Variants.** {} **Reference.** {}", part.method, part.reference));
     }
     document

@@ -93,9 +93,10 @@ pub fn why(diagrams: &[Diagram]) -> String {
     }
     let on_front = on_front.iter().map(|(name, places)| format!("{name} at {places}"));
     format!(
-        "`{DEFAULT}`, maximum likelihood. It errs least at {least} of {} places: without an error at {errorless}, and {} times less \
-         often than the next best at the others. It takes {} times as long as k-means in such unclear frames. Faster variants on the \
-         front, with the number of places: {}. Fisher's discriminant needs training. Soft values add {} µs.",
+        "`{DEFAULT}`, maximum likelihood, in `link`, `receive` and `decode`; k-means in `evaluate`, `sweep` and `optimize`. `{DEFAULT}` \
+         errs least at {least} of {} places: without an error at {errorless}, and {} times less often than the next best at the others. \
+         It takes {} times as long as k-means in such unclear frames. Faster variants on the front, with the number of places: {}. \
+         Fisher's discriminant needs training. Soft values add {} µs.",
         best.len(),
         range(rarer.map(|(ours, next)| next / ours.error)),
         range(best.iter().map(|(ours, _)| ours.ratio.median)),

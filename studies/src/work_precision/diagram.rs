@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::PARTS;
 use super::pareto::mark_front;
 use super::point::Point;
 use super::scale::Scale;
@@ -18,10 +19,18 @@ pub struct Part {
     pub method: String,
     /// The reference of the errors, and how much tighter it is.
     pub reference: String,
-    /// The default among the variants, and the reason.
-    pub default: String,
     /// The measurement.
     pub diagrams: Vec<Diagram>,
+}
+
+impl Part {
+    /// The default among the variants, and the reason; empty for a part that this program does not know.
+    ///
+    /// The text is computed from the points, so that it can be reworded without measuring again.
+    pub fn default_choice(&self) -> String {
+        let known = PARTS.iter().find(|known| known.name == self.name);
+        known.map_or_else(String::new, |known| (known.why)(&self.diagrams))
+    }
 }
 
 /// Error against cost of equivalent variants.
