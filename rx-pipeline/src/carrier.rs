@@ -32,9 +32,10 @@ use fit::{ALL_SHAPES, AtFrequency, Fit, ShownSign, mean_modulation, step, still_
 use history::{History, Sighting};
 use lines::{Lines, WaveState};
 use link::panel::SoftPanel;
+use readings::Candidate;
 use readings::Readings;
-pub use readings::Reread;
 use readings::Source;
+pub use readings::{CarrierCandidate, Reread};
 use rows::Rows;
 use waveform::PHASES;
 
@@ -47,8 +48,10 @@ const NEAR: f64 = 3.5;
 const REVERSALS_MIN: usize = 2;
 /// Frames between searches while no carrier is known (count).
 const SEARCH_FRAMES: u32 = 4;
-/// Frames between searches while a carrier is followed (count).
+/// Frames between searches while a proven carrier is followed (count).
 const CHECK_FRAMES: u32 = 32;
+/// Frames between searches while a carrier is followed that is not proven (count).
+const UNPROVEN_FRAMES: u32 = 16;
 /// Minimum number of frames from which a carrier is found (count).
 const SIGHTINGS_MIN: usize = 12;
 /// Frames in the first, coarse step of a search (count).
@@ -73,11 +76,16 @@ const RIVALS: usize = 6;
 const TRIED_SEARCHES: u32 = 4;
 /// Without complements, a search begins only if a still panel explains the frames this badly on average (nats a frame).
 const UNEVEN: f32 = 1.2;
+/// Carriers are tried on the readings if they are less likely than the best by less than this multiple of the margin: waveforms that no shape
+/// fits exactly can cost that much.
+const UNLIKELY: f32 = 5.0;
 /// The margin [`CLEARLY`] of a carrier that is found without complements (nats).
 const BY_CONTRAST: f32 = 25.0;
 /// The alias of such a carrier is at least this far from 0 and from ½, so that it is faster than wipers (cycles a frame period).
 const ALTERNATES: f64 = 0.025;
 
+/// The certainty of the signs of a carrier that a decoded segment has proven (nats).
+const PROVEN: f32 = 20.0;
 /// Maximum assumed error of a carrier's phase (steps of 1/256 cycle).
 const PHASE_ERROR_MAX: i32 = 32;
 
@@ -95,6 +103,8 @@ pub(crate) struct Carrier {
     wait: u32,
     /// Whether it was found, or found again, in the last frame.
     is_new: bool,
+    /// Whether its readings have proven it. Until then, other carriers are tried, too, because the frames alone may favour a wrong one.
+    is_proven: bool,
     /// Whether the last frames contradict it.
     is_contradicted: bool,
     /// The last readings, with the signs as seen.
@@ -119,6 +129,7 @@ impl Carrier {
         fit: None,
         wait: 0,
         is_new: false,
+        is_proven: false,
         is_contradicted: false,
         readings: Readings::NONE,
         rivals: heapless::Vec::new(),
@@ -146,6 +157,18 @@ impl Carrier {
     /// Forgets the LEDs' light after the panel has been followed to another place, because the last frames belong to other LEDs.
     pub fn move_panel(&mut self) {
         self.lines.forget_lights();
+    }
+
+    /// Continues with a carrier that its readings have proven.
+    pub fn confirm(&mut self, carrier: &CarrierCandidate) {
+        match carrier.carrier {
+            Candidate::Frames(fit) => {
+                let proven = self.fit.filter(|_| carrier.is_followed).unwrap_or(fit);
+                (self.fit, self.wait, self.is_proven) = (Some(Fit { sure: PROVEN, ..proven }), CHECK_FRAMES, true);
+                self.rivals.clear();
+            }
+            Candidate::Lines(wave) => self.lines.confirm(wave),
+        }
     }
 
     /// The appearance of a symbol in a frame, from the symbol's bits.
@@ -191,13 +214,9 @@ impl Carrier {
         self.is_new = false;
         let is_sighting = self.see(time, detection);
         self.follow(is_sighting);
+        let is_tried = core::mem::take(&mut self.is_tried);
         let Some(fit) = self.fit else {
-            let is_tried = core::mem::take(&mut self.is_tried);
-            return is_tried.then_some(Reread(Source::Frames {
-                readings: &self.readings,
-                fits: &self.rivals,
-                is_known: false,
-            }));
+            return self.rivals_to_try(is_tried);
         };
         match fit.shown_at(time) {
             ShownSign::Symbol => {}
@@ -211,11 +230,29 @@ impl Carrier {
             fit.sure.min(self.sure_of_sign(&fit, time))
         };
         *detection = detection.doubted(libm::tanhf(0.5 * sure));
-        self.is_new.then_some(Reread(Source::Frames {
+        if !self.is_new {
+            return self.rivals_to_try(is_tried);
+        }
+        Some(Reread(Source::Frames {
             readings: &self.readings,
             fits: self.fit.as_slice(),
             is_known: true,
+            followed: 1,
         }))
+    }
+
+    fn rivals_to_try(&self, is_tried: bool) -> Option<Reread<'_>> {
+        let sightings = self.history.sightings();
+        let is_followed = |rival: &Fit| self.fit.is_some_and(|fit| fit.differs(rival, sightings) <= OTHER);
+        let followed = |(index, rival): (usize, &Fit)| u8::from(is_followed(rival)) << index;
+        is_tried.then(|| {
+            Reread(Source::Frames {
+                readings: &self.readings,
+                fits: &self.rivals,
+                is_known: false,
+                followed: self.rivals.iter().enumerate().map(followed).sum(),
+            })
+        })
     }
 
     /// Stores the sighting of a frame; returns false if the frame shows no single symbol.
@@ -251,24 +288,35 @@ impl Carrier {
         }
         let found = self.search();
         self.wait = if self.fit.is_some() { CHECK_FRAMES } else { SEARCH_FRAMES };
-        match (found, &self.fit) {
-            (Some(found), None) => self.begin(found),
-            (None, None) => {
-                self.searches += 1;
-                self.is_tried = self.searches.is_multiple_of(TRIED_SEARCHES) && !self.rivals.is_empty();
+        let Some(fit) = self.fit else {
+            match found {
+                Some(found) => self.begin(found),
+                None => {
+                    self.searches += 1;
+                    self.is_tried = self.searches.is_multiple_of(TRIED_SEARCHES) && !self.rivals.is_empty();
+                }
             }
-            (Some(found), Some(fit)) if found.score > fit.score + CLEARLY => self.fit = Some(found),
-            (found, Some(fit)) => {
+            return;
+        };
+        let is_same = |found: &Fit| fit.differs(found, self.history.sightings()) <= OTHER;
+        match found {
+            // A proven carrier is replaced only by one that its readings prove.
+            Some(found) if found.score > fit.score + CLEARLY && self.is_proven && !is_same(&found) => self.is_proven = false,
+            Some(found) if found.score > fit.score + CLEARLY => self.fit = Some(found),
+            _ if self.is_proven => self.fit = Some(Fit { sure: PROVEN, ..fit }),
+            _ => {
                 // If another carrier is as good or better, its certainty does not apply to this one.
-                let same = found.filter(|found| fit.differs(found, self.history.sightings()) <= OTHER);
-                let sure = same.map_or(CLEARLY, |found| found.sure);
-                self.fit = Some(Fit { sure, ..*fit });
+                let sure = found.filter(is_same).map_or(CLEARLY, |found| found.sure);
+                self.fit = Some(Fit { sure, ..fit });
             }
+        }
+        if !self.is_proven {
+            (self.is_tried, self.wait) = (!self.rivals.is_empty(), UNPROVEN_FRAMES);
         }
     }
 
     fn begin(&mut self, found: Fit) {
-        (self.fit, self.is_new, self.wait) = (Some(found), true, CHECK_FRAMES);
+        (self.fit, self.is_new, self.is_proven, self.wait) = (Some(found), true, false, UNPROVEN_FRAMES);
     }
 
     /// Forgets the frames before a change of the carrier, if something else explains the frames since then clearly better.
@@ -428,7 +476,7 @@ impl Carrier {
         let is_clear = best.score > rival + margin;
         let mut rivals = heapless::Vec::new();
         candidates.sort_unstable_by(|a, b| b.score.total_cmp(&a.score));
-        for other in candidates.iter().filter(|other| other.score > best.score - margin) {
+        for other in candidates.iter().filter(|other| other.score > best.score - UNLIKELY * margin) {
             // Carriers with the same signs count as one.
             if rivals.iter().all(|fit: &Fit| fit.differs(other, sightings) > OTHER) {
                 rivals.push(*other).ok();

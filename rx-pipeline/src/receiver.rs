@@ -25,6 +25,8 @@ mod tests;
 mod view;
 
 #[cfg(feature = "carrier")]
+pub use crate::carrier::CarrierCandidate;
+#[cfg(feature = "carrier")]
 pub use crate::carrier::GAP_MAX as CARRIER_GAP_MAX;
 pub use crate::carrier::Reread;
 pub use crate::locate::SearchMemory;
@@ -283,6 +285,15 @@ impl<const PIXELS: usize, M: BorrowMut<ReceiverMemory<PIXELS, PANELS>>, S: Searc
     /// Whether each panel seems to have a carrier, by panel number.
     pub fn has_carrier_each(&self) -> [bool; PANELS] {
         self.panels.each_ref().map(|panel| panel.decoder.has_carrier())
+    }
+
+    /// Continues with one of the carriers that explain the frames about equally well, because its readings [prove](Reread::is_proof) it. A
+    /// panel that does not exist is ignored.
+    #[cfg(feature = "carrier")]
+    pub fn confirm_carrier(&mut self, panel: usize, carrier: &CarrierCandidate) {
+        if let Some(panel) = self.panels.get_mut(panel) {
+            panel.decoder.confirm_carrier(carrier);
+        }
     }
 
     /// Sets the delay, in frame periods, of the next frames after the times that their numbers imply: see

@@ -9,13 +9,13 @@ use link::framing::{Event, FramingError, Signature, SignedFramer};
 use link::intensity::{IntensityLimit, IntensityLimitError};
 use link::l2a_table::{Illuminance, Interval};
 use link::orientation::Orientation;
-use link::panel::PanelFrame;
+use link::panel::{PanelFrame, SoftPanel};
 use rand::Rng;
 use rx_pipeline::corners::Corners;
-use rx_pipeline::detect::Method;
+use rx_pipeline::detect::{Method, Mixture};
 use rx_pipeline::frame::{Frame, FrameError};
 use rx_pipeline::receiver::{
-    FrameReading, FrameSearch, Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Reread, SearchMemory,
+    CarrierCandidate, FrameReading, FrameSearch, Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Reread, SearchMemory,
 };
 use rx_pipeline::symbols::MessageDecoder;
 use tx_firmware::ambient::Smoothing;
@@ -155,8 +155,8 @@ pub struct Road {
     transmitter: Transmitter<RecordingMatrix>,
     /// In a box, because it is large and moves with the road.
     receiver: Box<RoadReceiver>,
-    /// The decoder that continues after frames were read again, once the panel's carrier was known.
-    reread: Option<Box<MessageDecoder>>,
+    /// The decoding that continues after frames were read again, once the panel's carrier was known.
+    reread: Option<Decoding>,
     true_corners: bool,
     symbols: Symbols,
     received_signature: Option<ReceivedSignature>,
@@ -256,11 +256,20 @@ impl Road {
         }
         let outcome = self.receiver.frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
         let detection = outcome.reading.as_ref().ok().map(|reading| &reading.detection);
+        let mut proven = None;
         let later = match (&outcome.reread, &mut self.reread, detection) {
-            (Some(frames), decoder, _) => read_again(frames, symbols_per_frame(&self.scene), decoder, &mut self.received_signature),
-            (None, Some(decoder), Some(detection)) => {
-                let decoded = decoder.push(frame, &detection.soft, detection.mixed.as_ref());
-                received(&decoded.event, &mut self.received_signature)
+            (Some(frames), decoding, _) => {
+                let again = Again::read(frames, symbols_per_frame(&self.scene), &mut self.received_signature);
+                proven = again.proven;
+                // A decoding by the same carrier goes on, as it may know earlier segments.
+                if again.decoding.is_some() && (decoding.is_none() || !proven.is_some_and(|carrier| carrier.is_followed())) {
+                    *decoding = again.decoding;
+                }
+                again.received
+            }
+            (None, Some(decoding), Some(detection)) => {
+                let event = decoding.push(frame, &detection.soft, detection.mixed.as_ref());
+                received(&event, &mut self.received_signature)
             }
             _ => None,
         };
@@ -270,6 +279,10 @@ impl Road {
             let bits = if still { bits } else { own_signs(bits, sent, seen) };
             (bits, reading.corners)
         });
+        let delivered = received(&outcome.event, &mut self.received_signature).or(later);
+        if let Some(carrier) = proven {
+            self.receiver.confirm_carrier(0, &carrier);
+        }
         let read_bits = read.as_ref().map_or(PanelFrame::default(), |read| read.0);
         Ok(FrameReport {
             frame,
@@ -278,7 +291,7 @@ impl Road {
             bit_errors: read_bits.distance(sent),
             corners: read.as_ref().ok().map(|read| read.1),
             read: read.map(|read| read.0),
-            delivered: received(&outcome.event, &mut self.received_signature).or(later),
+            delivered,
             straddled,
         })
     }
@@ -286,7 +299,10 @@ impl Road {
     /// Ends the reception, and returns the message that the last frame may have completed.
     pub fn finish(&mut self) -> Option<ReceivedMessage> {
         let signature = &mut self.received_signature;
-        let later = self.reread.as_mut().and_then(|decoder| received(&decoder.finish(), signature));
+        let later = self
+            .reread
+            .as_mut()
+            .and_then(|decoding| received(&decoding.decoder.finish(), signature));
         received(&self.receiver.finish(), signature).or(later)
     }
 
@@ -463,22 +479,55 @@ fn symbols_per_frame(scene: &Scene) -> f32 {
     (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32
 }
 
-/// The last message of frames that are read again, for each possible carrier of the panel. The decoder of the right one continues.
-fn read_again(
-    frames: &Reread<'_>,
-    symbols_per_frame: f32,
-    reading_on: &mut Option<Box<MessageDecoder>>,
-    signature: &mut Option<ReceivedSignature>,
-) -> Option<ReceivedMessage> {
-    let mut last = None;
-    for readings in frames.each() {
-        let mut decoder = Box::new(MessageDecoder::new(symbols_per_frame).ok()?);
-        for (number, _, soft) in readings {
-            last = received(&decoder.push(number, &soft, None).event, signature).or(last);
-        }
-        *reading_on = frames.is_known().then_some(decoder);
+/// A decoder, and the number of its events that prove the panel's carrier.
+struct Decoding {
+    decoder: Box<MessageDecoder>,
+    proofs: usize,
+}
+
+impl Decoding {
+    fn push(&mut self, frame: u64, soft: &SoftPanel, mixture: Option<&Mixture>) -> Event<'_> {
+        let event = self.decoder.push(frame, soft, mixture).event;
+        self.proofs += usize::from(Reread::is_proof(&event));
+        event
     }
-    last
+}
+
+/// Frames that are read again, with the signs of each possible carrier of the panel.
+#[derive(Default)]
+struct Again {
+    /// The last message.
+    received: Option<ReceivedMessage>,
+    /// The decoding by the right carrier, which continues.
+    decoding: Option<Decoding>,
+    /// That carrier, if the receiver does not know that it is right.
+    proven: Option<CarrierCandidate>,
+}
+
+impl Again {
+    fn read(frames: &Reread<'_>, symbols_per_frame: f32, signature: &mut Option<ReceivedSignature>) -> Self {
+        let (mut again, mut most) = (Self::default(), f32::NEG_INFINITY);
+        for (carrier, readings) in frames.each() {
+            let Ok(decoder) = MessageDecoder::new(symbols_per_frame) else {
+                continue;
+            };
+            let mut decoding = Decoding {
+                decoder: Box::new(decoder),
+                proofs: 0,
+            };
+            for (number, _, soft) in readings {
+                again.received = received(&decoding.push(number, &soft, None), signature).or(again.received);
+            }
+            if frames.is_known() {
+                again.decoding = Some(decoding);
+            } else if carrier.score(decoding.proofs) > most {
+                most = carrier.score(decoding.proofs);
+                let is_proven = decoding.proofs > 0;
+                (again.decoding, again.proven) = (is_proven.then_some(decoding), is_proven.then_some(carrier));
+            }
+        }
+        again
+    }
 }
 
 /// The completed message; a completed signature replaces the last one.

@@ -1,9 +1,10 @@
 //! Counts the messages received from films of a panel with a carrier, drawn without the simulator, by random cameras.
 //!
-//! `cargo run --release -p vocc-tests --example undersampled_films -- [FILMS] [FIRST SEED] [rolling|global|still|blind] [verbose]`
+//! `cargo run --release -p vocc-tests --example undersampled_films -- [FILMS] [FIRST SEED] [rolling|global|still|blind] [BYTES] [verbose]`
 //!
 //! `rolling`: rolling shutter in three films of four; LEDs 6 to 30 px apart. `global`: global shutter, 5.5 px. `still`: `rolling` with a
-//! panel without a carrier. `blind`: `rolling` with exposures of a whole cycle. `verbose` prints for each frame where the panel was read,
+//! panel without a carrier. `blind`: `rolling` with exposures of a whole cycle. BYTES: a message of that length, in films of four repeats or
+//! more; otherwise a short message. `verbose` prints for each frame where the panel was read,
 //! the bits that were read, and which rows of them are the panel's (`+`), its complement's (`-`), or neither's (`?`). The last lines compare
 //! the bits' stated certainty with the share that is wrong.
 
@@ -20,7 +21,9 @@ fn main() {
     let number = |i: usize| arguments.get(i).and_then(|text| text.parse::<u64>().ok());
     let (films, first) = (number(0).unwrap_or(30), number(1).unwrap_or(1));
     let kind = arguments.get(2).map_or("rolling", String::as_str);
-    let is_verbose = arguments.get(3).is_some();
+    let bytes = number(3);
+    let is_verbose = arguments.last().is_some_and(|last| last == "verbose");
+    let message = bytes.map_or(MESSAGE.to_vec(), |bytes| (0..bytes).map(|i| (i * 89 % 251) as u8).collect());
     let of_camera = |seed| match kind {
         "global" => Film::of_camera(seed),
         "still" => Film {
@@ -40,7 +43,11 @@ fn main() {
         .into_par_iter()
         .map(|seed| {
             let film = of_camera(seed);
-            let fate = receive(film, MESSAGE, |number, shown, report| {
+            let film = match bytes {
+                Some(_) => film.of_repeats(&message, 4),
+                None => film,
+            };
+            let fate = receive(film, &message, |number, shown, report| {
                 if is_verbose {
                     println!("  {number:3} {}", told(shown.bits, report));
                 }

@@ -159,6 +159,16 @@ impl Film {
         }
     }
 
+    /// The film, made longer if it does not show that many repeats of a message.
+    pub fn of_repeats(self, message: &[u8], repeats: u32) -> Self {
+        let framer = Framer::new(message, Code::for_length(message.len()), true).expect("a message");
+        let frames = f64::from(framer.panels_per_repeat() * repeats) / self.rate_hz() * self.fps;
+        Self {
+            frames: self.frames.max(frames as usize),
+            ..self
+        }
+    }
+
     /// The frequency of the carrier (Hz).
     pub fn carrier_hz(&self) -> f64 {
         self.rate_hz() * f64::from(self.cycles)

@@ -74,6 +74,19 @@ fn messages_arrive_line_by_line() {
     }
 }
 
+/// Cameras whose frames several carriers explain about equally well: with global shutters, each fifth frame shows the same phase. A message
+/// that takes longer than the receiver remembers arrives, because its first segments prove one of them. By the frames alone none of these
+/// messages arrived.
+#[test]
+fn long_messages_prove_their_carrier() {
+    let message: Vec<u8> = (0..512u32).map(|i| (i * 89 % 251) as u8).collect();
+    for film in [Film::of_camera(16), Film::of_rolling_camera(13), Film::of_rolling_camera(14)] {
+        let fate = receive(film.of_repeats(&message, 4), &message, |_, _, _| ());
+        println!("{film:?}: {fate:?}");
+        assert!(fate.delivered.is_some() && fate.wrong == 0, "{fate:?}");
+    }
+}
+
 /// A bright disc lies behind one of the small LEDs. While that LED is On, the disc outshines the others so far that a comparison of the
 /// frame's LEDs alone reads all others as Off, and the panel seems to be gone: then 4 of 10 frames are read.
 #[test]

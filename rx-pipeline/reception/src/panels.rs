@@ -4,7 +4,9 @@ use link::framing::Event;
 use rx_pipeline::camera::CameraEstimate;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::profile::Profile;
-use rx_pipeline::receiver::{FrameSearch, Outcome, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory};
+use rx_pipeline::receiver::{
+    CarrierCandidate, FrameSearch, Outcome, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, SearchMemory,
+};
 
 use crate::Stamp;
 
@@ -28,6 +30,8 @@ pub trait Panels: Send + Sync {
     fn learnt(&self) -> Vec<Option<CameraEstimate>>;
     /// Whether a panel seems to have a carrier.
     fn has_carrier(&self, panel: usize) -> bool;
+    /// Continues with a carrier of a panel that its readings have proven.
+    fn confirm_carrier(&mut self, panel: usize, carrier: &CarrierCandidate);
     /// Sets the initial delay between lines, in exposures.
     fn set_line_delay(&mut self, exposures: f32);
 }
@@ -48,6 +52,10 @@ impl<const PANELS: usize> Panels for WholeFrames<PANELS> {
 
     fn has_carrier(&self, panel: usize) -> bool {
         self.has_carrier_each().get(panel).is_some_and(|&has_carrier| has_carrier)
+    }
+
+    fn confirm_carrier(&mut self, panel: usize, carrier: &CarrierCandidate) {
+        Self::confirm_carrier(self, panel, carrier);
     }
 
     fn set_line_delay(&mut self, exposures: f32) {

@@ -8,7 +8,7 @@ use rx_pipeline::detect::Method;
 use rx_pipeline::frame::Frame;
 use rx_pipeline::pose::{Lens, PanelSize};
 use rx_pipeline::profile::{Profile, Stage};
-use rx_pipeline::receiver::{FrameReading, Loss, Outcome, ReceiverError, ReceiverSettings};
+use rx_pipeline::receiver::{CarrierCandidate, FrameReading, Loss, Outcome, ReceiverError, ReceiverSettings, Reread};
 
 use crate::deep::SampleKind;
 use crate::diagnosis::{Diagnosis, LinkRates};
@@ -270,11 +270,14 @@ impl Reception {
             }
         };
         let (settings, panels, diagnosis) = (&self.settings, &mut self.panels, &mut self.diagnosis);
-        let mut reports = Vec::new();
+        let (mut reports, mut proven) = (Vec::new(), Vec::new());
         receiver.frame(stamp, frame, profile, &mut |panel, outcome| {
             diagnosis.count(&outcome.reading);
+            let carrier = outcome.reread.as_ref().and_then(|reread| panels[panel].reread(reread, settings));
+            proven.extend(carrier.map(|carrier| (panel, carrier)));
             reports.push(panels[panel].report(panel, stamp, &outcome, settings));
         });
+        proven.iter().for_each(|(panel, carrier)| receiver.confirm_carrier(*panel, carrier));
         for report in &reports {
             report.events.iter().for_each(|event| diagnosis.count_event(event));
             let panel_pose = &mut self.panels[report.panel].panel_pose;
@@ -403,14 +406,17 @@ impl Panel {
         }
     }
 
+    /// Decodes frames again whose signs have become known, or may have; returns the carrier that this has proven.
+    fn reread(&mut self, frames: &Reread<'_>, settings: &ReceptionSettings) -> Option<CarrierCandidate> {
+        let rates = self.rates.get_or_insert_with(|| settings.rate_search());
+        rates.reread(frames, settings.symbol_rate_hz())
+    }
+
     /// Turns a frame's outcome into the panel's report. The pose is measured afterwards.
     fn report(&mut self, panel: usize, stamp: Stamp, outcome: &Outcome<'_>, settings: &ReceptionSettings) -> PanelReport {
         let rates = self.rates.get_or_insert_with(|| settings.rate_search());
         let detection = outcome.reading.as_ref().ok().map(|reading| &reading.detection);
         let own = PanelEvent::of(&outcome.event);
-        if let Some(reread) = &outcome.reread {
-            rates.reread(reread, settings.symbol_rate_hz());
-        }
         let mut events = rates.frame(own, stamp, detection);
         if let Some(geometry) = rates.take_geometry()
             && self.panel_pose.set_size(geometry)

@@ -6,7 +6,7 @@ use link::orientation::Orientation;
 use link::panel::{PanelFrame, SoftPanel};
 use link::symbol_rate::SymbolRate;
 use rx_pipeline::detect::{Detection, Mixture};
-use rx_pipeline::receiver::Reread;
+use rx_pipeline::receiver::{CarrierCandidate, Reread};
 use rx_pipeline::symbols::MessageDecoder;
 
 use crate::Stamp;
@@ -51,6 +51,8 @@ struct Trial {
     geometry: Option<Geometry>,
     /// The last decoded event about the signer.
     signer_event: Option<PanelEvent>,
+    /// The number of events that prove a carrier.
+    proofs: usize,
 }
 
 /// The rates tried for one panel.
@@ -62,10 +64,14 @@ pub struct RateSearch {
     message: Option<Message>,
     /// Messages from earlier frames that have become readable.
     reread: Vec<Message>,
+    /// The last message that the receiver has completed at its own rate, which may be read again.
+    own_message: Option<Message>,
     /// The size that the panel has announced at the receiver's own rate.
     geometry: Option<Geometry>,
     /// The event about the signer that was decoded at the receiver's own rate.
     signer_event: Option<PanelEvent>,
+    /// The receiver's own rate, while a trial decodes at it, too: unlike the receiver, the trial knows the frames before the carrier.
+    own_hz: Option<f32>,
     changes: Changes,
     fps: f32,
 }
@@ -78,6 +84,7 @@ impl Trial {
             has_message: false,
             geometry: None,
             signer_event: None,
+            proofs: 0,
         })
     }
 
@@ -88,6 +95,7 @@ impl Trial {
     fn reading(&mut self, stamp: Stamp, soft: &SoftPanel, mixture: Option<&Mixture>) -> Option<Message> {
         self.decoder.set_late(stamp.late);
         let decoded = self.decoder.push(stamp.number, soft, mixture);
+        self.proofs += usize::from(Reread::is_proof(&decoded.event));
         let event = PanelEvent::of(&decoded.event);
         self.take(event)
     }
@@ -175,31 +183,40 @@ impl RateSearch {
         Some(self.changes.per_frame()? * self.fps)
     }
 
-    /// Decodes frames again after their signs have become known, also at the receiver's own rate, and continues from there. If more than
-    /// one carrier explains the frames, the one that completes a message is right.
-    pub fn reread(&mut self, frames: &Reread<'_>, own_hz: f32) {
+    /// Decodes frames again after their signs have become known, also at the receiver's own rate, and continues from there. If several
+    /// carriers explain the frames, returns the one that its readings have proven.
+    pub fn reread(&mut self, frames: &Reread<'_>, own_hz: f32) -> Option<CarrierCandidate> {
         let own = self.found_hz.is_none().then_some(own_hz);
-        let rates: Vec<f32> = own.into_iter().chain(self.trials.iter().map(|trial| trial.rate_hz)).collect();
-        for readings in frames.each() {
+        let others = self.trials.iter().map(|trial| trial.rate_hz);
+        let rates: Vec<f32> = own.into_iter().chain(others.filter(|rate| Some(*rate) != own)).collect();
+        let (mut best, mut most) = (None, f32::NEG_INFINITY);
+        for (carrier, readings) in frames.each() {
             let readings: Vec<_> = readings.collect();
-            for &rate_hz in &rates {
-                let Some(mut trial) = Trial::new(rate_hz, self.fps) else {
-                    continue;
-                };
-                let reading = |(number, late, soft): &(u64, f64, SoftPanel)| {
+            let (mut trials, mut proofs) = (Vec::new(), 0);
+            for mut trial in rates.iter().filter_map(|&rate_hz| Trial::new(rate_hz, self.fps)) {
+                for (number, late, soft) in &readings {
                     let stamp = Stamp {
                         number: *number,
                         late: *late,
                     };
-                    trial.reading(stamp, soft, None)
-                };
-                self.reread.extend(readings.iter().filter_map(reading));
-                let replaced = self.trials.iter_mut().find(|trial| trial.rate_hz == rate_hz);
-                if let Some(replaced) = replaced.filter(|_| frames.is_known()) {
-                    *replaced = trial;
+                    self.reread.extend(trial.reading(stamp, soft, None));
                 }
+                proofs = proofs.max(trial.proofs);
+                trials.push(trial);
+            }
+            if frames.is_known() {
+                (self.trials, self.own_hz) = (trials, own);
+                return None;
+            }
+            if carrier.score(proofs) > most {
+                (best, most) = ((proofs > 0).then_some((carrier, trials)), carrier.score(proofs));
             }
         }
+        let (carrier, trials) = best?;
+        if !carrier.is_followed() {
+            (self.trials, self.own_hz) = (trials, own);
+        }
+        Some(carrier)
     }
 
     /// The events of a panel's symbols in a frame, at the receiver's `own` rate. If that rate completes no message, one that another rate
@@ -231,7 +248,14 @@ impl RateSearch {
             // A panel's size is reported once, whichever rate decoded it.
             Some(PanelEvent::Geometry(geometry)) => self.geometry = Some(geometry),
             Some(event @ (PanelEvent::Signed(_) | PanelEvent::Unsigned)) => self.signer_event = Some(event),
-            Some(event) if self.found_hz.is_none() && !self.repeats(&event) => events.push(event),
+            Some(event) if self.found_hz.is_none() => {
+                if let PanelEvent::Message(message) = &event {
+                    self.own_message = Some(message.clone());
+                }
+                if !self.repeats(&event) {
+                    events.push(event);
+                }
+            }
             _ => {}
         }
         events
@@ -240,8 +264,10 @@ impl RateSearch {
     /// The first new message among those that are completed at the same time.
     fn new_message(&mut self, mut of: impl FnMut(&mut Trial) -> Option<Message>) -> Option<Message> {
         let reread = core::mem::take(&mut self.reread);
+        let is_unread = |message: &Message| self.own_message.as_ref().is_none_or(|own| own.data != message.data);
         let messages = reread
             .into_iter()
+            .filter(is_unread)
             .chain(self.trials.iter_mut().filter_map(&mut of))
             .collect::<Vec<_>>();
         let is_new = |message: &Message| self.message.as_ref().is_none_or(|last| last.data != message.data);
@@ -264,6 +290,10 @@ impl RateSearch {
         let able = able.filter(|trial| away(trial) < OBSERVED_ERROR_MAX);
         let nearest = able.min_by(|a, b| away(a).total_cmp(&away(b)));
         if let Some(&Trial { rate_hz, .. }) = nearest {
+            if self.own_hz == Some(rate_hz) {
+                self.trials.clear();
+                return;
+            }
             self.found_hz = Some(rate_hz);
             self.trials.retain(|trial| trial.rate_hz == rate_hz);
         }

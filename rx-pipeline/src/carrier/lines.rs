@@ -10,7 +10,7 @@ use super::fit::step;
 use super::history::{FRAMES, is_steady};
 use super::turn::{Sum, frac};
 use super::waveform::{SHAPES, WAVEFORMS};
-use super::{CYCLES_MAX, GAP_MAX, MEMORY_PERIODS};
+use super::{CYCLES_MAX, GAP_MAX, MEMORY_PERIODS, PROVEN};
 use crate::corners::Corners;
 use crate::detect::{Detection, soft_panel};
 use link::framing::SYNC_SEEN;
@@ -355,6 +355,12 @@ impl Lines {
             sum(&squares) > SEEN_MIN * (SIDE * RECENT_FRAMES) as f32 && sum(&cross) * all(&squares) < DARK * all(&cross) * sum(&squares)
         };
         [(0, 1), (LEDS - SIDE, 1), (0, SIDE), (SIDE - 1, SIDE)].into_iter().any(is_dark)
+    }
+
+    /// Continues with a wave that its readings have proven.
+    pub fn confirm(&mut self, wave: Wave) {
+        (self.wave, self.since, self.wait) = (Some(Wave { sure: PROVEN, ..wave }), None, FOLLOW_FRAMES);
+        self.rivals.clear();
     }
 
     /// Forgets the light of the last frames, but not the wave.

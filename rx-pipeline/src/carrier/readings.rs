@@ -2,8 +2,13 @@
 
 use super::fit::Fit;
 use super::history::FRAMES;
-use super::lines::Lines;
+use super::lines::{Lines, Wave};
+use link::framing::{Event, SegmentOutcome};
 use link::panel::SoftPanel;
+
+/// Score of an event that proves a carrier (nats). It is finite because a carrier that is wrong elsewhere may have the right signs during a
+/// segment.
+const PROOF_NATS: f32 = 10.0;
 
 /// A reading with the sign as seen, not the carrier's.
 #[derive(Clone, Copy, Debug)]
@@ -65,9 +70,41 @@ pub(super) enum Source<'a> {
         readings: &'a Readings,
         fits: &'a [Fit],
         is_known: bool,
+        /// A bit for each carrier with the signs of the one that is followed.
+        followed: u8,
     },
     /// Frames in which each line has its own sign.
     Lines(&'a Lines),
+}
+
+/// A carrier that explains the frames, for [`Receiver::confirm_carrier`](crate::receiver::Receiver::confirm_carrier).
+#[derive(Clone, Copy, Debug)]
+pub struct CarrierCandidate {
+    pub(super) carrier: Candidate,
+    /// Whether the receiver follows it, or one with the same signs.
+    pub(super) is_followed: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Candidate {
+    Frames(Fit),
+    Lines(Wave),
+}
+
+impl CarrierCandidate {
+    /// The logarithm of its likelihood (nats), up to a constant, if its readings [prove](Reread::is_proof) it so often.
+    pub fn score(&self, proofs: usize) -> f32 {
+        let by_frames = match self.carrier {
+            Candidate::Frames(fit) => fit.score,
+            Candidate::Lines(_) => 0.0,
+        };
+        by_frames + PROOF_NATS * proofs as f32
+    }
+
+    /// Whether the receiver follows this carrier, so that the readings so far had its signs.
+    pub fn is_followed(&self) -> bool {
+        self.is_followed
+    }
 }
 
 impl Source<'_> {
@@ -77,6 +114,14 @@ impl Source<'_> {
             Self::Frames { readings, fits, .. } => [fits.len(), readings.len],
             Self::Lines(lines) => [lines.waves().len(), lines.len()],
         }
+    }
+
+    fn carrier(&self, index: usize) -> CarrierCandidate {
+        let (carrier, is_followed) = match self {
+            Self::Frames { fits, followed, .. } => (Candidate::Frames(fits[index]), followed >> index & 1 == 1),
+            Self::Lines(lines) => (Candidate::Lines(lines.waves()[index]), false),
+        };
+        CarrierCandidate { carrier, is_followed }
     }
 
     /// A frame's reading with a carrier's signs: its number, its time (frame periods) and the soft values.
@@ -89,7 +134,8 @@ impl Source<'_> {
 }
 
 impl Reread<'_> {
-    /// Whether the carrier is known, so that later readings continue with these signs.
+    /// Whether the carrier is known, so that later readings continue with these signs. If it is not, and the carrier with the greatest
+    /// [score](CarrierCandidate::score) has a [proof](Self::is_proof), [confirm](crate::receiver::Receiver::confirm_carrier) it.
     pub fn is_known(&self) -> bool {
         match self.0 {
             Source::Frames { is_known, .. } => is_known,
@@ -97,15 +143,27 @@ impl Reread<'_> {
         }
     }
 
-    /// For each carrier, the frames from the earliest on: their numbers, their delay after the time that the number implies (frame
-    /// periods), and their soft values.
-    pub fn each(&self) -> impl Iterator<Item = impl Iterator<Item = (u64, f64, SoftPanel)>> {
+    /// Whether an event that is decoded from a carrier's readings shows that their signs are right: a beacon, 50 bits of which are fixed, or
+    /// a segment that satisfies its code.
+    pub fn is_proof(event: &Event<'_>) -> bool {
+        let is_decoded = |outcome: &SegmentOutcome| matches!(outcome, SegmentOutcome::Decoded { .. });
+        match event {
+            Event::Beacon { .. } | Event::Delivered(_) => true,
+            Event::Segment { outcome, .. } => is_decoded(outcome),
+            _ => false,
+        }
+    }
+
+    /// Each carrier with its readings from the earliest frame on: the frame's number, its delay after the time that the number implies
+    /// (frame periods), and the soft values.
+    pub fn each(&self) -> impl Iterator<Item = (CarrierCandidate, impl Iterator<Item = (u64, f64, SoftPanel)>)> {
         let [carriers, frames] = self.0.counts();
         (0..carriers).map(move |carrier| {
-            (0..frames).map(move |frame| {
+            let readings = (0..frames).map(move |frame| {
                 let (number, time, soft) = self.0.reading(carrier, frame);
                 (number, time - number as f64, soft)
-            })
+            });
+            (self.0.carrier(carrier), readings)
         })
     }
 }

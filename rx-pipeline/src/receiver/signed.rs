@@ -2,6 +2,8 @@
 
 use super::outcome::{FrameReading, Loss, Outcome};
 use crate::carrier::Carrier;
+#[cfg(feature = "carrier")]
+use crate::carrier::CarrierCandidate;
 use crate::detect::DetectError;
 use crate::profile::{Profile, Stage};
 use crate::symbols::{DecodedSymbol, MessageDecoder, SymbolClock};
@@ -42,6 +44,12 @@ impl SignedDecoder {
     /// Whether an outer line of LEDs lacks the carrier that the others show: then the panel is followed one line off.
     pub fn misses_a_line(&self) -> bool {
         self.carrier.misses_a_line()
+    }
+
+    /// Continues with a carrier that its readings have proven.
+    #[cfg(feature = "carrier")]
+    pub fn confirm_carrier(&mut self, carrier: &CarrierCandidate) {
+        self.carrier.confirm(carrier);
     }
 
     /// Announces that the panel is followed at another place than in the last frames.
