@@ -32,9 +32,7 @@ use fit::{ALL_SHAPES, AtFrequency, Fit, ShownSign, mean_modulation, step, still_
 use history::{History, Sighting};
 use lines::{Lines, WaveState};
 use link::panel::SoftPanel;
-use readings::Candidate;
-use readings::Readings;
-use readings::Source;
+use readings::{Candidate, Readings, Source};
 pub use readings::{CarrierCandidate, Reread};
 use rows::Rows;
 use waveform::PHASES;

@@ -9,10 +9,10 @@ use link::framing::{Event, FramingError, Signature, SignedFramer};
 use link::intensity::{IntensityLimit, IntensityLimitError};
 use link::l2a_table::{Illuminance, Interval};
 use link::orientation::Orientation;
-use link::panel::{PanelFrame, SoftPanel};
+use link::panel::PanelFrame;
 use rand::Rng;
 use rx_pipeline::corners::Corners;
-use rx_pipeline::detect::{Method, Mixture};
+use rx_pipeline::detect::Method;
 use rx_pipeline::frame::{Frame, FrameError};
 use rx_pipeline::receiver::{
     CarrierCandidate, FrameReading, FrameSearch, Loss, Receiver, ReceiverError, ReceiverMemory, ReceiverSettings, Reread, SearchMemory,
@@ -155,8 +155,8 @@ pub struct Road {
     transmitter: Transmitter<RecordingMatrix>,
     /// In a box, because it is large and moves with the road.
     receiver: Box<RoadReceiver>,
-    /// The decoding that continues after frames were read again, once the panel's carrier was known.
-    reread: Option<Decoding>,
+    /// The decoder that continues after frames were read again, once the panel's carrier was known.
+    reread: Option<Box<MessageDecoder>>,
     true_corners: bool,
     symbols: Symbols,
     received_signature: Option<ReceivedSignature>,
@@ -258,18 +258,20 @@ impl Road {
         let detection = outcome.reading.as_ref().ok().map(|reading| &reading.detection);
         let mut proven = None;
         let later = match (&outcome.reread, &mut self.reread, detection) {
-            (Some(frames), decoding, _) => {
-                let again = Again::read(frames, symbols_per_frame(&self.scene), &mut self.received_signature);
-                proven = again.proven;
-                // A decoding by the same carrier goes on, as it may know earlier segments.
-                if again.decoding.is_some() && (decoding.is_none() || !proven.is_some_and(|carrier| carrier.is_followed())) {
-                    *decoding = again.decoding;
+            (Some(frames), decoder, _) => {
+                let (message, right) = read_again(frames, symbols_per_frame(&self.scene), &mut self.received_signature);
+                if let Some((again, carrier)) = right {
+                    // A decoder of the same carrier continues, as it may know earlier segments.
+                    if decoder.is_none() || !carrier.is_some_and(|carrier| carrier.is_followed()) {
+                        *decoder = Some(again);
+                    }
+                    proven = carrier;
                 }
-                again.received
+                message
             }
-            (None, Some(decoding), Some(detection)) => {
-                let event = decoding.push(frame, &detection.soft, detection.mixed.as_ref());
-                received(&event, &mut self.received_signature)
+            (None, Some(decoder), Some(detection)) => {
+                let decoded = decoder.push(frame, &detection.soft, detection.mixed.as_ref());
+                received(&decoded.event, &mut self.received_signature)
             }
             _ => None,
         };
@@ -299,10 +301,7 @@ impl Road {
     /// Ends the reception, and returns the message that the last frame may have completed.
     pub fn finish(&mut self) -> Option<ReceivedMessage> {
         let signature = &mut self.received_signature;
-        let later = self
-            .reread
-            .as_mut()
-            .and_then(|decoding| received(&decoding.decoder.finish(), signature));
+        let later = self.reread.as_mut().and_then(|decoder| received(&decoder.finish(), signature));
         received(&self.receiver.finish(), signature).or(later)
     }
 
@@ -479,55 +478,26 @@ fn symbols_per_frame(scene: &Scene) -> f32 {
     (scene.link.symbol_rate_hz / scene.camera.frame_rate_hz) as f32
 }
 
-/// A decoder, and the number of its events that prove the panel's carrier.
-struct Decoding {
-    decoder: Box<MessageDecoder>,
-    proofs: usize,
-}
+/// The right decoder of frames that are read again, and the panel's carrier if they prove it.
+type RightDecoder = (Box<MessageDecoder>, Option<CarrierCandidate>);
 
-impl Decoding {
-    fn push(&mut self, frame: u64, soft: &SoftPanel, mixture: Option<&Mixture>) -> Event<'_> {
-        let event = self.decoder.push(frame, soft, mixture).event;
-        self.proofs += usize::from(Reread::is_proof(&event));
-        event
-    }
-}
-
-/// Frames that are read again, with the signs of each possible carrier of the panel.
-#[derive(Default)]
-struct Again {
-    /// The last message.
-    received: Option<ReceivedMessage>,
-    /// The decoding by the right carrier, which continues.
-    decoding: Option<Decoding>,
-    /// That carrier, if the receiver does not know that it is right.
-    proven: Option<CarrierCandidate>,
-}
-
-impl Again {
-    fn read(frames: &Reread<'_>, symbols_per_frame: f32, signature: &mut Option<ReceivedSignature>) -> Self {
-        let (mut again, mut most) = (Self::default(), f32::NEG_INFINITY);
-        for (carrier, readings) in frames.each() {
-            let Ok(decoder) = MessageDecoder::new(symbols_per_frame) else {
-                continue;
-            };
-            let mut decoding = Decoding {
-                decoder: Box::new(decoder),
-                proofs: 0,
-            };
-            for (number, _, soft) in readings {
-                again.received = received(&decoding.push(number, &soft, None), signature).or(again.received);
-            }
-            if frames.is_known() {
-                again.decoding = Some(decoding);
-            } else if carrier.score(decoding.proofs) > most {
-                most = carrier.score(decoding.proofs);
-                let is_proven = decoding.proofs > 0;
-                (again.decoding, again.proven) = (is_proven.then_some(decoding), is_proven.then_some(carrier));
-            }
+/// The last message of frames that are read again, for each possible carrier of the panel, and the decoder of the right one.
+fn read_again(
+    frames: &Reread<'_>,
+    symbols_per_frame: f32,
+    signature: &mut Option<ReceivedSignature>,
+) -> (Option<ReceivedMessage>, Option<RightDecoder>) {
+    let mut last = None;
+    let right = frames.decode(|readings| {
+        let (mut decoder, mut proofs) = (Box::new(MessageDecoder::new(symbols_per_frame).ok()?), 0);
+        for (number, _, soft) in readings {
+            let event = decoder.push(number, &soft, None).event;
+            proofs += usize::from(Reread::is_proof(&event));
+            last = received(&event, signature).or(last.take());
         }
-        again
-    }
+        Some((proofs, decoder))
+    });
+    (last, right)
 }
 
 /// The completed message; a completed signature replaces the last one.

@@ -189,34 +189,21 @@ impl RateSearch {
         let own = self.found_hz.is_none().then_some(own_hz);
         let others = self.trials.iter().map(|trial| trial.rate_hz);
         let rates: Vec<f32> = own.into_iter().chain(others.filter(|rate| Some(*rate) != own)).collect();
-        let (mut best, mut most) = (None, f32::NEG_INFINITY);
-        for (carrier, readings) in frames.each() {
+        let fps = self.fps;
+        let (trials, proven) = frames.decode(|readings| {
             let readings: Vec<_> = readings.collect();
-            let (mut trials, mut proofs) = (Vec::new(), 0);
-            for mut trial in rates.iter().filter_map(|&rate_hz| Trial::new(rate_hz, self.fps)) {
-                for (number, late, soft) in &readings {
-                    let stamp = Stamp {
-                        number: *number,
-                        late: *late,
-                    };
-                    self.reread.extend(trial.reading(stamp, soft, None));
-                }
-                proofs = proofs.max(trial.proofs);
-                trials.push(trial);
+            let mut trials: Vec<Trial> = rates.iter().filter_map(|&rate_hz| Trial::new(rate_hz, fps)).collect();
+            for trial in &mut trials {
+                let reading = |&(number, late, ref soft): &(u64, f64, SoftPanel)| trial.reading(Stamp { number, late }, soft, None);
+                self.reread.extend(readings.iter().filter_map(reading));
             }
-            if frames.is_known() {
-                (self.trials, self.own_hz) = (trials, own);
-                return None;
-            }
-            if carrier.score(proofs) > most {
-                (best, most) = ((proofs > 0).then_some((carrier, trials)), carrier.score(proofs));
-            }
-        }
-        let (carrier, trials) = best?;
-        if !carrier.is_followed() {
+            let proofs = trials.iter().map(|trial| trial.proofs).max()?;
+            Some((proofs, trials))
+        })?;
+        if !proven.is_some_and(|carrier| carrier.is_followed()) {
             (self.trials, self.own_hz) = (trials, own);
         }
-        Some(carrier)
+        proven
     }
 
     /// The events of a panel's symbols in a frame, at the receiver's `own` rate. If that rate completes no message, one that another rate

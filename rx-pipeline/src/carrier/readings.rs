@@ -92,18 +92,18 @@ pub(super) enum Candidate {
 }
 
 impl CarrierCandidate {
-    /// The logarithm of its likelihood (nats), up to a constant, if its readings [prove](Reread::is_proof) it so often.
-    pub fn score(&self, proofs: usize) -> f32 {
+    /// Whether the receiver follows this carrier, so that the readings so far had its signs.
+    pub fn is_followed(&self) -> bool {
+        self.is_followed
+    }
+
+    /// The logarithm of its likelihood (nats), up to a constant, with that number of proofs.
+    fn score(&self, proofs: usize) -> f32 {
         let by_frames = match self.carrier {
             Candidate::Frames(fit) => fit.score,
             Candidate::Lines(_) => 0.0,
         };
         by_frames + PROOF_NATS * proofs as f32
-    }
-
-    /// Whether the receiver follows this carrier, so that the readings so far had its signs.
-    pub fn is_followed(&self) -> bool {
-        self.is_followed
     }
 }
 
@@ -134,15 +134,6 @@ impl Source<'_> {
 }
 
 impl Reread<'_> {
-    /// Whether the carrier is known, so that later readings continue with these signs. If it is not, and the carrier with the greatest
-    /// [score](CarrierCandidate::score) has a [proof](Self::is_proof), [confirm](crate::receiver::Receiver::confirm_carrier) it.
-    pub fn is_known(&self) -> bool {
-        match self.0 {
-            Source::Frames { is_known, .. } => is_known,
-            Source::Lines(lines) => lines.is_known(),
-        }
-    }
-
     /// Whether an event that is decoded from a carrier's readings shows that their signs are right: a beacon, 50 bits of which are fixed, or
     /// a segment that satisfies its code.
     pub fn is_proof(event: &Event<'_>) -> bool {
@@ -154,16 +145,41 @@ impl Reread<'_> {
         }
     }
 
-    /// Each carrier with its readings from the earliest frame on: the frame's number, its delay after the time that the number implies
-    /// (frame periods), and the soft values.
-    pub fn each(&self) -> impl Iterator<Item = (CarrierCandidate, impl Iterator<Item = (u64, f64, SoftPanel)>)> {
+    /// Decodes the readings of each carrier, and returns the result for the right one: the known carrier, or else the likeliest if it has a
+    /// [proof](Self::is_proof). Such a carrier is returned, too: [confirm](crate::receiver::Receiver::confirm_carrier) it.
+    ///
+    /// `decode` gets each frame's number, its delay after the time that the number implies (frame periods), and the soft values, from the
+    /// earliest frame on. It returns the number of proofs and its result.
+    pub fn decode<T>(
+        &self,
+        mut decode: impl FnMut(&mut dyn Iterator<Item = (u64, f64, SoftPanel)>) -> Option<(usize, T)>,
+    ) -> Option<(T, Option<CarrierCandidate>)> {
         let [carriers, frames] = self.0.counts();
-        (0..carriers).map(move |carrier| {
-            let readings = (0..frames).map(move |frame| {
-                let (number, time, soft) = self.0.reading(carrier, frame);
+        let (mut best, mut most) = (None, f32::NEG_INFINITY);
+        for index in 0..carriers {
+            let carrier = self.0.carrier(index);
+            let mut readings = (0..frames).map(|frame| {
+                let (number, time, soft) = self.0.reading(index, frame);
                 (number, time - number as f64, soft)
             });
-            (self.0.carrier(carrier), readings)
-        })
+            let Some((proofs, decoded)) = decode(&mut readings) else {
+                continue;
+            };
+            if self.is_known() {
+                return Some((decoded, None));
+            }
+            let score = carrier.score(proofs);
+            if score > most {
+                (best, most) = ((proofs > 0).then_some((decoded, Some(carrier))), score);
+            }
+        }
+        best
+    }
+
+    fn is_known(&self) -> bool {
+        match self.0 {
+            Source::Frames { is_known, .. } => is_known,
+            Source::Lines(lines) => lines.is_known(),
+        }
     }
 }

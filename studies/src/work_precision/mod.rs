@@ -104,3 +104,21 @@ pub const PARTS: [Measurable; 10] = [
     part!("transmitter", "Computing the luminance", transmitter),
     part!("decoder", "Correcting errors", decoder),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn published_parts_have_known_names_titles_and_choices() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/accuracy/points.json");
+        let text = std::fs::read_to_string(path).expect("the published points");
+        let mut page: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        let published: Vec<Part> = serde_json::from_value(page["parts"].take()).expect("parts");
+        assert_eq!(published.len(), PARTS.len());
+        for (part, measurable) in published.iter().zip(&PARTS) {
+            assert_eq!((part.name.as_str(), part.title.as_str()), (measurable.name, measurable.title));
+            assert_eq!(part.default_choice(), (measurable.why)(&part.diagrams), "{}", part.name);
+        }
+    }
+}
