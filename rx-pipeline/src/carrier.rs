@@ -74,8 +74,8 @@ const RIVALS: usize = 6;
 const TRIED_SEARCHES: u32 = 4;
 /// Without complements, a search begins only if a still panel explains the frames this badly on average (nats a frame).
 const UNEVEN: f32 = 1.2;
-/// Carriers are tried on the readings if they are less likely than the best by less than this multiple of the margin: waveforms that no shape
-/// fits exactly can cost that much.
+/// Carriers are tried on the readings if they are less likely than the best by less than this multiple of the margin. Waveforms that no
+/// shape fits exactly can cost that much.
 const UNLIKELY: f32 = 5.0;
 /// The margin [`CLEARLY`] of a carrier that is found without complements (nats).
 const BY_CONTRAST: f32 = 25.0;

@@ -3,10 +3,10 @@
 //! `cargo run --release -p vocc-tests --example undersampled_films -- [FILMS] [FIRST SEED] [rolling|global|still|blind] [BYTES] [verbose]`
 //!
 //! `rolling`: rolling shutter in three films of four; LEDs 6 to 30 px apart. `global`: global shutter, 5.5 px. `still`: `rolling` with a
-//! panel without a carrier. `blind`: `rolling` with exposures of a whole cycle. BYTES: a message of that length, in films of four repeats or
-//! more; otherwise a short message. `verbose` prints for each frame where the panel was read, the bits that were read, and which rows of
-//! them are the panel's (`+`), its complement's (`-`), or neither's (`?`). The last lines compare the bits' stated certainty with the share
-//! that is wrong.
+//! panel without a carrier. `blind`: `rolling` with exposures of a whole cycle. BYTES: a message of that length, in films of four repeats
+//! or more; otherwise a short message. `verbose` prints for each frame where the panel was read, the bits that were read, and which rows
+//! of them are the panel's (`+`), its complement's (`-`), or neither's (`?`). The last lines compare the bits' stated certainty with the
+//! share that is wrong.
 
 use rayon::prelude::*;
 use reception::PanelReport;

@@ -134,8 +134,8 @@ impl Source<'_> {
 }
 
 impl Reread<'_> {
-    /// Whether an event that is decoded from a carrier's readings shows that their signs are right: a beacon, 50 bits of which are fixed, or
-    /// a segment that satisfies its code.
+    /// Whether an event that is decoded from a carrier's readings shows that their signs are right: a beacon, 50 bits of which are fixed,
+    /// or a segment that satisfies its code.
     pub fn is_proof(event: &Event<'_>) -> bool {
         let is_decoded = |outcome: &SegmentOutcome| matches!(outcome, SegmentOutcome::Decoded { .. });
         match event {
