@@ -60,6 +60,8 @@ const ASPECT: RangeInclusive<f32> = 0.72..=1.39;
 const SLACK: (u32, u32, f32) = (4, 8, 1.1);
 /// The least pitch (px): closer LEDs merge under any supported blur, and any smooth patch looks like them.
 pub const LEAST_PITCH_PX: f32 = 2.0;
+/// A lattice of a smaller pitch has collapsed into a line (px).
+const COLLAPSED_PX: f32 = 0.1;
 /// The greatest deviation of rows and columns from right angles (cosine).
 const MOST_SHEAR: f32 = 0.2;
 /// A spot's width over the pitch (ratio): small discs under a sharp lens are the narrowest, merged LEDs the widest. Wider: more false
@@ -254,6 +256,9 @@ fn seen_from_before(lattice: &Lattice) -> Result<(), LocateError> {
 /// Checks that a panel of this lattice faces the camera; aspects `slack` times beyond the range pass, too.
 fn possible(lattice: &Lattice, slack: f32) -> Result<(), LocateError> {
     let [across, down] = lattice.pitch();
+    if across.min(down) < COLLAPSED_PX {
+        return Err(LocateError::NoLattice);
+    }
     let aspect = across / down;
     let shear = (lattice.column[0] * lattice.row[0] + lattice.column[1] * lattice.row[1]) / (across * down);
     if !((ASPECT.start() / slack..=ASPECT.end() * slack).contains(&aspect) && shear.abs() < MOST_SHEAR * slack) {

@@ -18,7 +18,7 @@ const LEAST_LINES_LEAD: i32 = 3;
 const JUST_LIKE: f32 = 0.3;
 /// The least excess of an LED of a dim line over the usual Off LED (share of an On LED). Higher: panels with a dim outer line are off by a
 /// line; lower: noise makes lines.
-const LEAST_DIM: f32 = 0.25;
+const LEAST_DIM: f32 = 0.12;
 /// Off LEDs are visible if their places stand out by more (share of an On LED).
 pub(super) const LEAST_OFF: f32 = 0.1;
 /// The same (multiple of their median deviation, for eight of them together).
