@@ -84,6 +84,8 @@ const ALTERNATES: f64 = 0.025;
 
 /// The certainty of the signs of a carrier that a decoded segment has proven (nats).
 const PROVEN: f32 = 20.0;
+/// The trust in bits of lines whose signs are not known yet (1: as read, 0: none).
+const UNSIGNED_LINES: f32 = 0.5;
 /// Maximum assumed error of a carrier's phase (steps of 1/256 cycle).
 const PHASE_ERROR_MAX: i32 = 32;
 
@@ -201,7 +203,12 @@ impl Carrier {
                 // Each frame has one sign, which is known.
                 WaveState::Rivals if self.fit.is_some() => {}
                 WaveState::Before => return None,
-                WaveState::Now | WaveState::Rivals => return Some(Reread(Source::Lines(&self.lines))),
+                WaveState::Now | WaveState::Rivals | WaveState::Again => {
+                    return Some(Reread(Source::Lines {
+                        lines: &self.lines,
+                        is_followed: known == WaveState::Again,
+                    }));
+                }
             }
         }
         self.rows.see(time, &detection.soft);
@@ -214,6 +221,9 @@ impl Carrier {
         self.follow(is_sighting);
         let is_tried = core::mem::take(&mut self.is_tried);
         let Some(fit) = self.fit else {
+            if self.lines.may_have_a_wave() {
+                *detection = detection.doubted(UNSIGNED_LINES);
+            }
             return self.rivals_to_try(is_tried);
         };
         match fit.shown_at(time) {

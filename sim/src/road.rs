@@ -256,20 +256,18 @@ impl Road {
         }
         let outcome = self.receiver.frame(frame, &Frame::new(&self.grey, sensor.width, sensor.height)?);
         let detection = outcome.reading.as_ref().ok().map(|reading| &reading.detection);
-        let mut proven = None;
-        let later = match (&outcome.reread, &mut self.reread, detection) {
-            (Some(frames), decoder, _) => {
-                let (message, right) = read_again(frames, symbols_per_frame(&self.scene), &mut self.received_signature);
-                if let Some((again, carrier)) = right {
-                    // A decoder of the same carrier continues, as it may know earlier segments.
-                    if decoder.is_none() || !carrier.is_some_and(|carrier| carrier.is_followed()) {
-                        *decoder = Some(again);
-                    }
-                    proven = carrier;
-                }
-                message
+        let again = outcome.reread.as_ref();
+        let again = again.map(|frames| read_again(frames, symbols_per_frame(&self.scene), &mut self.received_signature));
+        let (message, right) = again.unwrap_or_default();
+        let proven = right.as_ref().and_then(|(_, carrier)| *carrier);
+        let is_followed = proven.is_some_and(|carrier| carrier.is_followed());
+        let later = match (right, &mut self.reread, detection) {
+            // A decoder of the same carrier continues, as it may know earlier segments.
+            (Some((again, _)), decoder, _) if decoder.is_none() || !is_followed => {
+                *decoder = Some(again);
+                None
             }
-            (None, Some(decoder), Some(detection)) => {
+            (_, Some(decoder), Some(detection)) => {
                 let decoded = decoder.push(frame, &detection.soft, detection.mixed.as_ref());
                 received(&decoded.event, &mut self.received_signature)
             }
@@ -281,7 +279,7 @@ impl Road {
             let bits = if still { bits } else { own_signs(bits, sent, seen) };
             (bits, reading.corners)
         });
-        let delivered = received(&outcome.event, &mut self.received_signature).or(later);
+        let delivered = received(&outcome.event, &mut self.received_signature).or(message).or(later);
         if let Some(carrier) = proven {
             self.receiver.confirm_carrier(0, &carrier);
         }

@@ -1,6 +1,8 @@
 //! The search for a symbol rate that is not configured: the usual rates are tried besides the receiver's own, on the same readings. A rate
 //! that completes a message is right, because messages have checksums.
 
+use std::collections::VecDeque;
+
 use link::geometry::Geometry;
 use link::orientation::Orientation;
 use link::panel::{PanelFrame, SoftPanel};
@@ -31,6 +33,8 @@ const DIFFERENT_LEDS: u32 = 13;
 const OBSERVED_ERROR_MAX: f32 = 0.15;
 /// Number of pairs of frames from which the rate of changes is known.
 const PAIRS_MIN: u32 = 20;
+/// Number of completed messages that are remembered: more than the frames that are read again can hold.
+const COMPLETED: usize = 32;
 
 /// The rate that is assumed if none is configured, with a camera of `fps` frames a second.
 pub fn usual(fps: f32) -> f32 {
@@ -64,8 +68,8 @@ pub struct RateSearch {
     message: Option<Message>,
     /// Messages from earlier frames that have become readable.
     reread: Vec<Message>,
-    /// The last message that the receiver has completed at its own rate, which may be read again.
-    own_message: Option<Message>,
+    /// The last completed messages, latest last: frames that are read again show them again.
+    completed: VecDeque<Message>,
     /// The size that the panel has announced at the receiver's own rate.
     geometry: Option<Geometry>,
     /// The event about the signer that was decoded at the receiver's own rate.
@@ -237,7 +241,7 @@ impl RateSearch {
             Some(event @ (PanelEvent::Signed(_) | PanelEvent::Unsigned)) => self.signer_event = Some(event),
             Some(event) if self.found_hz.is_none() => {
                 if let PanelEvent::Message(message) = &event {
-                    self.own_message = Some(message.clone());
+                    self.complete(message);
                 }
                 if !self.repeats(&event) {
                     events.push(event);
@@ -250,20 +254,31 @@ impl RateSearch {
 
     /// The first new message among those that are completed at the same time.
     fn new_message(&mut self, mut of: impl FnMut(&mut Trial) -> Option<Message>) -> Option<Message> {
-        let reread = core::mem::take(&mut self.reread);
-        let is_unread = |message: &Message| self.own_message.as_ref().is_none_or(|own| own.data != message.data);
-        let messages = reread
-            .into_iter()
-            .filter(is_unread)
-            .chain(self.trials.iter_mut().filter_map(&mut of))
-            .collect::<Vec<_>>();
+        let mut messages = core::mem::take(&mut self.reread);
+        messages.retain(|message| self.is_unread(message));
+        messages.extend(self.trials.iter_mut().filter_map(&mut of));
         let is_new = |message: &Message| self.message.as_ref().is_none_or(|last| last.data != message.data);
         let message = messages.into_iter().find(is_new);
-        if message.is_some() {
-            self.message.clone_from(&message);
+        if let Some(message) = &message {
+            self.complete(message);
+            self.message = Some(message.clone());
         }
         self.settle();
         message
+    }
+
+    fn complete(&mut self, message: &Message) {
+        if self.completed.len() == COMPLETED {
+            self.completed.pop_front();
+        }
+        self.completed.push_back(message.clone());
+    }
+
+    /// Whether a message from frames that are read again is neither a repetition of the last one nor completed from the same frames before.
+    fn is_unread(&self, message: &Message) -> bool {
+        let is_same = |other: &Message| other.data == message.data;
+        let overlaps = |other: &Message| other.first_frame <= message.last_frame && message.first_frame <= other.last_frame;
+        !self.completed.back().is_some_and(is_same) && !self.completed.iter().any(|other| is_same(other) && overlaps(other))
     }
 
     /// Continues with one rate alone: a rate that has completed a message and is close to the observed rate of changes. Other rates may
@@ -340,6 +355,26 @@ mod tests {
         assert_eq!(usual, [10.0, 20.0, 24.0, 25.0, 30.0]);
         // Exposures of 1/120 s and 1/60 s need 24 and 20; short ones need the receiver's own rate.
         assert_eq!(of_exposures, [13.636, 15.0, 18.75, 23.077, 26.087, 26.786]);
+    }
+
+    /// Two messages in turn, of which frames that are read again show the earlier one, too.
+    #[test]
+    fn messages_in_frames_that_are_read_again_are_reported_once() {
+        let message = |data: u8, first_frame: u64| Message {
+            data: vec![data],
+            first_frame,
+            last_frame: first_frame + 20,
+            corrected_bits: 0,
+        };
+        let mut rates = RateSearch::beside(90.0, 100.0, true);
+        for (data, first_frame) in [(1, 0), (2, 30)] {
+            rates.reread = vec![message(data, first_frame)];
+            assert!(rates.new_message(|_| None).is_some());
+        }
+        rates.reread = vec![message(1, 0), message(2, 31), message(2, 90)];
+        assert_eq!(rates.new_message(|_| None), None);
+        rates.reread = vec![message(1, 60)];
+        assert_eq!(rates.new_message(|_| None), Some(message(1, 60)));
     }
 
     #[test]

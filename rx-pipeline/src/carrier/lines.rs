@@ -84,8 +84,14 @@ const SEARCH_FRAMES: u32 = 4;
 const SEARCH_FRAMES_MAX: u32 = 64;
 /// Frames between searches while several waves are possible (count): trying them on all readings takes long.
 const RIVALS_FRAMES: u32 = 4 * SEARCH_FRAMES;
+/// Maximum certainty of an LED's bit (nats), because its line may show the symbol before or after that of the other lines. Higher: such
+/// lines spoil code words; lower: lines of great contrast count too little.
+const SURE_MAX: f32 = 4.0;
 /// Frames between updates of a known wave (count).
 const FOLLOW_FRAMES: u32 = 4;
+/// Updates of a known wave between two readings of the last frames with it (count): code words that failed may then decode, because the
+/// frames since have shown the wave and the LEDs' means better.
+const UPDATES_REREAD: u32 = 4;
 
 #[derive(Clone, Copy, Debug)]
 struct FrameLight {
@@ -179,6 +185,8 @@ pub(super) struct Lines {
     rivals: heapless::Vec<Wave, RIVALS>,
     wait: u32,
     pause: u32,
+    /// Updates of the wave since the last frames were read with it.
+    updates: u32,
     /// The time of the first frame since the wave may have begun, ended or changed (frame periods).
     since: Option<f64>,
     /// The mean unevenness of light among the LEDs of a frame (squared relative deviation).
@@ -198,6 +206,8 @@ pub(super) enum WaveState {
     Now,
     /// The wave was known before.
     Before,
+    /// The same, and the last frames should be read again.
+    Again,
 }
 
 impl Lines {
@@ -210,6 +220,7 @@ impl Lines {
         rivals: heapless::Vec::new(),
         wait: FRAMES_MIN as u32,
         pause: SEARCH_FRAMES,
+        updates: 0,
         since: None,
         uneven: 0.0,
         uneven_before: f32::INFINITY,
@@ -217,6 +228,11 @@ impl Lines {
 
     pub fn is_known(&self) -> bool {
         self.wave.is_some()
+    }
+
+    /// Whether several waves explain the last frames, so that lines probably have signs of their own.
+    pub fn may_have_a_wave(&self) -> bool {
+        !self.is_known() && !self.rivals.is_empty()
     }
 
     /// The known wave, or the possible ones.
@@ -269,7 +285,12 @@ impl Lines {
         if self.wave.is_some() {
             self.wait = FOLLOW_FRAMES;
             self.follow();
-            return self.known();
+            self.updates += 1;
+            if self.updates < UPDATES_REREAD || self.wave.is_none() || self.since.is_some() {
+                return self.known();
+            }
+            self.updates = 0;
+            return WaveState::Again;
         }
         let found = self.search();
         self.wait = match found {
@@ -359,7 +380,10 @@ impl Lines {
 
     /// Continues with a wave that its readings have proven.
     pub fn confirm(&mut self, wave: Wave) {
-        (self.wave, self.since, self.wait) = (Some(Wave { sure: PROVEN, ..wave }), None, FOLLOW_FRAMES);
+        if self.wave.is_none() {
+            (self.since, self.wait, self.updates) = (None, FOLLOW_FRAMES, 0);
+        }
+        self.wave = Some(Wave { sure: PROVEN, ..wave });
         self.rivals.clear();
     }
 
@@ -399,7 +423,7 @@ impl Lines {
         let wave = self.wave.as_ref()?;
         let llr = match self.since {
             Some(_) => [0.0; LEDS],
-            None => self.llrs(self.last(0), wave),
+            None => self.llrs(self.last(0), wave, wave.sure.min(SURE_MAX)),
         };
         let bits = PanelFrame::from_bits((0..LEDS).fold(0, |bits, led| bits | u64::from(llr[led] > 0.0) << led));
         Some(Detection {
@@ -408,16 +432,16 @@ impl Lines {
         })
     }
 
-    /// The log-likelihood ratios of a frame's LEDs (nats), smaller on lines with less contrast and no surer than the sign.
-    fn llrs(&self, seen: &FrameLight, wave: &Wave) -> [f32; LEDS] {
+    /// The log-likelihood ratios of a frame's LEDs (nats), smaller on lines with less contrast and at most `most`.
+    fn llrs(&self, seen: &FrameLight, wave: &Wave, most: f32) -> [f32; LEDS] {
         let scale = 2.0 * wave.amplitude / wave.variance.max(f32::MIN_POSITIVE);
-        core::array::from_fn(|led| (scale * self.light(seen, led) * wave.contrast(seen, led)).clamp(-wave.sure, wave.sure))
+        core::array::from_fn(|led| (scale * self.light(seen, led) * wave.contrast(seen, led)).clamp(-most, most))
     }
 
     /// The number, time and soft values of a frame; the earliest has index 0.
     pub fn reading(&self, index: usize, wave: &Wave) -> (u64, f64, SoftPanel) {
         let seen = self.last(self.len - 1 - index);
-        (seen.number, seen.time, soft_panel(&self.llrs(seen, wave)))
+        (seen.number, seen.time, soft_panel(&self.llrs(seen, wave, SURE_MAX)))
     }
 
     fn learn_means(&mut self) {

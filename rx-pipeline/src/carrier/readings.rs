@@ -74,7 +74,11 @@ pub(super) enum Source<'a> {
         followed: u8,
     },
     /// Frames in which each line has its own sign.
-    Lines(&'a Lines),
+    Lines {
+        lines: &'a Lines,
+        /// Whether the wave was known before.
+        is_followed: bool,
+    },
 }
 
 /// A carrier that explains the frames, for [`Receiver::confirm_carrier`](crate::receiver::Receiver::confirm_carrier).
@@ -112,14 +116,14 @@ impl Source<'_> {
     fn counts(&self) -> [usize; 2] {
         match self {
             Self::Frames { readings, fits, .. } => [fits.len(), readings.len],
-            Self::Lines(lines) => [lines.waves().len(), lines.len()],
+            Self::Lines { lines, .. } => [lines.waves().len(), lines.len()],
         }
     }
 
     fn carrier(&self, index: usize) -> CarrierCandidate {
         let (carrier, is_followed) = match self {
             Self::Frames { fits, followed, .. } => (Candidate::Frames(fits[index]), followed >> index & 1 == 1),
-            Self::Lines(lines) => (Candidate::Lines(lines.waves()[index]), false),
+            Self::Lines { lines, is_followed } => (Candidate::Lines(lines.waves()[index]), *is_followed),
         };
         CarrierCandidate { carrier, is_followed }
     }
@@ -128,7 +132,7 @@ impl Source<'_> {
     fn reading(&self, carrier: usize, frame: usize) -> (u64, f64, SoftPanel) {
         match self {
             Self::Frames { readings, fits, .. } => readings.reading(frame, &fits[carrier]),
-            Self::Lines(lines) => lines.reading(frame, &lines.waves()[carrier]),
+            Self::Lines { lines, .. } => lines.reading(frame, &lines.waves()[carrier]),
         }
     }
 }
@@ -179,7 +183,7 @@ impl Reread<'_> {
     fn is_known(&self) -> bool {
         match self.0 {
             Source::Frames { is_known, .. } => is_known,
-            Source::Lines(lines) => lines.is_known(),
+            Source::Lines { lines, is_followed } => lines.is_known() && !is_followed,
         }
     }
 }
