@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::{Duration, SystemTime};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::Args;
 use link::framing::MESSAGE_MAX;
 use rx_pipeline::detect::Method;
@@ -19,6 +19,9 @@ use studies::detectors::DetectorChoice;
 
 use crate::device::{Client, port};
 use crate::pin::Pin;
+
+/// Up to this number a `f64` holds each whole number.
+const EXACT_MAX: f64 = (1u64 << 53) as f64;
 
 /// Options of every command.
 #[derive(Args)]
@@ -40,7 +43,26 @@ pub struct SharedOptions {
 impl SharedOptions {
     /// The scene of that name or file, with the overrides applied.
     pub fn scene(&self, name: impl AsRef<OsStr>) -> anyhow::Result<Scene> {
-        Ok(Scene::load(name, &self.set)?)
+        let name = name.as_ref();
+        let is_number = name.to_str().is_some_and(|name| name.parse::<f64>().is_ok());
+        let scene = Scene::load(name, &self.set);
+        scene.map_err(|error| match is_number {
+            true => anyhow!("{error}; separate the values of an option by commas, such as 0.5,1"),
+            false => error.into(),
+        })
+    }
+}
+
+/// A parser of whole numbers within `range`, also such as 1e6 and 1_000_000.
+pub fn whole(range: RangeInclusive<u64>) -> impl Fn(&str) -> Result<u64, String> + Clone {
+    move |text| {
+        let digits = text.replace('_', "");
+        let exact = |value: f64| (value.fract() == 0.0 && (0.0..=EXACT_MAX).contains(&value)).then_some(value as u64);
+        let number = digits.parse().ok().or_else(|| exact(digits.parse().ok()?));
+        number.filter(|number| range.contains(number)).ok_or_else(|| match *range.end() {
+            u64::MAX => format!("give a whole number from {} on", range.start()),
+            most => format!("give a whole number from {} to {most}", range.start()),
+        })
     }
 }
 
@@ -161,5 +183,22 @@ pub fn number_in<T: FromStr + PartialOrd + Display>(text: &str, range: RangeIncl
             let refusal = format!("give {} to {} {unit}", range.start(), range.end());
             Err(refusal.trim_end().into())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_numbers_may_have_an_exponent() {
+        let count = whole(1..=1_000_000);
+        for (text, number) in [("7", 7), ("1e6", 1_000_000), ("2.5e3", 2500), ("10_000", 10_000)] {
+            assert_eq!(count(text), Ok(number), "{text}");
+        }
+        for text in ["0", "1e7", "1.5", "-3", "many", "", "1e400", "nan"] {
+            assert_eq!(count(text), Err("give a whole number from 1 to 1000000".into()), "{text}");
+        }
+        assert_eq!(whole(0..=u64::MAX)("18446744073709551615"), Ok(u64::MAX));
     }
 }

@@ -219,6 +219,7 @@ pub fn evaluation(results: &Results, seconds: Option<f64>, as_json: bool) -> any
         Some(seconds) => line(&format!("frames     {} in all, {seconds:.2} s of work", found.frames))?,
         None => line(&format!("frames     {}", found.frames))?,
     }
+    line(&format!("seed       {}", sweep.seed))?;
     line(&format!("detector   {}", detector(found.detector)))?;
     if sweep.rare_events {
         line(&format!(

@@ -11,7 +11,7 @@ use studies::monte_carlo::Settings;
 use studies::sweep::{MOST_FRAMES, Results, Run, Shard, Sweep};
 
 use crate::camera::CameraArguments;
-use crate::options::SharedOptions;
+use crate::options::{SharedOptions, whole};
 use crate::output::{self, Verdict};
 use crate::outputs;
 use crate::progress::Progress;
@@ -26,7 +26,7 @@ pub struct Arguments {
     #[arg(default_value = "paper")]
     scene: OsString,
     /// Frames, each with random bits and a random sub-pixel phase.
-    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=MOST_FRAMES))]
+    #[arg(long, default_value_t = 1000, value_parser = whole(1..=MOST_FRAMES))]
     frames: u64,
     /// Draw each frame's reflectance from 0.3 to 0.5.
     #[arg(long)]

@@ -16,7 +16,7 @@ use studies::stop::Stop;
 
 use crate::files::{self, Growing};
 use crate::npy::{ARCHIVE_MAX, Array, Arrays, archive_size};
-use crate::options::SharedOptions;
+use crate::options::{SharedOptions, whole};
 use crate::output::{self, Verdict, line};
 use crate::outputs;
 use crate::pictures;
@@ -60,10 +60,10 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR|FILE.npz")]
     out: PathBuf,
     /// Frames, each with random bits and a random sub-pixel phase.
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=MOST_FRAMES))]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = whole(1..=MOST_FRAMES))]
     count: u64,
     /// The number of the first frame.
-    #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=FIRST_MAX))]
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = whole(0..=FIRST_MAX))]
     first: u64,
     /// The format of files in a folder: npy (arrays) or png (pictures, and labels as CSV).
     #[arg(long, default_value = "npy")]

@@ -20,7 +20,7 @@ use studies::statistics::FrameErrors;
 
 use crate::camera::CameraArguments;
 use crate::keys::SigningArguments;
-use crate::options::{Message, SharedOptions};
+use crate::options::{Message, SharedOptions, whole};
 use crate::output::{self, Hex, Verdict, line, quoted};
 use crate::outputs;
 use crate::pictures;
@@ -44,7 +44,7 @@ pub struct Arguments {
     #[command(flatten)]
     message: Message,
     /// Number of frames. Default: enough for two repeats of the message.
-    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_parser = whole(1..=u64::MAX))]
     frames: Option<u64>,
     /// best, ml, kmeans, kmeans-raw, fisher, fisher-ngr or otsu.
     #[arg(long, default_value = "best")]

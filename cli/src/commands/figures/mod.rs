@@ -19,7 +19,7 @@ use studies::reproduction::{Claim, Extent, Findings, INTERPRETATIONS, Interpreta
 use crate::checkpoint::{Periodic, Resumable as _, hold_folder};
 use crate::files;
 use crate::numbers::{number, with_interval};
-use crate::options::SharedOptions;
+use crate::options::{SharedOptions, whole};
 use crate::output::{self, Verdict, line};
 use crate::outputs;
 use crate::progress::Progress;
@@ -40,7 +40,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Frames per figure, divided among its points. Default: 100000.
-    #[arg(long, value_parser = clap::value_parser!(u64).range(FRAMES))]
+    #[arg(long, value_parser = whole(FRAMES))]
     frames: Option<u64>,
     /// A quick run of about 15 s on two cores: 4000 frames per figure by default, fewer points, no other readings.
     #[arg(long)]

@@ -18,7 +18,7 @@ use studies::sweep::Shard;
 use studies::table::{Rule, TableFile};
 
 use crate::commands::evaluate::single_precision;
-use crate::options::SharedOptions;
+use crate::options::{SharedOptions, whole};
 use crate::output::{Verdict, tell};
 use crate::{files, outputs, results};
 
@@ -68,7 +68,7 @@ pub struct Arguments {
     rule: Option<Rule>,
     /// Maximum frames per ratio, 64 to 100 000 000. Default: 100 000. With --criterion reach: per ratio and distance; default
     /// 4096.
-    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    #[arg(long, value_parser = whole(1..=100_000_000))]
     frames: Option<u64>,
     /// End a search when the 95 % interval of the best ratio is at most ± this. Default: 0.01. With --criterion reach: ± this share of the
     /// ratio; default 0.05. 0: use all frames.

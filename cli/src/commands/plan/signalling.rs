@@ -10,7 +10,7 @@ use serde::Serialize;
 use sim::scene::{Camera, Scene};
 use studies::signalling::{Advice, CarrierAdvice, DimmingBeat, NoCarrier, Search, SignallingError, Trial, TrialError, TrialOutcome};
 
-use crate::options::SharedOptions;
+use crate::options::{SharedOptions, whole};
 use crate::output::{self, Verdict, line, shell_word};
 use crate::progress::Progress;
 use crate::stop::stop;
@@ -30,7 +30,7 @@ pub struct Options {
     #[arg(long, default_value_t = 48, requires = "camera", value_parser = clap::value_parser!(u16).range(1..=1024))]
     bytes: u16,
     /// Test messages per setting.
-    #[arg(long, default_value_t = 8, requires = "camera", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    #[arg(long, default_value_t = 8, requires = "camera", value_parser = whole(1..=10_000))]
     runs: u64,
 }
 

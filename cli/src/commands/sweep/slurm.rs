@@ -9,6 +9,7 @@ use studies::sweep::{MOST_SHARDS, PlanFile};
 use super::folder;
 use super::time_limit::TimeLimit;
 use crate::files;
+use crate::options::whole;
 use crate::output::{Verdict, line};
 
 /// Options of jobs.
@@ -23,7 +24,7 @@ pub struct Options {
     submit: bool,
     /// Number of shards, which are tasks of the array. Many clusters allow 1001 in one array (MaxArraySize of `scontrol show config`).
     #[arg(long, default_value_t = 16, requires = "folder", value_name = "N",
-        value_parser = clap::value_parser!(u64).range(1..=MOST_SHARDS))]
+        value_parser = whole(1..=MOST_SHARDS))]
     shards: u64,
     /// The partition. Default: the cluster's.
     #[arg(long, requires = "folder", value_name = "NAME", value_parser = word)]

@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 
-use crate::options::SharedOptions;
+use crate::options::{SharedOptions, whole};
 use crate::output::{self, Verdict};
 use crate::outputs;
 use crate::stop::stop;
@@ -69,7 +69,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FAULT")]
     fault: Vec<Fault>,
     /// Stop after this many frames, whether or not standard input has ended.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = whole(1..=u64::MAX))]
     count: Option<u64>,
 }
 
