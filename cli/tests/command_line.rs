@@ -165,7 +165,7 @@ fn advice_for_no_camera_is_refused() {
     refused(&["plan", "--bytes", "48"], &["--camera"]);
     let with = |option: &'static str| [&words(ADVICE)[..3], &[option]].concat();
     refused(&with("--bytes=0"), &["1..=1024"]);
-    refused(&with("--runs=0"), &["1..=10000"]);
+    refused(&with("--runs=0"), &["from 1 to 10000"]);
     refused(&with("--set=camera.frame_rate_hz=8"), &["8 frames a second", "9 to 300"]);
     refused(&with("--set=camera.readout_s=-1"), &["readout_s"]);
 }

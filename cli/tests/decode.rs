@@ -43,10 +43,10 @@ fn a_search_that_leaves_places_out_names_the_option() {
     picture.extend([99; 64 * 64]);
     std::fs::write(&path, picture).expect("a picture");
     let path = common::name(&path);
-    says(&vocc(&["decode", path]), 1, &["--places 24"]);
-    let all = vocc(&["decode", path, "--places", "24"]);
+    says(&vocc(&["decode", path]), 1, &["--places 96"]);
+    let all = vocc(&["decode", path, "--places", "96"]);
     assert_eq!((all.status.code(), all.stderr), (Some(1), Vec::new()));
-    for places in ["0", "25", "2.5", "few"] {
+    for places in ["0", "97", "2.5", "few"] {
         refused(&["decode", path, "--places", places], &[places]);
     }
 }

@@ -62,8 +62,11 @@ pub(crate) use verification::{is_random, may_be_shown};
 
 /// Changed peaks tried in a frame, at most (count). More: slower, and panels among much motion are found.
 const CHANGED_PEAKS: usize = 4;
-/// Busy peaks kept of a frame, at most (count). More: slower, and panels among much clutter are found.
-pub const BUSY_PEAKS: usize = 24;
+/// Busy peaks kept of a frame, at most (count). More: a full search can find panels among more clutter, and takes more memory.
+pub const BUSY_PEAKS: usize = if cfg!(feature = "large-frames") { 96 } else { USUAL_PEAKS };
+/// Peaks that a search for isolated spots visits, and that the frames of a film take turns at (count). More: slower, and panels among much
+/// clutter are found.
+const USUAL_PEAKS: usize = 24;
 /// The assumed extent of an LED, before any estimate (px, standard deviation).
 const LED_SIGMA_PX: f32 = 0.6;
 /// The least noise, by rounding (grey).
@@ -218,7 +221,7 @@ impl Effort {
 
     /// Selects busy places, by their ranks, and the grounds to subtract there. `places` bounds a full search.
     fn busy(self, places: usize) -> (impl Fn(usize, Ground) -> bool, &'static [Ground]) {
-        let another = |number: u64| ALWAYS + (number % (BUSY_PEAKS - ALWAYS) as u64) as usize;
+        let another = |number: u64| ALWAYS + (number % (USUAL_PEAKS - ALWAYS) as u64) as usize;
         let grounds = match self {
             Self::Spots | Self::Changes => &[][..],
             Self::Full => &[Ground::Around, Ground::Edges, Ground::Smooth, Ground::Holes],
@@ -400,7 +403,7 @@ impl Locator {
                 ground: Ground::Edges,
                 ..self.view(frame, None, survey.noise_grey)
             };
-            let mut places = survey.around(Ground::Edges).iter();
+            let mut places = survey.around(Ground::Edges).iter().take(USUAL_PEAKS);
             let found = profile.timed(Stage::Search, || places.find_map(|peak| attempt.on_spots(peak, view)));
             return found.ok_or_else(|| attempt.failure());
         }

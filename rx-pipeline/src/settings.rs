@@ -91,7 +91,7 @@ settings! {
         /// Busy places of a single frame that a full search examines for any panel (count). Isolated spots are searched at all.
         ///
         /// More: panels beside busier things are found, and frames without a panel take longer.
-        full_places: u16 = 8 in 1..=24,
+        full_places: u16 = 8 in 1..=96,
         /// Minimum log odds (natural logarithm) of a panel against spots of any brightness, in a single frame in which its LEDs merge.
         ///
         /// Higher: fewer false positives, and more panels are found only by their blinking.

@@ -37,7 +37,7 @@ pub struct Arguments {
     /// Centres of the corner LEDs in pixels: top left, top right, bottom right, bottom left. Without them, the tool searches for the panel.
     #[arg(long, value_parser = corners, allow_hyphen_values = true, value_name = "x,y,x,y,x,y,x,y")]
     corners: Option<Corners>,
-    /// After a search for isolated spots, search this many of the busiest places for a panel, 1 to 24. Higher: panels beside busier
+    /// After a search for isolated spots, search this many of the busiest places for a panel, 1 to 96. Higher: panels beside busier
     /// objects are found, and pictures without a panel take longer.
     #[arg(long, value_name = "N", default_value_t = SearchSettings::DEFAULT.full_places, conflicts_with = "corners")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=BUSY_PEAKS as i64))]
