@@ -752,6 +752,7 @@ impl Candidate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use link::panel::LLR_STEP;
 
     const WAVE: Wave = Wave {
         frequency: 0.31,
@@ -768,28 +769,38 @@ mod tests {
 
     /// Frames of a panel with [`WAVE`]. One row or column, given by its first LED and the step between its LEDs, does not show the wave.
     fn seen(dark: Option<(usize, usize)>) -> Lines {
-        let corners = Corners::new([[9.0, 9.0], [51.0, 9.0], [51.0, 51.0], [9.0, 51.0]]).expect("corners");
         let mut lines = Lines {
             wave: Some(WAVE),
             wait: u32::MAX,
             ..Lines::NONE
         };
-        let is_dark = |led: usize| dark.is_some_and(|(first, step)| (0..SIDE).any(|i| first + step * i == led));
         for number in 0..RECENT_FRAMES as u64 {
-            lines.push(number, number as f64, &[1.0; LEDS], &corners);
-            let contrasts = WAVE.contrasts(lines.last(0));
-            let sign = |led: usize| {
-                if 0x6c1d_93a5_0b7e_f248u64.rotate_left(number as u32) >> led & 1 == 1 {
-                    0.3
-                } else {
-                    -0.3
-                }
-            };
-            let light = core::array::from_fn(|led| if is_dark(led) { 0.01 } else { sign(led) * contrasts[led] });
-            (lines.len, lines.next) = (lines.len - 1, lines.next - 1);
-            lines.push(number, number as f64, &light, &corners);
+            see(&mut lines, number, dark);
         }
         lines
+    }
+
+    /// Shows one more such frame.
+    fn see(lines: &mut Lines, number: u64, dark: Option<(usize, usize)>) -> WaveState {
+        let corners = Corners::new([[9.0, 9.0], [51.0, 9.0], [51.0, 51.0], [9.0, 51.0]]).expect("corners");
+        let is_dark = |led: usize| dark.is_some_and(|(first, step)| (0..SIDE).any(|i| first + step * i == led));
+        let frame = FrameLight {
+            number,
+            time: number as f64,
+            middle: 30.0,
+            growth: [0.0, 6.0],
+            ..FrameLight::NONE
+        };
+        let contrasts = WAVE.contrasts(&frame);
+        let sign = |led: usize| {
+            if 0x6c1d_93a5_0b7e_f248u64.rotate_left(number as u32) >> led & 1 == 1 {
+                0.3
+            } else {
+                -0.3
+            }
+        };
+        let light = core::array::from_fn(|led| if is_dark(led) { 0.01 } else { sign(led) * contrasts[led] });
+        lines.push(number, number as f64, &light, &corners)
     }
 
     /// A panel with such a line is followed one line off.
@@ -803,6 +814,34 @@ mod tests {
             lines.forget_lights();
             assert!(lines.is_known() && !lines.misses_one());
         }
+    }
+
+    /// Later frames show the wave better, so code words that failed may decode.
+    #[test]
+    fn frames_are_read_again_while_a_wave_is_followed() {
+        let mut lines = seen(None);
+        // The LEDs' means, of few symbols, add to the residual.
+        let wave = Wave { variance: 0.02, ..WAVE };
+        (lines.wave, lines.wait) = (Some(wave), 0);
+        let again = (0..64).filter(|number| see(&mut lines, RECENT_FRAMES as u64 + number, None) == WaveState::Again);
+        assert_eq!(again.count(), 4);
+    }
+
+    /// A line may show another symbol.
+    #[test]
+    fn no_bit_of_a_line_is_very_sure() {
+        let lines = seen(None);
+        let (_, _, soft) = lines.reading(0, &WAVE);
+        let surest = soft.0.iter().map(|llr| llr.abs()).max().expect("LEDs");
+        assert_eq!(f32::from(surest) * LLR_STEP, SURE_MAX);
+    }
+
+    #[test]
+    fn a_proof_hides_no_change_of_the_wave_that_is_followed() {
+        let mut lines = seen(None);
+        lines.since = Some(3.0);
+        lines.confirm(WAVE);
+        assert_eq!((lines.since, lines.wave.map(|wave| wave.sure)), (Some(3.0), Some(PROVEN)));
     }
 
     /// The certainty of unconfirmed signs decreases.
