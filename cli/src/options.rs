@@ -44,11 +44,12 @@ impl SharedOptions {
     /// The scene of that name or file, with the overrides applied.
     pub fn scene(&self, name: impl AsRef<OsStr>) -> anyhow::Result<Scene> {
         let name = name.as_ref();
-        let is_number = name.to_str().is_some_and(|name| name.parse::<f64>().is_ok());
-        let scene = Scene::load(name, &self.set);
-        scene.map_err(|error| match is_number {
-            true => anyhow!("{error}; separate the values of an option by commas, such as 0.5,1"),
-            false => error.into(),
+        Scene::load(name, &self.set).map_err(|error| {
+            if name.to_str().is_some_and(|name| name.parse::<f64>().is_ok()) {
+                anyhow!("{error}; separate the values of an option by commas, such as 0.5,1")
+            } else {
+                error.into()
+            }
         })
     }
 }
